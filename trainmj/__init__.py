@@ -1,0 +1,1 @@
+"""Train collisions on a straight track, computed with MuJoCo."""

@@ -1,0 +1,39 @@
+"""The errors trainmj raises: one root, and a class for each thing a caller can do about it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class TrainmjError(Exception):
+    """Root of every error that trainmj raises on purpose; the command line exits with 2 on it."""
+
+
+class InputError(TrainmjError, ValueError):
+    """The input breaks a rule: the message names place, value, rule and cure."""
+
+
+class OutputError(TrainmjError, OSError):
+    """A result cannot be written or read: missing folder, full disk, damaged file."""
+
+
+class EngineError(TrainmjError, RuntimeError):
+    """MuJoCo, or the way it is set up, cannot run the device law."""
+
+
+def close_match(word: str, known: Iterable[str]) -> str:
+    """The end of a message about an unknown name: the nearest known one, or all of them.
+
+    Args:
+        word: the name that was not found.
+        known: the names that would be valid.
+
+    Returns:
+        ``"; did you mean 'mass_t'?"`` or ``"; known: a, b, c"``; empty if there is nothing to offer.
+    """
+    names = sorted(known)
+    near = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    return f"; known: {', '.join(names)}" if names else ""
