@@ -1,0 +1,378 @@
+"""From a computed collision to what a crashworthiness engineer reads: strokes, energies, accelerations, TS, TAMA.
+
+Everything comes from the tally of every step, except what needs a history: mean decelerations and the channel
+filter, which use the recorded speeds. A mean deceleration is a difference of speeds over a time, so no peak between
+two records is missed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from trainmj.chain import Chain, Interface
+from trainmj.device import Array
+from trainmj.result import Result, Tally
+from trainmj.units import G, KJ, KM_H, KN, MM, TONNE
+
+WINDOWS = (0.030, 0.100)
+"""Moving windows of the mean deceleration [s]."""
+
+UNSTABLE = 1e-2
+"""An energy balance that is further off, relative to the initial kinetic energy, makes a run unstable."""
+
+_J211 = 2.0775  # SAE J211: design frequency of a channel filter is 2.0775 times its class, so that -3 dB is at CFC / 0.6
+
+
+@dataclass(frozen=True)
+class StageUse:
+    """How far one stage of a device was used.
+
+    Attributes:
+        name: of the stage, such as anti_climber.
+        stroke_mm: largest stroke.
+        limit_mm: what the design allows; None if it states nothing.
+    """
+
+    name: str
+    stroke_mm: float
+    limit_mm: float | None
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether the limit was passed."""
+        return self.limit_mm is not None and self.stroke_mm > self.limit_mm
+
+
+@dataclass(frozen=True)
+class InterfaceMetrics:
+    """One interface, or one train's side of the front interface.
+
+    Attributes:
+        name: S1-M1, M1-M2 and so on; the partner's side of an unequal front is "S1-M1 partner".
+        device: name of the device.
+        stroke_mm: largest stroke; at the front that of one train.
+        permanent_mm: permanent set, likewise.
+        peak_force_kN: largest force.
+        energy_kJ: absorbed; at the front by one train.
+        peak_time_s: when the stroke was largest.
+        stages: how far each stage of the device was used.
+        beyond_curve: whether the stroke went past the last point of the curve, where the force is only held.
+    """
+
+    name: str
+    device: str
+    stroke_mm: float
+    permanent_mm: float
+    peak_force_kN: float
+    energy_kJ: float
+    peak_time_s: float
+    stages: tuple[StageUse, ...]
+    beyond_curve: bool
+
+    @property
+    def crush_mm(self) -> float:
+        """Stroke without empty strokes: what counts in TS."""
+        return sum(stage.stroke_mm for stage in self.stages)
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether a stroke limit was passed, or the end of the curve."""
+        return self.beyond_curve or any(stage.exhausted for stage in self.stages)
+
+
+@dataclass(frozen=True)
+class VehicleMetrics:
+    """One vehicle.
+
+    Attributes:
+        name: M1, S1 and so on.
+        kind: what its train calls it.
+        mass_t: mass.
+        peak_device_acceleration_g: largest |acceleration| by the devices alone, as the paper counts it.
+        peak_acceleration_g: the same with rail friction.
+        mean_deceleration_g: from the first to the last force at the front interface.
+        mean_30ms_g: largest mean over 30 ms.
+        mean_100ms_g: largest mean over 100 ms.
+        cfc60_peak_g: largest |acceleration| behind a CFC 60 filter (SAE J211).
+        final_speed_km_h: at the end of the run.
+        balance_time_s: when the interface on the side of the impact had its largest stroke.
+    """
+
+    name: str
+    kind: str
+    mass_t: float
+    peak_device_acceleration_g: float
+    peak_acceleration_g: float
+    mean_deceleration_g: float
+    mean_30ms_g: float
+    mean_100ms_g: float
+    cfc60_peak_g: float
+    final_speed_km_h: float
+    balance_time_s: float
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Where energy and momentum went.
+
+    Attributes:
+        kinetic_start_kJ: at the start.
+        kinetic_end_kJ: at the end.
+        elastic_kJ: still in the devices.
+        absorbed_kJ: by all devices.
+        friction_kJ: by the rails.
+        energy_error: what is missing, relative to the start.
+        momentum_error: momentum less the impulses of rails and wall, relative to the sum of |m v| at the start.
+    """
+
+    kinetic_start_kJ: float
+    kinetic_end_kJ: float
+    elastic_kJ: float
+    absorbed_kJ: float
+    friction_kJ: float
+    energy_error: float
+    momentum_error: float
+
+
+@dataclass(frozen=True)
+class Summary:
+    """All numbers of a collision in engineering units.
+
+    Attributes:
+        status: "over", "time limit", "stroke exhausted at ..." or "unstable: ...".
+        TS_mm: total compression along the moving train, empty strokes not counted (Eq. 1 of the paper).
+        TAMA_g: mean of the peak device accelerations of the moving train (Eq. 2).
+        duration_s: simulated time.
+        interfaces: from the front backwards, the moving train first.
+        vehicles: likewise.
+        balance: energy and momentum.
+    """
+
+    status: str
+    TS_mm: float
+    TAMA_g: float
+    duration_s: float
+    interfaces: tuple[InterfaceMetrics, ...]
+    vehicles: tuple[VehicleMetrics, ...]
+    balance: Balance
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, as ``trainmj run --json`` prints them."""
+        return {
+            "status": self.status,
+            "criteria": {"TS_mm": self.TS_mm, "TAMA_g": self.TAMA_g},
+            "duration_s": self.duration_s,
+            "interfaces": [
+                vars(i) | {"stages": [vars(s) for s in i.stages], "crush_mm": i.crush_mm, "exhausted": i.exhausted}
+                for i in self.interfaces
+            ],
+            "vehicles": [vars(v) for v in self.vehicles],
+            "balance": vars(self.balance),
+        }
+
+
+def summarise(result: Result) -> Summary:
+    """The numbers of one computed collision."""
+    return measure(result.chain, result.tally, result.time, result.velocity)
+
+
+def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary:
+    """The numbers of a collision from its tally and recorded speeds.
+
+    Args:
+        chain: what was collided.
+        tally: from every step.
+        time: (n_sample,) [s], evenly spaced.
+        velocity: (n_sample, n_vehicle) [m/s].
+    """
+    interfaces = tuple(_interfaces(chain, tally))
+    vehicles = tuple(_vehicles(chain, tally, time, velocity))
+    balance = _balance(chain, tally)
+    own = interfaces[: chain.n_moving]
+    return Summary(
+        status=_status(tally, interfaces, balance),
+        TS_mm=sum(i.crush_mm for i in own),
+        TAMA_g=float(np.mean([v.peak_device_acceleration_g for v in vehicles[: chain.n_moving]])),
+        duration_s=tally.time,
+        interfaces=interfaces,
+        vehicles=vehicles,
+        balance=balance,
+    )
+
+
+def _interfaces(chain: Chain, tally: Tally) -> Iterator[InterfaceMetrics]:
+    """The front (the moving train's side), those behind it along the moving train, then the partner's."""
+    front = chain.front
+    for k in range(front, -1, -1):
+        yield _interface(chain.interfaces[k], tally, k, 0)
+    if len(chain.interfaces[front].devices) == 2 and not _same(chain.interfaces[front]):
+        yield _interface(chain.interfaces[front], tally, front, 1)
+    for k in range(front + 1, len(chain.interfaces)):
+        yield _interface(chain.interfaces[k], tally, k, 0)
+
+
+def _same(interface: Interface) -> bool:
+    """Whether both sides of a front interface bring equal devices, so that one stands for both."""
+    half = interface.envelope.stroke / 2
+    return bool(np.array_equal(interface.left_stroke, half)) and interface.devices[0].stages == interface.devices[1].stages
+
+
+def _interface(interface: Interface, tally: Tally, k: int, side: int) -> InterfaceMetrics:
+    largest = float(tally.stroke_max[k])
+    device = interface.devices[side]
+    stroke = interface.side_stroke(largest, side)
+    share = _energy_share(interface, largest, side)
+    return InterfaceMetrics(
+        name=interface.name + (" partner" if side else ""),
+        device=device.name,
+        stroke_mm=stroke / MM,
+        permanent_mm=max(0.0, float(tally.plastic[k])) / MM * (stroke / largest if largest > 0 else 1.0),
+        peak_force_kN=float(tally.force_max[k]) / KN,
+        energy_kJ=share * (float(tally.work[k]) - _elastic(interface, tally, k)) / KJ,
+        peak_time_s=float(tally.stroke_max_time[k]),
+        stages=tuple(
+            StageUse(s.name, s.stroke(stroke) / MM, s.limit / MM if np.isfinite(s.limit) else None)
+            for s in device.stages
+        ),
+        beyond_curve=bool(stroke > device.envelope.stroke[-1]),
+    )
+
+
+def _energy_share(interface: Interface, stroke: float, side: int) -> float:
+    """Part of an interface's energy that one side takes: by the work along the path up to a stroke."""
+    if len(interface.devices) == 1:
+        return 1.0
+    if _same(interface):
+        return 0.5
+    u, force = interface.envelope.stroke, interface.envelope.force
+    until = np.append(u[u < stroke], stroke)
+    left = np.array([interface.side_stroke(x, 0) for x in until])
+    along = np.append(force[u < stroke], interface.envelope.force_at(stroke))
+    total, own = float(np.trapezoid(along, until)), float(np.trapezoid(along, left))
+    share = own / total if total > 0 else 0.5
+    return share if side == 0 else 1.0 - share
+
+
+def _elastic(interface: Interface, tally: Tally, k: int) -> float:
+    """Energy in the spring of an interface at the end [J]."""
+    return 0.5 * interface.envelope.stiffness * max(0.0, float(tally.stroke[k] - tally.plastic[k])) ** 2
+
+
+def _vehicles(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Iterator[VehicleMetrics]:
+    mean = _mean_deceleration(chain, tally, time, velocity)
+    windows = [_window_peak(time, velocity, w) for w in WINDOWS]
+    filtered = cfc60_peak(time, velocity)
+    n = len(chain.vehicles)
+    for i in [*range(chain.front, -1, -1), *range(chain.n_moving, n)]:
+        ahead = i if i < chain.n_moving else i - 1  # the interface on the side of the impact
+        yield VehicleMetrics(
+            name=chain.vehicles[i].name,
+            kind=chain.vehicles[i].kind,
+            mass_t=chain.vehicles[i].mass / TONNE,
+            peak_device_acceleration_g=float(tally.device_peak[i]) / G,
+            peak_acceleration_g=float(tally.total_peak[i]) / G,
+            mean_deceleration_g=float(mean[i]) / G,
+            mean_30ms_g=float(windows[0][i]) / G,
+            mean_100ms_g=float(windows[1][i]) / G,
+            cfc60_peak_g=float(filtered[i]) / G,
+            final_speed_km_h=float(tally.speed[i]) / KM_H,
+            balance_time_s=float(tally.stroke_max_time[ahead]),
+        )
+
+
+def _mean_deceleration(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Array:
+    """(n_vehicle,) |change of speed| from first to last force at the front, over that time [m/s2]."""
+    first, last = tally.first_force_time[chain.front], tally.last_force_time[chain.front]
+    if first < 0 or last <= first:
+        return np.zeros(velocity.shape[1])
+    return np.array([abs(float(np.diff(np.interp([first, last], time, v))[0])) for v in velocity.T]) / (last - first)
+
+
+def _window_peak(time: Array, velocity: Array, window: float) -> Array:
+    """(n_vehicle,) largest |mean acceleration| over a moving window [m/s2]; after the end speeds are held."""
+    if len(time) < 2:
+        return np.zeros(velocity.shape[1])
+    shift = window / (time[1] - time[0])
+    whole = round(shift)
+    if abs(shift - whole) < 1e-6:
+        later = velocity[np.minimum(np.arange(len(time)) + whole, len(time) - 1)]
+    else:
+        later = np.column_stack([np.interp(time + window, time, v) for v in velocity.T])
+    return np.asarray(np.abs(later - velocity).max(axis=0) / window)
+
+
+def cfc60_peak(time: Array, velocity: Array) -> Array:
+    """Largest |acceleration| behind the channel filter CFC 60 of SAE J211: 100 Hz, four poles, no phase.
+
+    The filter runs forward and back over the mean acceleration between records, with the rest before the impact and
+    the end of the motion as silence on both sides.
+
+    Args:
+        time: (n_sample,) [s], evenly spaced.
+        velocity: (n_sample, n_vehicle) [m/s].
+
+    Returns:
+        (n_vehicle,) [m/s2]; NaN if the records are too far apart for the filter, more than 1/600 s.
+    """
+    from scipy.signal import sosfilt
+
+    if len(time) < 2:
+        return np.zeros(velocity.shape[1])
+    interval = float(time[1] - time[0])
+    if interval > 1 / 600:
+        return np.full(velocity.shape[1], np.nan)
+    sections = _cfc60(interval)
+    silence = int(np.ceil(0.05 / interval))
+    signal = np.zeros((velocity.shape[1], len(time) - 1 + 2 * silence))
+    signal[:, silence:-silence] = np.diff(velocity.T) / interval
+    forward = sosfilt(sections, signal)
+    return np.asarray(np.abs(sosfilt(sections, forward[:, ::-1])).max(axis=1))
+
+
+@cache
+def _cfc60(interval: float) -> Array:
+    """Sections of the filter's one pass, for records this far apart [s]."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(2, 60 * _J211, fs=1 / interval, output="sos"))
+
+
+def _balance(chain: Chain, tally: Tally) -> Balance:
+    mass = chain.mass
+    start, end = (float(0.5 * np.sum(mass * v**2)) for v in (chain.speed, tally.speed))
+    elastic = sum(_elastic(interface, tally, k) for k, interface in enumerate(chain.interfaces))
+    work, friction = float(tally.work.sum()), float(tally.friction_work.sum())
+    momentum = float(np.sum(mass * (tally.speed - chain.speed))) - tally.impulse
+    return Balance(
+        kinetic_start_kJ=start / KJ,
+        kinetic_end_kJ=end / KJ,
+        elastic_kJ=elastic / KJ,
+        absorbed_kJ=(work - elastic) / KJ,
+        friction_kJ=friction / KJ,
+        energy_error=(start - end - work - friction) / start,
+        momentum_error=momentum / float(np.sum(mass * np.abs(chain.speed))),
+    )
+
+
+def _status(tally: Tally, interfaces: tuple[InterfaceMetrics, ...], balance: Balance) -> str:
+    if not (np.isfinite(balance.energy_error) and np.isfinite(tally.stroke_max).all()):
+        return "unstable: a value is not finite; take a smaller step"
+    if abs(balance.energy_error) > UNSTABLE:
+        return f"unstable: the energy balance is off by {balance.energy_error:.1%}; take a smaller step"
+    spent = [_spent(i) for i in interfaces if i.exhausted]
+    if spent:
+        return "stroke exhausted at " + ", ".join(spent)
+    return "over" if tally.over else "time limit"
+
+
+def _spent(interface: InterfaceMetrics) -> str:
+    for stage in interface.stages:
+        if stage.exhausted:
+            of = f" {stage.name}" if len(interface.stages) > 1 else ""
+            return f"{interface.name}{of} ({stage.stroke_mm:.1f} of {stage.limit_mm:g} mm)"
+    return f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of its curve)"

@@ -1,0 +1,21 @@
+"""Folders of files that ship with trainmj: scenarios/ and mjcf/."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from trainmj.errors import EngineError
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+def shipped_folder(name: str) -> Path:
+    """The folder of that name: inside an installed package, or at the top of a checkout.
+
+    Raises:
+        EngineError: if it is in neither place, as in a damaged installation.
+    """
+    for folder in (_PACKAGE / name, _PACKAGE.parent / name):
+        if folder.is_dir():
+            return folder
+    raise EngineError(f"the folder {name}/ is missing from this installation of trainmj: install it again")

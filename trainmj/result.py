@@ -1,0 +1,228 @@
+"""What a collision leaves behind: histories at the recorded times, and a tally kept at every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trainmj.chain import Chain, line_up
+from trainmj.device import Array
+from trainmj.errors import InputError, OutputError
+from trainmj.layout import Car, Head, Joint, Layout
+from trainmj.scenario import Scenario, from_yaml, to_yaml
+from trainmj.units import G, KJ, KM_H, KN, MM
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Tally:
+    """What the device law counts at every step, as it stands at the end of a collision. SI.
+
+    Vehicles are in the order of the chain, (n_vehicle,); interfaces likewise, (n_interface,).
+
+    Attributes:
+        time: of the last evaluation [s].
+        over: whether the collision had come to its end.
+        impulse: of rail friction and wall on all vehicles together [N s].
+        speed: (n_vehicle,) at that time [m/s].
+        friction_work: (n_vehicle,) done against rail friction [J].
+        device_peak: (n_vehicle,) largest |acceleration| by the devices alone [m/s2].
+        total_peak: (n_vehicle,) largest |acceleration|, rail friction included [m/s2].
+        stroke: (n_interface,) at the last evaluation [m].
+        plastic: (n_interface,) stroke at which the force would vanish: the permanent set [m].
+        work: (n_interface,) done on the interface [J].
+        stroke_max: (n_interface,) [m].
+        stroke_max_time: (n_interface,) [s].
+        force_max: (n_interface,) [N].
+        first_force_time: (n_interface,) [s]; -1 where there was none.
+        last_force_time: (n_interface,) [s].
+    """
+
+    time: float
+    over: bool
+    impulse: float
+    speed: Array
+    friction_work: Array
+    device_peak: Array
+    total_peak: Array
+    stroke: Array
+    plastic: Array
+    work: Array
+    stroke_max: Array
+    stroke_max_time: Array
+    force_max: Array
+    first_force_time: Array
+    last_force_time: Array
+
+    @classmethod
+    def of(cls, layout: Layout, block: Array) -> Tally:
+        """The tally in a simulation's block of user data."""
+        car = {f: layout.car(block, f).copy() for f in Car}
+        joint = {f: layout.joint(block, f).copy() for f in Joint}
+        return cls(
+            time=float(block[Head.TIME]),
+            over=bool(block[Head.OVER]),
+            impulse=float(block[Head.IMPULSE]),
+            speed=car[Car.SPEED],
+            friction_work=car[Car.FRICTION_WORK],
+            device_peak=car[Car.DEVICE_PEAK],
+            total_peak=car[Car.TOTAL_PEAK],
+            stroke=joint[Joint.STROKE],
+            plastic=joint[Joint.PLASTIC],
+            work=joint[Joint.WORK],
+            stroke_max=joint[Joint.STROKE_MAX],
+            stroke_max_time=joint[Joint.STROKE_MAX_TIME],
+            force_max=joint[Joint.FORCE_MAX],
+            first_force_time=joint[Joint.FIRST],
+            last_force_time=joint[Joint.LAST],
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """One collision, computed.
+
+    Attributes:
+        scenario: what was collided.
+        chain: the same as vehicles and interfaces in SI.
+        tally: peaks, energies and impulses from every step.
+        time: (n_sample,) recorded times [s].
+        position: (n_sample, n_vehicle) [m], 0 where the two sides touch.
+        velocity: (n_sample, n_vehicle) [m/s].
+        acceleration: (n_sample, n_vehicle) of all forces [m/s2].
+        stroke: (n_sample, n_interface) [m].
+        stroke_rate: (n_sample, n_interface) [m/s].
+        force: (n_sample, n_interface) [N].
+        energy: (n_sample, n_interface) absorbed by the interface, elastic energy not counted [J].
+        versions: of trainmj, MuJoCo and the rest that computed it.
+    """
+
+    scenario: Scenario
+    chain: Chain
+    tally: Tally
+    time: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    stroke: Array
+    stroke_rate: Array
+    force: Array
+    energy: Array
+    versions: dict[str, str]
+
+    def dataset(self) -> xr.Dataset:
+        """Everything as an xarray Dataset with named dimensions and units."""
+        import xarray as xr
+
+        histories = {
+            name: (("time", over), getattr(self, name), {"units": unit})
+            for name, (over, unit) in _HISTORIES.items()
+        }
+        tally = {
+            f"tally_{name}": (over, getattr(self.tally, name), {"units": unit})
+            for name, (over, unit) in _TALLY.items()
+        }
+        return xr.Dataset(
+            histories | tally,
+            coords={
+                "time": ("time", self.time, {"units": "s"}),
+                "vehicle": [v.name for v in self.chain.vehicles],
+                "interface": [i.name for i in self.chain.interfaces],
+            },
+            attrs={
+                "title": self.scenario.title or "train collision",
+                "scenario": to_yaml(self.scenario),
+                "format": _FORMAT,
+                **{f"version_{name}": version for name, version in self.versions.items()},
+            },
+        )
+
+    def save(self, file: str | Path) -> None:
+        """Write everything to a NetCDF 4 file, which xarray, MATLAB and ncdump read.
+
+        Raises:
+            OutputError: if the file cannot be written.
+        """
+        try:
+            self.dataset().to_netcdf(file, engine="h5netcdf")
+        except OSError as error:
+            raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+
+    def table(self) -> pd.DataFrame:
+        """Histories in engineering units, one row per recorded time, for a spreadsheet."""
+        import pandas as pd
+
+        columns: dict[str, Array] = {"time_s": self.time}
+        for name, (over, unit, factor) in _COLUMNS.items():
+            things = self.chain.vehicles if over == "vehicle" else self.chain.interfaces
+            for k, thing in enumerate(things):
+                columns[f"{name}_{thing.name}_{unit}"] = getattr(self, name)[:, k] / factor
+        return pd.DataFrame(columns)
+
+
+def load_result(file: str | Path) -> Result:
+    """Read a result that :meth:`Result.save` wrote.
+
+    Raises:
+        InputError: if the file is not there or not such a result.
+    """
+    import xarray as xr
+
+    if not Path(file).is_file():
+        raise InputError(f"{file}: there is no such file")
+    try:
+        with xr.open_dataset(file, engine="h5netcdf", decode_timedelta=False) as data:
+            data.load()
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        raise InputError(f"{file}: is not a readable NetCDF file ({error})") from None
+    if data.attrs.get("format") != _FORMAT:
+        raise InputError(f"{file}: is not a result of this trainmj (format {data.attrs.get('format')!r}, not {_FORMAT!r})")
+    scenario = from_yaml(str(data.attrs["scenario"]), str(file))
+    tally = {f.name: data[f"tally_{f.name}"].values for f in fields(Tally)}
+    tally |= {"time": float(tally["time"]), "over": bool(tally["over"]), "impulse": float(tally["impulse"])}
+    versions = {k.removeprefix("version_"): str(v) for k, v in data.attrs.items() if k.startswith("version_")}
+    histories = {name: data[name].values for name in _HISTORIES}
+    return Result(scenario, line_up(scenario), Tally(**tally), data["time"].values, **histories, versions=versions)
+
+
+_FORMAT = "trainmj result 1"
+_HISTORIES = {
+    "position": ("vehicle", "m"),
+    "velocity": ("vehicle", "m/s"),
+    "acceleration": ("vehicle", "m/s2"),
+    "stroke": ("interface", "m"),
+    "stroke_rate": ("interface", "m/s"),
+    "force": ("interface", "N"),
+    "energy": ("interface", "J"),
+}
+_TALLY: dict[str, tuple[tuple[str, ...], str]] = {
+    "time": ((), "s"),
+    "over": ((), "1"),
+    "impulse": ((), "N s"),
+    "speed": (("vehicle",), "m/s"),
+    "friction_work": (("vehicle",), "J"),
+    "device_peak": (("vehicle",), "m/s2"),
+    "total_peak": (("vehicle",), "m/s2"),
+    "stroke": (("interface",), "m"),
+    "plastic": (("interface",), "m"),
+    "work": (("interface",), "J"),
+    "stroke_max": (("interface",), "m"),
+    "stroke_max_time": (("interface",), "s"),
+    "force_max": (("interface",), "N"),
+    "first_force_time": (("interface",), "s"),
+    "last_force_time": (("interface",), "s"),
+}
+_COLUMNS = {
+    "position": ("vehicle", "mm", MM),
+    "velocity": ("vehicle", "km_h", KM_H),
+    "acceleration": ("vehicle", "g", G),
+    "stroke": ("interface", "mm", MM),
+    "force": ("interface", "kN", KN),
+    "energy": ("interface", "kJ", KJ),
+}

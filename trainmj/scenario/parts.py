@@ -1,0 +1,192 @@
+"""The parts of a scenario file: curves, devices, trains, the collision, and how it is computed.
+
+Each part checks its own keys, types and ranges; what concerns several parts is in :mod:`trainmj.scenario.rules`.
+Values stay in the units of their names; :mod:`trainmj.chain` turns them into SI arrays.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+
+RIGID_WALL = "rigid_wall"
+MAX_VEHICLES = 400
+MAX_POINTS = 2000
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
+Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
+Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
+Key = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
+Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40)]
+Points = Annotated[list[NotNegative], Field(max_length=MAX_POINTS)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Curve(_Part):
+    """Points of a crush curve: two lists, or a CSV file beside the scenario with these two columns."""
+
+    stroke_mm: Points | None = Field(None, description="strokes [mm], always growing")
+    force_kN: Points | None = Field(None, description="crush force at each stroke [kN]")
+    file: str | None = Field(None, description="CSV file with columns stroke_mm and force_kN, instead of the lists")
+
+
+def _kind(value: Any) -> str:
+    return "name" if isinstance(value, str) else "list" if isinstance(value, list) else "points"
+
+
+_NamedOrPoints = Annotated[Annotated[str, Tag("name")] | Annotated[Curve, Tag("points")], Discriminator(_kind)]
+CurveRef = Annotated[
+    Annotated[str, Tag("name")]
+    | Annotated[Curve, Tag("points")]
+    | Annotated[list[_NamedOrPoints], Field(min_length=1, max_length=100), Tag("list")],
+    Discriminator(_kind),
+]
+_CURVE_DOC = "the name of a curve, points, or a list of these that is read as one curve"
+
+
+class ShearOff(_Part):
+    """Bolts that fail at the end of a curve: the force rises to force_kN, then drops to zero."""
+
+    force_kN: Positive = Field(description="force at which the bolts shear [kN]")
+    ramp_mm: Positive = Field(0.25, description="stroke of the rise, and again of the drop [mm]")
+
+
+class StageSpec(_Part):
+    """One part of a device, from the stroke at which it engages."""
+
+    curve: CurveRef = Field(description=_CURVE_DOC)
+    empty_stroke_mm: NotNegative = Field(0.0, description="travel without force before the stage engages [mm]")
+    shear_off: ShearOff | None = None
+    stroke_limit_mm: Positive | None = Field(None, description="largest stroke the design allows the stage [mm]")
+
+
+class DeviceSpec(_Part):
+    """A device: one curve, or stages that act one after the other; and how it unloads."""
+
+    curve: CurveRef | None = Field(None, description=_CURVE_DOC)
+    empty_stroke_mm: NotNegative = Field(0.0, description="travel without force before the device engages [mm]")
+    shear_off: ShearOff | None = None
+    stroke_limit_mm: Positive | None = Field(None, description="largest stroke the design allows [mm]")
+    stages: Annotated[dict[Key, StageSpec], Field(min_length=1)] | None = None
+    stiffness_kN_per_mm: Positive = Field(description="unloading stiffness [kN/mm]")
+    damping_kN_s_per_m: NotNegative = Field(0.0, description="dashpot on the elastic branch [kN s/m]")
+
+    def all_stages(self) -> dict[str, StageSpec]:
+        """The stages by name; a device without any is its own single stage."""
+        if self.stages is not None:
+            return dict(self.stages)
+        assert self.curve is not None  # held by the rules
+        return {
+            "device": StageSpec.model_construct(
+                curve=self.curve,
+                empty_stroke_mm=self.empty_stroke_mm,
+                shear_off=self.shear_off,
+                stroke_limit_mm=self.stroke_limit_mm,
+            )
+        }
+
+
+class VehicleSpec(_Part):
+    """One vehicle of a train; what it leaves out the train states for all."""
+
+    name: Label
+    mass_t: Mass | None = None
+    length_m: Length | None = None
+    coupler: str | None = Field(None, description="device between this vehicle and the next one behind it")
+
+
+class Car(NamedTuple):
+    """A vehicle with its train's values filled in; None where neither states one."""
+
+    name: str
+    mass_t: float | None
+    length_m: float
+    coupler: str | None
+
+
+class TrainSpec(_Part):
+    """A train, its vehicles listed from the front end; a wagon is a train of one vehicle."""
+
+    vehicles: Annotated[
+        Annotated[int, Field(ge=1, le=MAX_VEHICLES), Tag("count")]
+        | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES), Tag("list")],
+        Discriminator(lambda value: "list" if isinstance(value, list) else "count"),
+    ] = Field(description="the vehicles from the front end, or only how many")
+    mass_t: Mass | None = Field(None, description="mass of each vehicle that states none of its own [t]")
+    length_m: Length = Field(20.0, description="length of each vehicle that states none of its own [m]")
+    coupler: str | None = Field(None, description="device between vehicles where no vehicle states one")
+    front: str | None = Field(None, description="device at the front end")
+    rear: str | None = Field(None, description="device at the rear end")
+
+    def cars(self) -> list[Car]:
+        """Every vehicle from the front end, with what the train states for all filled in."""
+        if isinstance(self.vehicles, int):
+            return [Car(str(i + 1), self.mass_t, self.length_m, self.coupler) for i in range(self.vehicles)]
+        return [
+            Car(
+                v.name,
+                self.mass_t if v.mass_t is None else v.mass_t,
+                self.length_m if v.length_m is None else v.length_m,
+                self.coupler if v.coupler is None else v.coupler,
+            )
+            for v in self.vehicles
+        ]
+
+
+class Collision(_Part):
+    """Who runs into whom. The train moves along +x; its front end leads."""
+
+    train: str = Field(description="the train that runs into its partner")
+    speed_km_h: Speed
+    partner: str = Field(description=f"another train, the same one again, or {RIGID_WALL}")
+    partner_speed_km_h: Speed = 0.0
+    partner_end: Literal["front", "rear"] = Field("front", description="the end of the partner that is struck")
+    gap_mm: NotNegative = Field(0.0, description="distance between the two when the clock starts [mm]")
+    rail_friction: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
+        0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
+    )
+
+
+class Simulation(_Part):
+    """How it is computed. The step is that of a convergence study; see the documentation."""
+
+    step_ms: Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)] = 0.1
+    record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = 1.0
+    time_limit_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 3.0
+    integrator: str = "euler"
+
+    @property
+    def steps_per_record(self) -> int:
+        """Steps from one recorded sample to the next."""
+        return max(1, round(self.record_every_ms / self.step_ms))
+
+
+class Parts(_Part):
+    """All parts of a scenario together."""
+
+    title: str = ""
+    notes: str = ""
+    parameters: dict[Key, str | list[str]] = Field(
+        default_factory=dict, description="short names for values further down: a path, or several that move together"
+    )
+    curves: dict[Key, Curve] = Field(default_factory=dict)
+    devices: dict[Key, DeviceSpec]
+    trains: dict[Key, TrainSpec]
+    collision: Collision
+    simulation: Simulation = Simulation()
+
+    def curve_points(self, ref: str | Curve | list[str | Curve]) -> tuple[list[float], list[float]]:
+        """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""
+        stroke: list[float] = []
+        force: list[float] = []
+        for part in ref if isinstance(ref, list) else [ref]:
+            curve = self.curves[part] if isinstance(part, str) else part
+            stroke += curve.stroke_mm or []
+            force += curve.force_kN or []
+        return stroke, force

@@ -1,0 +1,79 @@
+"""Values of a scenario by path: ``trains.b_type.mass_t``, or by the short name the scenario gives to one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from trainmj.errors import InputError, close_match
+from trainmj.scenario.parts import Parts
+from trainmj.scenario.problems import Origins, Path, dotted
+
+
+def changed(
+    values: Mapping[str, Any],
+    origins: Origins,
+    parameters: Mapping[str, str | list[str]],
+    changes: Mapping[str, Any],
+) -> tuple[dict[str, Any], Origins]:
+    """Plain values with some of them replaced; what is not on the way to one is shared, not copied.
+
+    Args:
+        values: the nested values of a scenario.
+        origins: where each comes from.
+        parameters: short names and the path or paths they stand for.
+        changes: new values by path or short name.
+
+    Raises:
+        InputError: if a path leads nowhere.
+    """
+    result = dict(values)
+    places = dict(origins)
+    for name, value in changes.items():
+        targets = parameters.get(name, name)
+        for target in [targets] if isinstance(targets, str) else targets:
+            path = _replace(result, target, value, parameters)
+            places[path] = f"change {name}={value}" if name != target else "change"
+    return result, places
+
+
+def _replace(values: dict[str, Any], target: str, value: Any, parameters: Mapping[str, object]) -> Path:
+    """Put a value at a path, copying each container on the way; return the path with list positions resolved."""
+    path: list[str | int] = []
+    here: Any = values
+    keys = target.split(".")
+    for n, text in enumerate(keys):
+        key = _resolve(here, text, path, target, parameters if n == 0 else {})
+        path.append(key)
+        if n == len(keys) - 1:
+            here[key] = value
+        else:
+            inner = here[key]
+            here[key] = inner.copy() if isinstance(inner, (dict, list)) else inner
+            here = here[key]
+    return tuple(path)
+
+
+def _resolve(here: Any, text: str, path: list[str | int], target: str, parameters: Mapping[str, object]) -> str | int:
+    """The key or position that a part of a path means in the container it is in."""
+    last = target.count(".") == len(path)
+    if isinstance(here, dict):
+        # a key that only has a default may be set at the end of a path; the checks know whether it is one
+        if text in here or (last and path):
+            return text
+        if not path and text in Parts.model_fields:
+            here[text] = {}
+            return text
+        raise InputError(f"{target}: there is no {text!r}{_within(path)}{close_match(text, {*here, *parameters})}")
+    if isinstance(here, list):
+        names = [v.get("name") if isinstance(v, dict) else None for v in here]
+        if text in names:
+            return names.index(text)
+        if text.isdecimal() and int(text) < len(here):
+            return int(text)
+        raise InputError(f"{target}: there is no entry {text!r}{_within(path)}, which has {len(here)} (0 is the first)")
+    raise InputError(f"{target}: {dotted(tuple(path))} is a single value and has no {text!r} inside")
+
+
+def _within(path: list[str | int]) -> str:
+    return f" in {dotted(tuple(path))}" if path else " in the scenario"

@@ -1,0 +1,171 @@
+"""Rules that concern several parts of a scenario: names that must exist, curves that must fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from trainmj.errors import close_match
+from trainmj.scenario.parts import MAX_VEHICLES, RIGID_WALL, Curve, CurveRef, DeviceSpec, Parts, StageSpec
+from trainmj.scenario.problems import Path, Problem
+
+INTEGRATORS = ("euler", "implicitfast", "implicit")
+_MOST_STEPS = 5_000_000
+
+
+def broken_rules(parts: Parts) -> Iterator[Problem]:
+    """Every rule that the parts break between them."""
+    for name, curve in parts.curves.items():
+        yield from _curve(("curves", name), curve)
+    for name, device in parts.devices.items():
+        yield from _device(("devices", name), device, parts)
+    for name in parts.trains:
+        yield from _train(name, parts)
+    yield from _collision(parts)
+    yield from _simulation(parts)
+
+
+def _curve(path: Path, curve: Curve) -> Iterator[Problem]:
+    if curve.file is not None:
+        if curve.stroke_mm is not None or curve.force_kN is not None:
+            yield Problem(path, "takes either file, or stroke_mm and force_kN, not both")
+        else:
+            yield Problem((*path, "file"), "is read by trainmj.load only: load the scenario from its file")
+        return
+    if curve.stroke_mm is None or curve.force_kN is None:
+        yield Problem(path, "needs stroke_mm and force_kN, or file")
+        return
+    n, m = len(curve.stroke_mm), len(curve.force_kN)
+    if n != m:
+        yield Problem(path, f"needs as many strokes as forces; it has {n} and {m}")
+    if n == 0:
+        yield Problem(path, "has no points")
+    for i, (a, b) in enumerate(zip(curve.stroke_mm, curve.stroke_mm[1:], strict=False)):
+        if b <= a:
+            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: a curve never goes back")
+
+
+def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
+    if (device.curve is None) == (device.stages is None):
+        yield Problem(path, "needs either curve or stages")
+        return
+    if device.stages is not None:
+        for key in ("empty_stroke_mm", "shear_off", "stroke_limit_mm"):
+            if key in device.model_fields_set:
+                yield Problem((*path, key), "belongs to a stage where a device has stages: move it there")
+    before: StageSpec | None = None
+    for name, stage in device.all_stages().items():
+        at = path if device.stages is None else (*path, "stages", name)
+        broken = list(_curve_ref((*at, "curve"), stage.curve, parts))
+        yield from broken
+        if not broken:
+            yield from _stage(at, stage, parts)
+        if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
+            yield Problem(
+                (*at, "empty_stroke_mm"),
+                f"must be at least {2 * before.shear_off.ramp_mm:g} mm, twice the ramp_mm in which the force of the "
+                "stage before it rises and drops at shear-off",
+            )
+        before = stage
+
+
+def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
+    for i, part in enumerate(ref if isinstance(ref, list) else [ref]):
+        at = (*path, i) if isinstance(ref, list) else path
+        if isinstance(part, Curve):
+            yield from _curve(at, part)
+        elif part not in parts.curves:
+            yield Problem(at, f"there is no curve of this name{close_match(part, parts.curves)}")
+
+
+def _stage(path: Path, stage: StageSpec, parts: Parts) -> Iterator[Problem]:
+    stroke, force = parts.curve_points(stage.curve)
+    if len(stroke) != len(force):
+        return  # said where the curve itself is checked
+    if len(stroke) < 2:
+        yield Problem((*path, "curve"), "needs two or more points")
+        return
+    if stroke[0] != 0:
+        yield Problem((*path, "curve"), f"must start at a stroke of 0, not {stroke[0]:g} mm")
+    yield from _joints((*path, "curve"), stage.curve, parts)
+    if stage.stroke_limit_mm is not None and stage.stroke_limit_mm > stroke[-1]:
+        yield Problem(
+            (*path, "stroke_limit_mm"), f"must be within the curve, which ends at {stroke[-1]:g} mm: extend the curve"
+        )
+    if stage.shear_off is not None and stage.shear_off.force_kN < force[-1]:
+        yield Problem(
+            (*path, "shear_off", "force_kN"), f"must be at least the {force[-1]:g} kN at which the curve ends"
+        )
+
+
+def _joints(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
+    before = 0.0
+    for i, part in enumerate(ref if isinstance(ref, list) else []):
+        stroke, _ = parts.curve_points(part)
+        if i and stroke and stroke[0] <= before:
+            yield Problem((*path, i), f"must go on from the {before:g} mm of the part before it, not from {stroke[0]:g} mm")
+        before = stroke[-1] if stroke else before
+
+
+def _train(name: str, parts: Parts) -> Iterator[Problem]:
+    train = parts.trains[name]
+    path: Path = ("trains", name)
+    if name == RIGID_WALL:
+        yield Problem(path, "is a name kept for the rigid wall: choose another")
+    for key in ("front", "rear", "coupler"):
+        yield from _device_ref((*path, key), getattr(train, key), parts)
+    cars = train.cars()
+    for i, car in enumerate(cars):
+        at = (*path, "vehicles", i) if isinstance(train.vehicles, list) else path
+        if isinstance(train.vehicles, list):
+            yield from _device_ref((*at, "coupler"), train.vehicles[i].coupler, parts)
+        if car.mass_t is None:
+            yield Problem(at, "has no mass_t, and the train states none for all: add one of them")
+        if car.coupler is None and i < len(cars) - 1:
+            yield Problem(at, "has no coupler to the next vehicle, and the train states none for all: add one of them")
+        if not isinstance(train.vehicles, list) and (car.mass_t is None or car.coupler is None):
+            return
+
+
+def _device_ref(path: Path, name: str | None, parts: Parts) -> Iterator[Problem]:
+    if name is not None and name not in parts.devices:
+        yield Problem(path, f"there is no device of this name{close_match(name, parts.devices)}")
+
+
+def _collision(parts: Parts) -> Iterator[Problem]:
+    collision = parts.collision
+    sides = {"train": (collision.train, "front")}
+    if collision.partner != RIGID_WALL:
+        sides["partner"] = (collision.partner, collision.partner_end)
+    elif collision.partner_speed_km_h != 0:
+        yield Problem(("collision", "partner_speed_km_h"), "must be 0: the rigid wall stands")
+    known = True
+    for key, (name, end) in sides.items():
+        if name not in parts.trains:
+            known = False
+            offered: Iterable[str] = [*parts.trains, *([RIGID_WALL] if key == "partner" else [])]
+            yield Problem(("collision", key), f"there is no train of this name{close_match(name, offered)}")
+        elif getattr(parts.trains[name], end) is None:
+            yield Problem(("trains", name), f"states no device at its {end}, which is the end that meets the other side")
+    if collision.speed_km_h <= collision.partner_speed_km_h:
+        yield Problem(
+            ("collision", "speed_km_h"),
+            f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}): the two must come closer",
+        )
+    if known and sum(len(parts.trains[name].cars()) for name, _ in sides.values()) > MAX_VEHICLES:
+        yield Problem(("collision",), f"has more than {MAX_VEHICLES} vehicles in all")
+
+
+def _simulation(parts: Parts) -> Iterator[Problem]:
+    s = parts.simulation
+    if s.integrator.lower() == "rk4":
+        yield Problem(
+            ("simulation", "integrator"),
+            "evaluates the forces four times a step, but the plastic state of a device moves once a step: "
+            f"use one of {', '.join(INTEGRATORS)}",
+        )
+    elif s.integrator not in INTEGRATORS:
+        yield Problem(("simulation", "integrator"), f"must be one of {', '.join(INTEGRATORS)}")
+    if abs(s.record_every_ms - s.steps_per_record * s.step_ms) > 1e-9 * s.record_every_ms:
+        yield Problem(("simulation", "record_every_ms"), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
+    if s.time_limit_s * 1e3 / s.step_ms > _MOST_STEPS:
+        yield Problem(("simulation", "time_limit_s"), f"asks for more than {_MOST_STEPS} steps: shorten it or take a larger step_ms")

@@ -1,0 +1,158 @@
+"""What the command line prints: tables of at most 80 columns, units in their heads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from trainmj.chain import Chain, Interface
+from trainmj.metrics import InterfaceMetrics, Summary
+from trainmj.scenario import Scenario
+from trainmj.simulation import largest_step
+from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+
+WIDTH = 80
+
+
+def print_summary(scenario: Scenario, summary: Summary) -> None:
+    """Interfaces, vehicles, criteria and balance of one collision."""
+    console = _console()
+    console.print(Text(scenario.title or "Train collision", style="bold"))
+    console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated", markup=False, highlight=False)
+    console.print(_interfaces(summary.interfaces))
+    console.print(_vehicles(summary))
+    b = summary.balance
+    criteria = Table.grid(padding=(0, 2))
+    for name, value, what in (
+        ("TS", f"{summary.TS_mm:.1f} mm", "total compression of the moving train, empty strokes not counted"),
+        ("TAMA", f"{summary.TAMA_g:.4f} g", "mean of its peak device accelerations"),
+        ("Energy", f"{b.kinetic_start_kJ:.1f} kJ", _spent(summary)),
+        ("", f"{b.energy_error:.1e}", "relative error of the energy balance"),
+        ("", f"{b.momentum_error:.1e}", "relative error of the momentum balance"),
+    ):
+        criteria.add_row(Text(name, style="bold"), Text(value, justify="right"), what)
+    console.print(criteria)
+
+
+def _spent(summary: Summary) -> str:
+    b = summary.balance
+    return (
+        f"kinetic: {b.kinetic_end_kJ:.1f} left, {b.absorbed_kJ:.1f} absorbed, "
+        f"{b.friction_kJ:.1f} rails, {b.elastic_kJ:.1f} elastic"
+    )
+
+
+def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:
+    table = _table(
+        "Interface", "largest\nstroke\nmm", "permanent\nset\nmm", "peak\nforce\nkN", "absorbed\nenergy\nkJ", "at\n\ns",
+        title="Interfaces (at the front: one train's side)",
+    )
+    for i in interfaces:
+        flag = " !" if i.exhausted else ""
+        table.add_row(
+            i.name + flag,
+            f"{i.stroke_mm:.1f}",
+            f"{i.permanent_mm:.1f}",
+            f"{i.peak_force_kN:.1f}",
+            f"{i.energy_kJ:.2f}",
+            f"{i.peak_time_s:.3f}",
+        )
+        for stage in i.stages if len(i.stages) > 1 else ():
+            limit = "" if stage.limit_mm is None else f" of {stage.limit_mm:g}"
+            table.add_row(f"  {stage.name}{limit}", f"{stage.stroke_mm:.1f}", "", "", "", "")
+    if any(i.exhausted for i in interfaces):
+        table.caption = "! a stroke limit, or the end of a curve, was passed"
+    return table
+
+
+def _vehicles(summary: Summary) -> Table:
+    table = _table(
+        "Vehicle", "mass\n\nt", "device\npeak\ng", "total\npeak\ng", "CFC 60\npeak\ng", "mean\n30 ms\ng", "mean\n100 ms\ng",
+        "mean\nall\ng", "final\nspeed\nkm/h", "balance\ntime\ns",
+        title="Vehicles (accelerations)",
+    )
+    for v in summary.vehicles:
+        table.add_row(
+            v.name,
+            f"{v.mass_t:g}",
+            f"{v.peak_device_acceleration_g:.4f}",
+            f"{v.peak_acceleration_g:.3f}",
+            f"{v.cfc60_peak_g:.3f}",
+            f"{v.mean_30ms_g:.3f}",
+            f"{v.mean_100ms_g:.3f}",
+            f"{v.mean_deceleration_g:.3f}",
+            f"{v.final_speed_km_h:.2f}",
+            f"{v.balance_time_s:.3f}",
+        )
+    return table
+
+
+def print_chain(scenario: Scenario, chain: Chain) -> None:
+    """What would run: vehicles, interfaces and step."""
+    console = _console()
+    console.print(Text(scenario.title or "Train collision", style="bold"))
+    table = _table("Vehicle", "type", "mass\nt", "length\nm", "speed\nkm/h")
+    for v in chain.vehicles:
+        table.add_row(v.name, v.kind, f"{v.mass / TONNE:g}", f"{v.length:g}", f"{v.speed / KM_H:g}")
+    console.print(table)
+    table = _table("Interface", "device", "stiffness\nkN/mm", "dashpot\nkN s/m", "points", "stages (limit mm)")
+    notes = []
+    for i in chain.interfaces:
+        stages = "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < 1e9 else s.name for s in i.devices[0].stages)
+        e = i.envelope
+        table.add_row(
+            i.name, _names(i), f"{e.stiffness / KN_PER_MM:g}", f"{e.damping / KN_S_PER_M:g}", str(e.stroke.size), stages
+        )
+        if (e.slope > e.stiffness).any():
+            notes.append(i.name)
+    console.print(table)
+    if notes:
+        console.print(
+            f"Note: the envelope of {', '.join(notes)} rises faster than the unloading stiffness in places; there the "
+            "force climbs along the stiffness.",
+            markup=False,
+        )
+    console.print(
+        f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "
+        f"a record every {chain.step * chain.steps_per_record / MS:g} ms; at most {chain.time_limit:g} s.",
+        markup=False,
+        highlight=False,
+    )
+
+
+def _names(interface: Interface) -> str:
+    names = [device.name for device in interface.devices]
+    return f"2 x {names[0]}" if len(names) == 2 and names[0] == names[1] else " + ".join(names)
+
+
+def print_scenarios(scenarios: Mapping[str, Scenario]) -> None:
+    """Names, titles and parameters of scenarios."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table.add_column("Name", style="bold", no_wrap=True)
+    table.add_column("What it is")
+    table.add_column("Parameters")
+    for name, scenario in scenarios.items():
+        table.add_row(name, scenario.title, "\n".join(scenario.parameters))
+    _console().print(table)
+
+
+def _table(first: str, *heads: str, title: str | None = None) -> Table:
+    """A table whose first column is text and whose others are numbers."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left", title_style="", caption_justify="left")
+    table.add_column(first, no_wrap=True)
+    for head in heads:
+        text = head in ("type", "device") or head.startswith("stages")
+        table.add_column(head, justify="left" if text else "right", no_wrap=not text)
+    return table
+
+
+def _console() -> Console:
+    console = Console(highlight=False, emoji=False)
+    if console.width > WIDTH or not console.is_terminal:
+        console.width = WIDTH
+    return console
+
