@@ -49,7 +49,9 @@ class _Size(NamedTuple):
     n_records: int
 
 
-def run_chains(cases: Iterable[tuple[Key, Chain]], threads: int = 0, places: int = PLACES) -> Iterator[tuple[Key, Summary]]:
+def run_chains(
+    cases: Iterable[tuple[Key, Chain]], threads: int = 0, places: int = PLACES
+) -> Iterator[tuple[Key, Summary]]:
     """Compute collisions side by side and yield each as it ends.
 
     Every number equals that of a single run, bit for bit, whatever the threads, places and order.

@@ -147,9 +147,7 @@ def line_up(scenario: Parts) -> Chain:
         envelope, left_stroke = in_series(near, far)
         interfaces.append(Interface("S1-M1", n - 1, n, envelope, left_stroke, (near, far)))
         vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h) for i, car in enumerate(cars)]
-        interfaces += [
-            _joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)
-        ]
+        interfaces += [_joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)]
     s = scenario.simulation
     return Chain(
         tuple(vehicles),

@@ -54,7 +54,9 @@ def _takes_scenario(function: F) -> F:
 
 @main.command()
 @_takes_scenario
-@click.option("--out", type=click.Path(path_type=Path), help="Folder for the result, tables and figure; made if needed.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder for the result, tables and figure; made if needed."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 def run(scenario: str, changes: tuple[str, ...], out: Path | None, as_json: bool) -> None:
     """Compute one collision and print its interfaces, vehicles, criteria and balances.

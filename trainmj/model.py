@@ -72,8 +72,13 @@ def spec(chain: Chain, layout: Layout | None = None, bare: bool = False) -> mujo
         return base
     if chain.interfaces[-1].right == WALL:
         base.worldbody.add_geom(
-            name="wall", type=mujoco.mjtGeom.mjGEOM_BOX, size=[1, 3, 2.5], pos=[1, 0, 2.5], material="wall",
-            contype=0, conaffinity=0,
+            name="wall",
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=[1, 3, 2.5],
+            pos=[1, 0, 2.5],
+            material="wall",
+            contype=0,
+            conaffinity=0,
         )
     for interface in chain.interfaces:
         tendon = base.add_tendon(name=interface.name)
@@ -143,9 +148,7 @@ def _add_vehicle(base: mujoco.MjSpec, chain: Chain, index: int, vehicle: Vehicle
         inertia=np.array([y * y + z * z, x * x + z * z, x * x + y * y]) * vehicle.mass / 12,
         explicitinertial=True,
     )
-    body.add_joint(
-        name=vehicle.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0], ref=float(chain.start[index])
-    )
+    body.add_joint(name=vehicle.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0], ref=float(chain.start[index]))
     if not bare:
         _add_shapes(body, chain, index, vehicle)
 
@@ -164,7 +167,13 @@ def _add_shapes(body: mujoco.MjsBody, chain: Chain, index: int, vehicle: Vehicle
     ]
     for name, size, pos, material in shapes:
         body.add_geom(
-            name=f"{vehicle.name} {name}", type=box, size=size, pos=pos, material=material, contype=0, conaffinity=0,
+            name=f"{vehicle.name} {name}",
+            type=box,
+            size=size,
+            pos=pos,
+            material=material,
+            contype=0,
+            conaffinity=0,
             mass=0,
         )
 
@@ -179,7 +188,11 @@ def _add_sensors(base: mujoco.MjSpec, chain: Chain) -> None:
             else:
                 sensor.type = kind.mjSENS_TENDONPOS if sensed == "stroke" else kind.mjSENS_TENDONVEL
                 sensor.objtype, sensor.objname = thing.mjOBJ_TENDON, interface.name
-    kinds = {"position": kind.mjSENS_JOINTPOS, "velocity": kind.mjSENS_JOINTVEL, "acceleration": kind.mjSENS_FRAMELINACC}
+    kinds = {
+        "position": kind.mjSENS_JOINTPOS,
+        "velocity": kind.mjSENS_JOINTVEL,
+        "acceleration": kind.mjSENS_FRAMELINACC,
+    }
     for motion in MOTION:
         for vehicle in chain.vehicles:
             sensor = base.add_sensor(name=f"{motion} {vehicle.name}", type=kinds[motion], objname=vehicle.name)

@@ -120,7 +120,9 @@ def _compile(factory: Callable[[Offsets], Any], signature: str, offsets: Offsets
     try:
         function = numba.cfunc(signature, cache=True)(factory(offsets))
     except RuntimeError as error:
-        log.warning("the compiled law is not kept between processes (%s); set NUMBA_CACHE_DIR to a writable folder", error)
+        log.warning(
+            "the compiled law is not kept between processes (%s); set NUMBA_CACHE_DIR to a writable folder", error
+        )
         function = numba.cfunc(signature)(factory(offsets))
     _kept.append(function)
     return int(function.address)

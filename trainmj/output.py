@@ -32,7 +32,9 @@ def write_run(result: Result, summary: Summary, folder: Path) -> None:
 
 
 def _write_table(
-    rows: Sequence[InterfaceMetrics] | Sequence[VehicleMetrics], file: Path, left_out: frozenset[str] | set[str] = frozenset()
+    rows: Sequence[InterfaceMetrics] | Sequence[VehicleMetrics],
+    file: Path,
+    left_out: frozenset[str] | set[str] = frozenset(),
 ) -> None:
     import pandas as pd
 

@@ -57,6 +57,7 @@ def collision(result: Result) -> Figure:
         _lines(axes[1, 0], result, "Force", result.force[:, own] / KN, "kN", own)
         _lines(axes[1, 1], result, "Absorbed energy", result.energy[:, own] * share[own] / KJ, "kJ", own)
         axes[0, 1].set_ylim(bottom=min(0.0, axes[0, 1].get_ylim()[0]) if chain.gap == 0 else 0.0)
+        _legend(axes[0, 1], len(own), 1)  # the colours are the same in all three
         for axis in axes[1]:
             axis.set_xlabel("Time (s)")
         axes[0, 0].set_xlim(0, result.time[-1])
@@ -70,7 +71,11 @@ def _own_interfaces(chain: Chain) -> list[int]:
 
 def _side_share(chain: Chain, k: int) -> float:
     interface = chain.interfaces[k]
-    return 0.5 if len(interface.devices) == 2 and np.allclose(interface.left_stroke * 2, interface.envelope.stroke) else 1.0
+    return (
+        0.5
+        if len(interface.devices) == 2 and np.allclose(interface.left_stroke * 2, interface.envelope.stroke)
+        else 1.0
+    )
 
 
 def _speeds(axes: Axes, result: Result) -> None:
@@ -99,7 +104,6 @@ def _lines(axes: Axes, result: Result, title: str, values: np.ndarray, unit: str
         axes.plot(result.time, values[:, place], color=colours(0.9 * place / max(1, len(interfaces) - 1)), label=name)
     axes.set_title(title)
     axes.set_ylabel(unit)
-    _legend(axes, len(interfaces), 1)
 
 
 def _legend(axes: Axes, n: int, columns: int) -> None:

@@ -121,12 +121,10 @@ class Result:
         import xarray as xr
 
         histories = {
-            name: (("time", over), getattr(self, name), {"units": unit})
-            for name, (over, unit) in _HISTORIES.items()
+            name: (("time", over), getattr(self, name), {"units": unit}) for name, (over, unit) in _HISTORIES.items()
         }
         tally = {
-            f"tally_{name}": (over, getattr(self.tally, name), {"units": unit})
-            for name, (over, unit) in _TALLY.items()
+            f"tally_{name}": (over, getattr(self.tally, name), {"units": unit}) for name, (over, unit) in _TALLY.items()
         }
         return xr.Dataset(
             histories | tally,
@@ -182,7 +180,9 @@ def load_result(file: str | Path) -> Result:
     except (OSError, ValueError, KeyError, RuntimeError) as error:
         raise InputError(f"{file}: is not a readable NetCDF file ({error})") from None
     if data.attrs.get("format") != _FORMAT:
-        raise InputError(f"{file}: is not a result of this trainmj (format {data.attrs.get('format')!r}, not {_FORMAT!r})")
+        raise InputError(
+            f"{file}: is not a result of this trainmj (format {data.attrs.get('format')!r}, not {_FORMAT!r})"
+        )
     scenario = from_yaml(str(data.attrs["scenario"]), str(file))
     tally = {f.name: data[f"tally_{f.name}"].values for f in fields(Tally)}
     tally |= {"time": float(tally["time"]), "over": bool(tally["over"]), "impulse": float(tally["impulse"])}

@@ -23,32 +23,35 @@ def print_summary(scenario: Scenario, summary: Summary) -> None:
     console = _console()
     console.print(Text(scenario.title or "Train collision", style="bold"))
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated", markup=False, highlight=False)
-    console.print(_interfaces(summary.interfaces))
-    console.print(_vehicles(summary))
+    for table in (_interfaces(summary.interfaces), _vehicles(summary)):
+        console.print()
+        console.print(table)
+    console.print()
     b = summary.balance
     criteria = Table.grid(padding=(0, 2))
     for name, value, what in (
-        ("TS", f"{summary.TS_mm:.1f} mm", "total compression of the moving train, empty strokes not counted"),
+        ("TS", f"{summary.TS_mm:.1f} mm", "compression along the moving train, no empty strokes"),
         ("TAMA", f"{summary.TAMA_g:.4f} g", "mean of its peak device accelerations"),
-        ("Energy", f"{b.kinetic_start_kJ:.1f} kJ", _spent(summary)),
-        ("", f"{b.energy_error:.1e}", "relative error of the energy balance"),
+        ("Energy", f"{b.kinetic_start_kJ:.1f} kJ", "kinetic at the start, of which"),
+        ("", f"{b.kinetic_end_kJ:.1f} kJ", "kinetic at the end"),
+        ("", f"{b.absorbed_kJ:.1f} kJ", "absorbed by the devices"),
+        ("", f"{b.friction_kJ:.1f} kJ", "by the rails"),
+        ("", f"{b.elastic_kJ:.1f} kJ", "elastic, still in the devices"),
+        ("Checks", f"{b.energy_error:.1e}", "relative error of the energy balance"),
         ("", f"{b.momentum_error:.1e}", "relative error of the momentum balance"),
     ):
         criteria.add_row(Text(name, style="bold"), Text(value, justify="right"), what)
     console.print(criteria)
 
 
-def _spent(summary: Summary) -> str:
-    b = summary.balance
-    return (
-        f"kinetic: {b.kinetic_end_kJ:.1f} left, {b.absorbed_kJ:.1f} absorbed, "
-        f"{b.friction_kJ:.1f} rails, {b.elastic_kJ:.1f} elastic"
-    )
-
-
 def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:
     table = _table(
-        "Interface", "largest\nstroke\nmm", "permanent\nset\nmm", "peak\nforce\nkN", "absorbed\nenergy\nkJ", "at\n\ns",
+        "Interface",
+        "largest\nstroke\nmm",
+        "permanent\nset\nmm",
+        "peak\nforce\nkN",
+        "absorbed\nenergy\nkJ",
+        "at\ns",
         title="Interfaces (at the front: one train's side)",
     )
     for i in interfaces:
@@ -71,8 +74,16 @@ def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:
 
 def _vehicles(summary: Summary) -> Table:
     table = _table(
-        "Vehicle", "mass\n\nt", "device\npeak\ng", "total\npeak\ng", "CFC 60\npeak\ng", "mean\n30 ms\ng", "mean\n100 ms\ng",
-        "mean\nall\ng", "final\nspeed\nkm/h", "balance\ntime\ns",
+        "Vehicle",
+        "mass\nt",
+        "device\npeak\ng",
+        "total\npeak\ng",
+        "CFC 60\npeak\ng",
+        "mean\n30 ms\ng",
+        "mean\n100 ms\ng",
+        "mean\nall\ng",
+        "final\nspeed\nkm/h",
+        "balance\ntime\ns",
         title="Vehicles (accelerations)",
     )
     for v in summary.vehicles:
@@ -142,11 +153,20 @@ def print_scenarios(scenarios: Mapping[str, Scenario]) -> None:
 
 def _table(first: str, *heads: str, title: str | None = None) -> Table:
     """A table whose first column is text and whose others are numbers."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left", title_style="", caption_justify="left")
-    table.add_column(first, no_wrap=True)
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        show_edge=False,
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        caption_justify="left",
+    )
+    table.add_column(first, no_wrap=True, vertical="bottom")
     for head in heads:
         text = head in ("type", "device") or head.startswith("stages")
-        table.add_column(head, justify="left" if text else "right", no_wrap=not text)
+        table.add_column(head, justify="left" if text else "right", no_wrap=not text, vertical="bottom")
     return table
 
 
@@ -155,4 +175,3 @@ def _console() -> Console:
     if console.width > WIDTH or not console.is_terminal:
         console.width = WIDTH
     return console
-

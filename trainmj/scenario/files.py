@@ -129,7 +129,9 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str,
         raise InputError(f"{where}: {BUILDS_ON}: must be the name of a scenario file")
     beside = path.parent / base
     if not beside.is_file() and base not in shipped():
-        raise InputError(f"{where}: {BUILDS_ON} = {base!r}: there is no such file beside it{close_match(base, shipped())}")
+        raise InputError(
+            f"{where}: {BUILDS_ON} = {base!r}: there is no such file beside it{close_match(base, shipped())}"
+        )
     under, under_origins = _read_built(beside if beside.is_file() else shipped()[base], (*before, path.resolve()))
     return _merged(under, values), under_origins | origins
 
@@ -168,7 +170,9 @@ def _parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
         place = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
         raise InputError(f"{name}{place}: is not valid YAML: {error.problem}") from None
     except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError(f"{name}: is not valid YAML: {str(error).splitlines()[0] if str(error) else 'too deep'}") from None
+        raise InputError(
+            f"{name}: is not valid YAML: {str(error).splitlines()[0] if str(error) else 'too deep'}"
+        ) from None
     if not isinstance(tree, dict):
         raise InputError(f"{name}: must be a group of keys and values such as 'devices:'")
     origins: dict[Path, str] = {(): name}

@@ -41,7 +41,9 @@ def _curve(path: Path, curve: Curve) -> Iterator[Problem]:
         yield Problem(path, "has no points")
     for i, (a, b) in enumerate(zip(curve.stroke_mm, curve.stroke_mm[1:], strict=False)):
         if b <= a:
-            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: a curve never goes back")
+            yield Problem(
+                (*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: a curve never goes back"
+            )
 
 
 def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
@@ -102,7 +104,9 @@ def _joints(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
     for i, part in enumerate(ref if isinstance(ref, list) else []):
         stroke, _ = parts.curve_points(part)
         if i and stroke and stroke[0] <= before:
-            yield Problem((*path, i), f"must go on from the {before:g} mm of the part before it, not from {stroke[0]:g} mm")
+            yield Problem(
+                (*path, i), f"must go on from the {before:g} mm of the part before it, not from {stroke[0]:g} mm"
+            )
         before = stroke[-1] if stroke else before
 
 
@@ -145,7 +149,9 @@ def _collision(parts: Parts) -> Iterator[Problem]:
             offered: Iterable[str] = [*parts.trains, *([RIGID_WALL] if key == "partner" else [])]
             yield Problem(("collision", key), f"there is no train of this name{close_match(name, offered)}")
         elif getattr(parts.trains[name], end) is None:
-            yield Problem(("trains", name), f"states no device at its {end}, which is the end that meets the other side")
+            yield Problem(
+                ("trains", name), f"states no device at its {end}, which is the end that meets the other side"
+            )
     if collision.speed_km_h <= collision.partner_speed_km_h:
         yield Problem(
             ("collision", "speed_km_h"),
@@ -168,4 +174,7 @@ def _simulation(parts: Parts) -> Iterator[Problem]:
     if abs(s.record_every_ms - s.steps_per_record * s.step_ms) > 1e-9 * s.record_every_ms:
         yield Problem(("simulation", "record_every_ms"), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
     if s.time_limit_s * 1e3 / s.step_ms > _MOST_STEPS:
-        yield Problem(("simulation", "time_limit_s"), f"asks for more than {_MOST_STEPS} steps: shorten it or take a larger step_ms")
+        yield Problem(
+            ("simulation", "time_limit_s"),
+            f"asks for more than {_MOST_STEPS} steps: shorten it or take a larger step_ms",
+        )
