@@ -18,6 +18,8 @@ from trainmj.units import G, KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 WALL = -1
 """Stands for the rigid wall where an interface names the vehicle on its right."""
 
+_TOUCH = 1e-9  # round-off of strokes [m]
+
 
 @dataclass(frozen=True)
 class Vehicle:
@@ -61,9 +63,17 @@ class Interface:
     def side_stroke(self, stroke: float, side: int) -> float:
         """Stroke of one side's device when the interface is compressed by stroke [m]; side 0 is left, 1 right."""
         u = self.envelope.stroke
-        beyond = max(0.0, stroke - u[-1]) * (0.5 if len(self.devices) == 2 else 1.0)
+        beyond = max(0.0, stroke - u[-1]) * self._left_share_beyond()
         left = float(np.interp(stroke, u, self.left_stroke)) + beyond
         return left if side == 0 else stroke - left
+
+    def _left_share_beyond(self) -> float:
+        """Part that the left device takes of the stroke past the last point: all of it where only its curve has ended."""
+        if len(self.devices) == 1:
+            return 1.0
+        last = float(self.left_stroke[-1]), float(self.envelope.stroke[-1] - self.left_stroke[-1])
+        left, right = (x > d.envelope.stroke[-1] - _TOUCH for x, d in zip(last, self.devices, strict=True))
+        return 0.5 if left == right else float(left)
 
 
 @dataclass(frozen=True, eq=False)
