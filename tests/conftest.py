@@ -1,0 +1,52 @@
+"""What several test files share: the standard collision, run once."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from trainmj.metrics import Summary, summarise
+from trainmj.result import Result
+from trainmj.scenario import Scenario, load
+from trainmj.simulation import run
+
+Python = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="session")
+def standard() -> Scenario:
+    return load("b_type")
+
+
+@pytest.fixture(scope="session")
+def standard_result(standard: Scenario) -> Result:
+    return run(standard)
+
+
+@pytest.fixture(scope="session")
+def standard_summary(standard_result: Result) -> Summary:
+    return summarise(standard_result)
+
+
+@pytest.fixture(scope="session")
+def python(tmp_path_factory: pytest.TempPathFactory) -> Python:
+    """Run Python in a process of its own, as a user does, away from the checkout."""
+    away = tmp_path_factory.mktemp("away")
+
+    def call(*args: str, cwd: Path = away, **env: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, *args],
+            cwd=cwd,
+            env=os.environ | {"COLUMNS": "80"} | env,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+
+    return call
