@@ -68,7 +68,7 @@ class Interface:
         return left if side == 0 else stroke - left
 
     def _left_share_beyond(self) -> float:
-        """Part that the left device takes of the stroke past the last point: all of it where only its curve has ended."""
+        """Part of the stroke past the last point that the left device takes: all, where only its curve has ended."""
         if len(self.devices) == 1:
             return 1.0
         last = float(self.left_stroke[-1]), float(self.envelope.stroke[-1] - self.left_stroke[-1])
