@@ -10,7 +10,7 @@ import numpy as np
 from trainmj import native
 from trainmj.chain import Chain, line_up
 from trainmj.device import Array
-from trainmj.errors import InputError
+from trainmj.errors import EngineError, InputError
 from trainmj.layout import Head, Layout
 from trainmj.model import build, split_sensors
 from trainmj.result import Result, Tally
@@ -30,7 +30,7 @@ def run(scenario: Scenario) -> Result:
 
     Raises:
         InputError: if the step is too large for the stiffest device and the lightest vehicle.
-        EngineError: if the running MuJoCo cannot carry the device law.
+        EngineError: if the running MuJoCo cannot carry the device law, or something replaced it.
     """
     chain = line_up(scenario)
     check_step(chain)
@@ -117,6 +117,8 @@ def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
             model.opt.disableflags &= ~off
         mujoco.mj_step(model, data)
         rows[n] = data.sensordata
+        if data.userdata[Head.TIME] < 0.0:
+            raise EngineError("the device law was not called: something replaced MuJoCo's passive callback")
         if data.userdata[Head.OVER] or not np.isfinite(data.userdata[Head.IMPULSE]):
             return rows[: n + 1]
     return rows
