@@ -1,0 +1,381 @@
+"""The compiled law: equal to the readable one, once per step, and a good guest in MuJoCo."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+import pytest
+from builders import chain, envelope, step_once
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from trainmj import native
+from trainmj.chain import Chain
+from trainmj.errors import EngineError
+from trainmj.layout import Car, Head, Joint, Layout
+from trainmj.model import build, check_integrator
+from trainmj.simulation import run, start
+
+ENVELOPES = (
+    envelope([(0, 0), (10, 1000), (500, 1000)], 200, 50),
+    envelope(
+        [(0, 0), (73, 800), (353, 1000), (353.3, 1200), (353.6, 0), (375, 0), (375.2, 1250), (900, 1250)], 356, 11
+    ),
+    envelope([(0, 0), (1, 1000), (300, 1000)], 30, 7000),  # rises faster than it unloads; a strong dashpot
+    envelope([(0, 0), (50, 0), (50, 500), (80, 500), (80, 200), (400, 900)], 90),  # empty stroke, two jumps
+)
+MASS = (33e3, 20e3, 47e3, 1e3)
+
+
+def walled(**kwargs: float) -> Chain:
+    return chain(MASS, ENVELOPES, (0.0,) * 4, n_moving=4, **kwargs)
+
+
+@pytest.fixture
+def law() -> Iterator[None]:
+    with native.installed():
+        yield
+
+
+@pytest.fixture(scope="module")
+def system() -> tuple[mujoco.MjModel, Layout]:
+    layout = Layout.of(walled())
+    return build(walled(), layout), layout
+
+
+strokes = st.floats(-0.05, 0.95)
+rates = st.floats(-12.0, 12.0)
+histories = st.lists(
+    st.tuples(*[strokes] * len(ENVELOPES), *[rates] * len(ENVELOPES)),
+    min_size=1,
+    max_size=40,
+)
+# small moves around a place reach the elastic branch, which strokes at random rarely do
+wiggles = st.lists(
+    st.tuples(*[st.floats(-0.012, 0.02)] * len(ENVELOPES), *[rates] * len(ENVELOPES)), min_size=20, max_size=80
+).map(lambda rows: [(*np.cumsum([r[:4] for r in rows], axis=0)[i], *rows[i][4:]) for i in range(len(rows))])
+
+
+@settings(max_examples=60, deadline=None)
+@given(histories | wiggles)
+def test_compiled_law_equals_the_readable_one_exactly(system, history):
+    model, layout = system
+    case = walled()
+    data = start(model, case, layout)
+    plastic = [0.0] * 4
+    for n, row in enumerate(history):
+        data.time = 0.001 * n
+        data.qpos[:] = np.cumsum(row[:4][::-1])[::-1]  # a position is the sum of the strokes ahead of it
+        data.qvel[:] = np.cumsum(row[4:][::-1])[::-1]
+        with native.installed():
+            mujoco.mj_forward(model, data)
+        u = np.append(data.qpos[:-1] - data.qpos[1:], data.qpos[-1])
+        rate = np.append(data.qvel[:-1] - data.qvel[1:], data.qvel[-1])
+        forces = []
+        for k, e in enumerate(ENVELOPES):
+            force, plastic[k] = e.respond(float(u[k]), float(rate[k]), plastic[k])
+            forces.append(force)
+        assert data.sensordata[:4].tolist() == forces, "forces of the compiled law differ from Envelope.respond"
+        assert layout.joint(data.userdata, Joint.PLASTIC).tolist() == plastic, "plastic states differ"
+        behind = np.array([0.0, *forces[:-1]])
+        assert data.qfrc_passive.tolist() == (behind - forces).tolist(), "vehicles feel other forces than interfaces"
+
+
+def test_histories_of_that_test_reach_every_branch_of_the_law():
+    """Guards the test above: its wiggles must unload, reload and pass the empty strokes."""
+    rng = np.random.default_rng(1)
+    for e in ENVELOPES:
+        seen, plastic = set(), 0.0
+        for u in np.abs(np.cumsum(rng.uniform(-0.012, 0.02, 400))):
+            before = plastic
+            force, plastic = e.respond(u, 0.1, plastic)
+            seen.add("crush" if plastic > before else "elastic" if force > 0 else "idle")
+        assert seen == {"crush", "elastic", "idle"}
+
+
+def test_state_moves_once_per_time(law, system):
+    """The engine may evaluate forces again at the same time (mj_forward); that must not crush a device further."""
+    model, layout = system
+    data = start(model, walled(), layout)
+    data.time, data.qpos[:] = 0.001, [0.4, 0.3, 0.2, 0.1]
+    mujoco.mj_forward(model, data)
+    state, forces = data.userdata.copy(), data.qfrc_passive.copy()
+    data.qpos[:] = [0.9, 0.6, 0.4, 0.2]
+    for _ in range(3):
+        mujoco.mj_forward(model, data)
+        assert np.array_equal(data.userdata, state)
+        assert np.array_equal(data.qfrc_passive, forces)
+    data.time = 0.002
+    mujoco.mj_forward(model, data)
+    assert not np.array_equal(data.userdata, state), "the next time moves it"
+
+
+def test_tally_counts_peaks_times_and_work(law, system):
+    model, layout = system
+    data = start(model, walled(), layout)
+    path = np.concatenate([np.linspace(0, 0.2, 2001), np.linspace(0.2, 0.19, 101)[1:]])
+    for n, u in enumerate(path):
+        data.time, data.qpos[:] = 0.001 * (n + 1), [u, 0, 0, 0]
+        mujoco.mj_forward(model, data)
+    block = data.userdata
+    first = {field: float(layout.joint(block, field)[0]) for field in Joint}
+    assert first[Joint.STROKE_MAX] == 0.2
+    assert first[Joint.STROKE_MAX_TIME] == pytest.approx(2.001)
+    assert first[Joint.FORCE_MAX] == 1e6
+    assert first[Joint.FIRST] == pytest.approx(0.002)
+    elastic = 0.5 * 1e6**2 / 200e6
+    assert first[Joint.WORK] == pytest.approx(ENVELOPES[0].energy(0.2) - elastic, rel=1e-3)
+    assert data.sensor("energy I0").data[0] == pytest.approx(ENVELOPES[0].energy(0.2) - elastic, rel=1e-3)
+    assert layout.car(block, Car.DEVICE_PEAK).tolist() == pytest.approx([1e6 / 33e3, 1e6 / 20e3, 0, 0])
+    assert float(layout.joint(block, Joint.FIRST)[1]) == -1.0, "an interface that never pushed has no first time"
+
+
+@pytest.mark.parametrize(
+    ("limit", "speed", "pushed", "expected"),
+    [
+        (0.01, 2.0, 0.0, -0.01 * 9.80665 * 33e3),  # rolling: the whole of mu m g against the motion
+        (0.01, -2.0, 0.0, 0.01 * 9.80665 * 33e3),
+        (0.01, 0.0, 0.0, 0.0),  # standing and not pushed: nothing
+        (0.01, 1e-6, 0.0, -33e3 * 1e-6 / 1e-3),  # nearly standing: what stops it within the step
+        (0.0, 5.0, 0.0, 0.0),
+    ],
+)
+def test_rail_friction_of_one_vehicle(law, limit, speed, pushed, expected):
+    e = envelope([(0, 0), (10, 1000)], 100)
+    case = chain([33e3], [e], [speed], friction=limit, step=1e-3, gap=1.0)
+    model = build(case)
+    data = start(model, case, Layout.of(case))
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_passive[0] == pytest.approx(expected, rel=1e-12)
+
+
+# a good guest
+
+
+@pytest.fixture
+def ours() -> Iterator[list[object]]:
+    """Someone's own callbacks, in place while a test runs."""
+    native._callbacks()
+    calls: list[object] = []
+
+    def passive(model, data) -> None:
+        calls.append("passive")
+
+    mujoco.set_mjcb_passive(passive)
+    yield [passive, calls]
+    mujoco.set_mjcb_passive(None)
+
+
+def slots() -> list[object]:
+    return [get() for get, _ in native._SLOTS]
+
+
+def test_leaving_puts_back_what_was_there(ours):
+    before = slots()
+    assert before[0] is ours[0]
+    with native.installed():
+        assert slots()[0] is not before[0]
+    assert slots() == before
+
+
+def test_nested_use_keeps_the_law_until_the_last_one_leaves(ours):
+    before = slots()
+    with native.installed():
+        law = slots()
+        with native.installed():
+            pass
+        assert slots()[0] is not before[0], "the inner one must not take the law away from the outer one"
+        assert [type(x) for x in slots()] == [type(x) for x in law]
+    assert slots() == before
+
+
+def test_an_exception_inside_puts_back_too(ours):
+    before = slots()
+    with pytest.raises(ZeroDivisionError), native.installed():
+        raise ZeroDivisionError
+    assert slots() == before
+
+
+def test_threads_may_enter_and_leave_as_they_like():
+    """A thread that leaves early must not take the law away from one that still steps."""
+    case = walled(friction=0.01, step=1e-4)
+    model, layout = build(case), Layout.of(case)
+    before = slots()
+
+    def collide() -> np.ndarray:
+        data = start(model, case, layout)
+        data.qvel[:] = [4, 3, 2, 1]
+        for _ in range(50):
+            with native.installed():
+                mujoco.mj_step(model, data, nstep=20)
+        return data.userdata.copy()
+
+    alone = collide()
+    found: list[np.ndarray] = []
+    threads = [threading.Thread(target=lambda: found.append(collide())) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 4
+    assert all(np.array_equal(block, alone) for block in found)
+    assert slots() == before
+
+
+@pytest.mark.parametrize("nuserdata", [0, 3, 500])
+def test_models_of_others_are_left_alone(law, nuserdata):
+    xml = f"""<mujoco><size nuserdata="{nuserdata}"/><worldbody>
+        <body><joint name="a" type="slide" axis="1 0 0" damping="2"/><geom size="1"/></body></worldbody>
+        <sensor><user dim="1" needstage="acc"/></sensor></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    data.userdata[:] = 7.0
+    data.qpos[:], data.qvel[:] = 5.0, 1.0
+    mujoco.mj_forward(model, data)
+    assert data.qfrc_passive.tolist() == [-2.0]
+    assert (data.userdata == 7.0).all()
+    assert data.sensordata.tolist() == [0.0]
+
+
+def test_without_the_law_the_vehicles_pass_through_each_other():
+    """What the comment in an exported model says, and what makes every other test here mean something."""
+    case = walled()
+    model = build(case)
+    data = start(model, case, Layout.of(case))
+    data.qpos[:] = [0.4, 0.3, 0.2, 0.1]
+    mujoco.mj_forward(model, data)
+    assert (data.qfrc_passive == 0).all()
+
+
+# places of fields
+
+
+def test_places_of_fields_are_those_of_this_mujoco():
+    """Each place, read as raw memory, holds what MuJoCo's own Python says."""
+    import ctypes
+
+    o = native.field_offsets()
+    case = walled()
+    model = build(case)
+    data = mujoco.MjData(model)
+    data.time = 1.2345
+    read = ctypes.c_double.from_address
+    assert read(data._address + o.time).value == 1.2345
+    assert read(model._address + o.timestep).value == model.opt.timestep
+    assert ctypes.c_int64.from_address(model._address + o.nuserdata).value == model.nuserdata
+    for name, place in (("qpos", o.qpos), ("qvel", o.qvel), ("userdata", o.userdata), ("sensordata", o.sensordata)):
+        assert ctypes.c_void_p.from_address(data._address + place).value == getattr(data, name).ctypes.data
+    assert ctypes.c_void_p.from_address(data._address + o.qfrc_passive).value == data.qfrc_passive.ctypes.data
+    assert ctypes.c_void_p.from_address(data._address + o.inertia).value == data.M.ctypes.data
+
+
+@pytest.mark.parametrize("field", native.Offsets._fields)
+def test_a_field_that_is_not_where_it_was_found_is_an_error(monkeypatch, field):
+    """Going on with a wrong place would read and write foreign memory."""
+    probe = native._probe
+
+    def disagree(n: int, *args):
+        found = probe(n, *args)
+        return found | {field: {8 * n}}
+
+    monkeypatch.setattr(native, "_probe", disagree)
+    with pytest.raises(EngineError, match=rf"keeps {field} where it was not found.*mujoco 4\.0"):
+        native.field_offsets.__wrapped__()
+
+
+def test_a_field_that_cannot_be_found_at_all_is_an_error(monkeypatch):
+    monkeypatch.setattr(native, "_probe", lambda *args: {name: set() for name in native.Offsets._fields})
+    with pytest.raises(EngineError, match="this version is not supported"):
+        native.field_offsets.__wrapped__()
+
+
+@pytest.mark.parametrize("name", ["mjINT_RK4"])
+def test_integrators_that_evaluate_forces_several_times_a_step_are_refused(name):
+    model = build(walled())
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, name)
+    with pytest.raises(EngineError, match=rf"{name} does not evaluate forces exactly once a step.*euler"):
+        check_integrator(model)
+
+
+@pytest.mark.parametrize("name", ["euler", "implicitfast", "implicit"])
+def test_accepted_integrators_call_the_law_once_a_step(ours, name):
+    from dataclasses import replace
+
+    case = replace(walled(), integrator=name)
+    mujoco.set_mjcb_passive(None)
+    model = build(case)
+    data = start(model, case, Layout.of(case))
+    mujoco.set_mjcb_passive(ours[0])
+    mujoco.mj_step(model, data, nstep=10)
+    assert len(ours[1]) == 10
+
+
+# the compiler's cache on disk
+
+CACHED = """
+import ctypes, numba, sys
+from trainmj import native
+from trainmj.native import Offsets
+wrong = Offsets(*range(800, 1520, 80))
+right = native.field_offsets()
+for offsets in {order}:
+    native._compile(native._passive, "void(voidptr, voidptr)", offsets)
+from trainmj.metrics import summarise
+from trainmj.scenario import load
+from trainmj.simulation import run
+print(repr(summarise(run(load("b_type"))).TS_mm))
+"""
+
+
+def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(python, tmp_path, standard_summary):
+    """numba's cache does not see module globals; with offsets there, a stale function would read foreign memory."""
+    for order in ("(wrong,)", "(right, wrong)"):
+        done = python("-c", CACHED.format(order=order), NUMBA_CACHE_DIR=str(tmp_path))
+        assert done.returncode == 0, done.stderr
+        assert float(done.stdout) == standard_summary.TS_mm
+    assert list(tmp_path.rglob("*.nbc")), "this test needs the cache to be in use"
+
+
+UNWRITABLE = """
+import logging
+from numba.core import caching
+logging.basicConfig(format="%(levelname)s %(name)s %(message)s")
+def refuse(self):
+    raise OSError(30, "Read-only file system")
+for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
+    if "ensure_cache_path" in vars(cls):
+        cls.ensure_cache_path = refuse
+from trainmj.metrics import summarise
+from trainmj.scenario import load
+from trainmj.simulation import run
+print(repr(summarise(run(load("b_type"))).TS_mm))
+"""
+
+
+def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(python, standard_summary):
+    """As in a container with a read-only home and package."""
+    done = python("-c", UNWRITABLE)
+    assert done.returncode == 0, done.stderr
+    assert "WARNING trainmj.native" in done.stderr
+    assert "NUMBA_CACHE_DIR" in done.stderr
+    assert float(done.stdout) == standard_summary.TS_mm
+
+
+def test_end_of_a_collision_is_seen_by_the_law(law):
+    """Apart and untouched: over. Coming closer without touching yet: not over."""
+    e = envelope([(0, 0), (10, 1000)], 100)
+    coming = chain([33e3, 33e3], [e], [1.0, 0.0], gap=0.5)
+    leaving = chain([33e3, 33e3], [e], [0.0, 1.0], gap=0.5)
+    assert step_once(build(coming), coming).userdata[Head.OVER] == 0.0
+    assert step_once(build(leaving), leaving).userdata[Head.OVER] == 1.0
+
+
+def test_a_run_whose_law_was_replaced_is_an_error(standard):
+    """Another's callback, set inside installed(), would else give a result without any force."""
+    with native.installed():
+        mujoco.set_mjcb_passive(None)
+        with pytest.raises(EngineError, match="device law was not called"):
+            run(standard)
