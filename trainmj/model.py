@@ -6,6 +6,7 @@ the two sides touch, so a tendon's length is the stroke of its interface.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import mujoco
@@ -119,7 +120,8 @@ def write(text: str, file: str | Path) -> None:
 
 
 def _comment_text(title: str) -> str:
-    return " ".join(title.replace("--", "-").split()) or "Train collision"
+    words = " ".join(re.sub("-{2,}", "-", title).split())  # XML forbids two dashes in a comment
+    return words or "Train collision"
 
 
 def _copy_options(bare: mujoco.MjSpec) -> None:
