@@ -1,0 +1,219 @@
+"""From a chain to a MuJoCo model: every configured number arrives, and the export opens elsewhere."""
+
+from __future__ import annotations
+
+import math
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+import pytest
+
+from trainmj import native
+from trainmj.chain import Chain, line_up
+from trainmj.errors import OutputError
+from trainmj.layout import Car, Joint, Layout
+from trainmj.model import MOTION, SENSED, build, export, spec, write
+from trainmj.resources import shipped_folder
+from trainmj.scenario import load, shipped
+from trainmj.simulation import start
+
+TABLE_2 = [34.08, 36.26, 36.26, 36.26, 36.26, 34.08]
+
+
+@pytest.fixture(scope="module")
+def case() -> Chain:
+    """Table 2's scenario 1, with values that are nobody's defaults."""
+    return line_up(
+        load(
+            "b_type_scenario_1",
+            {
+                "collision.gap_mm": 250,
+                "collision.partner_speed_km_h": -5,
+                "simulation.step_ms": 0.05,
+                "trains.b_type.length_m": 19.5,
+                "trains.b_type.vehicles.2.length_m": 21.0,
+            },
+        )
+    )
+
+
+@pytest.fixture(scope="module")
+def model(case: Chain) -> mujoco.MjModel:
+    return build(case)
+
+
+def test_vehicles_arrive_with_name_mass_and_place(case, model):
+    names = ["M6", "M5", "M4", "M3", "M2", "M1", "S1", "S2", "S3", "S4", "S5", "S6"]
+    assert [model.body(i).name for i in range(1, model.nbody)] == names
+    assert [model.joint(i).name for i in range(model.njnt)] == names
+    assert model.body_mass[1:] / 1e3 == pytest.approx(TABLE_2[::-1] + TABLE_2)
+    assert (model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE).all()
+    assert (model.jnt_axis == [1, 0, 0]).all()
+    lengths = [19.5, 19.5, 21.0, 19.5, 19.5, 19.5]
+    front = np.cumsum([0, *lengths])
+    middles = (front[1:] + front[:-1]) / 2
+    x = model.body_pos[1:, 0]
+    assert x[6:] == pytest.approx(middles), "the partner's struck end is at x = 0"
+    assert -x[5::-1] == pytest.approx(middles + 0.25), "the moving train stands its gap away"
+
+
+def test_nothing_else_acts_on_the_vehicles(model):
+    """MuJoCo's own springs, dashpots, rail friction or limits would add to the device law unseen."""
+    assert model.nq == model.nv == 12
+    for field in ("dof_damping", "dof_frictionloss", "dof_armature", "jnt_stiffness", "tendon_stiffness"):
+        assert (getattr(model, field) == 0).all(), field
+    for field in ("tendon_damping", "tendon_frictionloss", "tendon_limited", "jnt_limited", "geom_contype"):
+        moving = getattr(model, field)[model.geom_bodyid > 0] if field == "geom_contype" else getattr(model, field)
+        assert (moving == 0).all(), field
+    off = mujoco.mjtDisableBit
+    for bit in (off.mjDSBL_CONTACT, off.mjDSBL_GRAVITY, off.mjDSBL_CONSTRAINT, off.mjDSBL_EULERDAMP):
+        assert model.opt.disableflags & bit, bit.name
+    assert model.opt.disableflags & off.mjDSBL_AUTORESET, "a reset on its own would hide an unstable run"
+    assert not model.opt.disableflags & off.mjDSBL_SENSOR
+
+
+def test_options_arrive(case, model):
+    assert model.opt.timestep == 5e-5
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+    other = build(line_up(load("b_type", {"simulation.integrator": "implicitfast"})))
+    assert other.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+
+
+def test_interfaces_are_tendons_whose_length_is_the_stroke(case, model):
+    names = ["M5-M6", "M4-M5", "M3-M4", "M2-M3", "M1-M2", "S1-M1", "S1-S2", "S2-S3", "S3-S4", "S4-S5", "S5-S6"]
+    assert [model.tendon(i).name for i in range(model.ntendon)] == names
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(5)
+    data.qpos[:], data.qvel[:] = rng.normal(size=12), rng.normal(size=12)
+    mujoco.mj_forward(model, data)
+    assert data.ten_length == pytest.approx(data.qpos[:-1] - data.qpos[1:])
+    assert data.ten_velocity == pytest.approx(data.qvel[:-1] - data.qvel[1:])
+
+
+def test_sensors_carry_names_of_what_they_measure(case, model):
+    interfaces = [i.name for i in case.interfaces]
+    vehicles = [v.name for v in case.vehicles]
+    expected = [f"{s} {i}" for s in SENSED for i in interfaces] + [f"{s} {v}" for s in MOTION for v in vehicles]
+    assert [model.sensor(i).name for i in range(model.nsensor)] == expected
+
+
+def test_start_keyframe_has_both_sides_at_speed_and_apart(case, model):
+    key = model.key("start")
+    assert key.qvel == pytest.approx([25 / 3.6] * 6 + [-5 / 3.6] * 6)
+    assert key.qpos == pytest.approx([-0.25] * 6 + [0.0] * 6)
+    data = start(model, case, Layout.of(case))
+    mujoco.mj_forward(model, data)
+    assert data.sensor("stroke S1-M1").data[0] == pytest.approx(-0.25), "before contact the stroke is minus the gap"
+    assert data.sensor("stroke M1-M2").data[0] == 0.0
+
+
+def test_devices_arrive_in_the_block_of_user_data(case):
+    layout = Layout.of(case)
+    block = layout.block(case)
+    assert layout.car(block, Car.FRICTION_LIMIT) == pytest.approx(0.008 * 9.80665 * case.mass)
+    stiffness = layout.joint(block, Joint.STIFFNESS) / 1e6
+    damping = layout.joint(block, Joint.DAMPING) / 1e3
+    c_d, a_b = (2471.4, 7130.5), (2979.5, 19715)
+    expected = [a_b if i in (4, 6) else c_d for i in range(11)]
+    expected[5] = (356.67 / 2, 11.4 / 2)  # both trains' front devices in series
+    assert stiffness == pytest.approx([e[0] for e in expected])
+    assert damping == pytest.approx([e[1] for e in expected])
+
+
+def test_front_curve_of_the_standard_case_is_that_of_the_file():
+    """Two trains bring the same device: its force at twice its stroke, empty stroke per train."""
+    front = line_up(load("b_type", {"empty_stroke_mm": 35})).interfaces[5].envelope
+    expected = [(73, 800), (73.223, 1000), (353, 1000), (353.264, 1200), (353.528, 0), (388, 0), (388.1385, 1250)]
+    for stroke, force in expected:
+        k = int(np.argmin(np.abs(front.stroke - 2e-3 * stroke)))
+        assert front.stroke[k] == pytest.approx(2e-3 * stroke)
+        assert front.force[k] == pytest.approx(1e3 * force)
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
+    """The batch runs without track, shapes, tendons and sensors; its numbers must be those of a single run."""
+    case = line_up(load(name))
+    layout = Layout.of(case)
+    ends = []
+    with native.installed():
+        for bare in (False, True):
+            model = build(case, layout, bare)
+            data = start(model, case, layout)
+            mujoco.mj_step(model, data, nstep=4000)
+            ends.append((data.qpos.copy(), data.qvel.copy(), data.userdata.copy()))
+    for full, bare in zip(*ends, strict=True):
+        assert np.array_equal(full, bare)
+    assert ends[0][2].any()
+
+
+def test_wall_stands_where_the_train_would_touch_it():
+    model = build(line_up(load("b_type_wall", {"collision.gap_mm": 100})))
+    wall = model.geom("wall")
+    assert wall.pos[0] - wall.size[0] == pytest.approx(0.0)
+    assert model.body("M1").pos[0] + 10.0 == pytest.approx(-0.1)
+    assert model.ntendon == 6
+
+
+# export
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_export_reloads_with_masses_names_and_speeds(name):
+    case = line_up(load(name))
+    model = mujoco.MjModel.from_xml_string(export(case, name))
+    assert [model.body(i).name for i in range(1, model.nbody)] == [v.name for v in case.vehicles]
+    assert model.body_mass[1:] == pytest.approx(case.mass, rel=1e-6), "MjSpec drops inertials that have no position"
+    assert [model.tendon(i).name for i in range(model.ntendon)] == [i.name for i in case.interfaces]
+    assert model.key("start").qvel == pytest.approx(case.speed)
+    assert model.opt.timestep == case.step
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_step(model, data, nstep=10)
+    assert data.qvel == pytest.approx(case.speed), "without trainmj the vehicles keep their speeds, as its comment says"
+
+
+@pytest.mark.parametrize(
+    "title",
+    ["", "a -- b", "--->", "<b>bold</b> & co", "ends with -", "two\nlines", "---", "Züge, 列车", "]]> <!-- "],
+)
+def test_no_title_breaks_the_exported_xml(standard, title):
+    text = export(line_up(standard), title)
+    assert mujoco.MjModel.from_xml_string(text).nv == 12
+    assert ElementTree.fromstring(text).tag == "mujoco", "MuJoCo's parser forgives what other XML tools do not"
+
+
+def test_exported_title_can_be_read(standard):
+    assert "25 km/h into a twin" in export(line_up(standard), "25 km/h into a twin").split("-->")[0]
+
+
+def test_writing_where_it_cannot_be_is_an_output_error(tmp_path):
+    with pytest.raises(OutputError, match="cannot be written"):
+        write("text", tmp_path / "missing" / "model.xml")
+
+
+def test_base_scene_has_what_models_are_built_on():
+    """mjcf/base.xml is for people to edit; these are the names that trainmj takes from it."""
+    base = mujoco.MjModel.from_xml_path(str(shipped_folder("mjcf") / "base.xml"))
+    for material in ("moving", "partner", "window", "bogie", "wall"):
+        base.material(material)
+    for camera in ("overview", "front"):
+        base.camera(camera)
+    assert base.nlight > 0
+
+
+def test_shapes_stay_within_their_vehicle(case):
+    """Car bodies that overlap before any stroke would look like a collision that has happened already."""
+    model = build(case)
+    for v in case.vehicles:
+        shell = model.geom(f"{v.name} body")
+        assert 2 * shell.size[0] < v.length
+        assert math.isclose(shell.pos[0], 0.0)
+
+
+def test_400_vehicles_compile():
+    """The largest chain a scenario file may state."""
+    large = load("b_type", {"trains.b_type.vehicles": 200, "simulation.time_limit_s": 0.1})
+    model = spec(line_up(large), bare=True).compile()
+    assert model.nv == 400
