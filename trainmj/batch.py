@@ -7,13 +7,12 @@ memory depends on the places, not on the number of cases.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from itertools import islice
 from typing import Generic, NamedTuple, TypeVar
 
-import mujoco
 import numpy as np
+import numpy.typing as npt
 from mujoco.batch import Batch
 
 from trainmj import native
@@ -26,13 +25,12 @@ from trainmj.result import Tally
 from trainmj.simulation import n_records
 
 PLACES = 128
-"""Simulations that run side by side; a call into MuJoCo costs about as much as ten steps of one of them."""
+"""Simulations that run side by side: enough for the cost of a call into MuJoCo to vanish among them."""
 
-WINDOW = 1024
-"""Cases that are sorted by size at a time."""
-
+_LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
 _HISTORY_BYTES = 64 * 2**20  # recorded speeds of all places together
 _POINTS = 16  # room for envelope points grows in these steps, so that few models are compiled
+_ENGINES = 8  # kept for sizes that come again
 
 Key = TypeVar("Key")
 
@@ -47,6 +45,19 @@ class _Size(NamedTuple):
     steps_per_record: int
     integrator: str
     n_records: int
+
+    @classmethod
+    def of(cls, chain: Chain) -> _Size:
+        points = max(i.envelope.stroke.size for i in chain.interfaces)
+        return cls(
+            len(chain.vehicles),
+            chain.interfaces[-1].right == WALL,
+            -(-points // _POINTS) * _POINTS,
+            chain.step,
+            chain.steps_per_record,
+            chain.integrator,
+            n_records(chain),
+        )
 
 
 def run_chains(
@@ -64,42 +75,51 @@ def run_chains(
     Yields:
         The key and the numbers of each case, in the order in which they end.
     """
-    cases = iter(cases)
+    queue = _Queue(cases)
     engines: dict[_Size, _Engine[Key]] = {}
     with native.installed():
-        while window := list(islice(cases, max(WINDOW, 4 * places))):
-            groups: dict[_Size, list[tuple[Key, Chain]]] = {}
-            for key, chain in window:
-                groups.setdefault(_size(chain), []).append((key, chain))
-            for size, group in groups.items():
-                if size not in engines:
-                    if len(engines) >= 8:
-                        engines.pop(next(iter(engines)))
-                    engines[size] = _Engine(group[0][1], size, min(places, max(len(group), 1)), threads)
-                yield from engines[size].run(group)
-                if engines[size].places < min(places, len(group)):
-                    del engines[size]
+        while (size := queue.fullest()) is not None:
+            if size not in engines:
+                if len(engines) == _ENGINES:
+                    del engines[next(iter(engines))]
+                engines[size] = _Engine(queue.first(size), size, places, threads)
+            yield from engines[size].run(queue.take(size))
 
 
-def _size(chain: Chain) -> _Size:
-    points = max(i.envelope.stroke.size for i in chain.interfaces)
-    return _Size(
-        len(chain.vehicles),
-        chain.interfaces[-1].right == WALL,
-        -(-points // _POINTS) * _POINTS,
-        chain.step,
-        chain.steps_per_record,
-        chain.integrator,
-        n_records(chain),
-    )
+class _Queue(Generic[Key]):
+    """Cases sorted by size as they come, a limited number ahead."""
 
+    def __init__(self, cases: Iterable[tuple[Key, Chain]]) -> None:
+        self._source = iter(cases)
+        self._waiting: dict[_Size, deque[tuple[Key, Chain]]] = {}
 
-@dataclass
-class _Place(Generic[Key]):
-    """A simulation under way."""
+    def fullest(self) -> _Size | None:
+        """The size with the most cases waiting; None when there is no case left."""
+        if not self._waiting:
+            self._read()
+        return max(self._waiting, key=lambda size: len(self._waiting[size]), default=None)
 
-    key: Key
-    chain: Chain
+    def first(self, size: _Size) -> Chain:
+        """The chain of that size that is next."""
+        return self._waiting[size][0][1]
+
+    def take(self, size: _Size) -> Iterator[tuple[Key, Chain]]:
+        """Cases of one size, until too many of others have come by."""
+        while True:
+            line = self._waiting.get(size)
+            if line:
+                yield line.popleft()
+                if not line:
+                    del self._waiting[size]
+            elif sum(len(other) for other in self._waiting.values()) >= _LOOK_AHEAD or not self._read():
+                return
+
+    def _read(self) -> bool:
+        """Take one more case from the source, if there is one."""
+        for key, chain in self._source:
+            self._waiting.setdefault(_Size.of(chain), deque()).append((key, chain))
+            return True
+        return False
 
 
 class _Engine(Generic[Key]):
@@ -110,73 +130,62 @@ class _Engine(Generic[Key]):
         self._interval = size.step * size.steps_per_record
         self._stride = size.steps_per_record
         self._most = size.n_records
-        row = self._most * size.n_vehicle * 8
-        self.places = max(1, min(places, _HISTORY_BYTES // row if row < _HISTORY_BYTES else 1))
-        self._batch = Batch(build(chain, self.layout, bare=True), self.places, threads)
+        row = self._most * size.n_vehicle * np.dtype(float).itemsize
+        self._places = max(1, min(places, _HISTORY_BYTES // row))
+        self._batch = Batch(build(chain, self.layout, bare=True), self._places, threads)
         self._mass = self._batch.expand("body_mass")
         self._blocks = self._batch.bind("userdata")
-        self._qpos, self._qvel, self._time = (self._batch.bind(name) for name in ("qpos", "qvel", "time"))
+        self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._fresh_row = self._batch.state[0].copy()
         self._speeds = self.layout.car(self._blocks, Car.SPEED)
-        self._history = np.empty((self.places, self._most, size.n_vehicle))
-        self._recorded = np.zeros(self.places, dtype=int)
+        self._history = np.empty((self._places, self._most, size.n_vehicle))
+        self._recorded = np.zeros(self._places, dtype=int)
 
-    def run(self, cases: Iterable[tuple[Key, Chain]]) -> Iterator[tuple[Key, Summary]]:
+    def run(self, cases: Iterator[tuple[Key, Chain]]) -> Iterator[tuple[Key, Summary]]:
         """Compute cases of this engine's size."""
-        waiting = iter(cases)
-        free = list(range(self.places))
-        under_way: dict[int, _Place[Key]] = {}
+        free = list(range(self._places))
+        under_way: dict[int, tuple[Key, Chain]] = {}
         while True:
-            begun = []
-            for place, (key, chain) in zip(list(free), waiting, strict=False):
-                self._load(place, chain)
-                under_way[place] = _Place(key, chain)
-                begun.append(place)
-            free = [p for p in free if p not in under_way]
+            begun = {place: case for place, case in zip(free, cases, strict=False)}
             if begun:
-                self._advance(np.sort(begun), 1)  # the law sees the start
+                for place, (_, chain) in begun.items():
+                    self._load(place, chain)
+                under_way |= begun
+                places = np.sort(list(begun))
+                self._batch.set_const(ids=places)  # MuJoCo keeps inertias that follow from the masses
+                self._advance(places, 1)  # the law sees the start
             if not under_way:
                 return
-            ended: list[int] = self._ended(np.sort(begun)) if begun else []
-            while not ended:
-                ids = np.sort(np.fromiter(under_way, dtype=int))
+            ids = np.sort(list(under_way))
+            free = [place for place in range(self._places) if place not in under_way]
+            while (ended := self._ended(ids)).size == 0:
                 self._advance(ids, self._stride)
-                ended = self._ended(ids)
-            for place in ended:
-                done = under_way.pop(place)
+            for place in ended.tolist():
+                key, chain = under_way.pop(place)
                 free.append(place)
-                yield done.key, self._measure(place, done.chain)
+                yield key, self._measure(place, chain)
 
     def _load(self, place: int, chain: Chain) -> None:
         self._batch.state[place] = self._fresh_row
-        self._mass[place, 1:] = chain.mass
-        self._time[place] = 0.0
+        self._mass[place, 1:] = chain.mass  # body 0 is the world
         self._qpos[place] = chain.start
         self._qvel[place] = chain.speed
         self._blocks[place] = self.layout.block(chain)
         self._recorded[place] = 0
 
-    def _advance(self, ids: np.ndarray, steps: int) -> None:
+    def _advance(self, ids: npt.NDArray[np.intp], steps: int) -> None:
         """Step some simulations and record their speeds."""
         self._batch.step(ids=ids, nstep=steps)
         self._history[ids, self._recorded[ids]] = self._speeds[ids]
         self._recorded[ids] += 1
 
-    def _ended(self, ids: np.ndarray) -> list[int]:
+    def _ended(self, ids: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
         """Those that are over, out of time, or no longer finite."""
-        ended = (
-            (self._blocks[ids, Head.OVER] != 0.0)
-            | (self._recorded[ids] >= self._most)
-            | ~np.isfinite(self._blocks[ids, Head.IMPULSE])
-        )
-        return [int(p) for p in ids[ended]]
+        over = self._blocks[ids, Head.OVER] != 0.0
+        spent = self._recorded[ids] >= self._most
+        return ids[over | spent | ~np.isfinite(self._blocks[ids, Head.IMPULSE])]
 
     def _measure(self, place: int, chain: Chain) -> Summary:
         n = int(self._recorded[place])
         time: Array = np.arange(n) * self._interval
         return measure(chain, Tally.of(self.layout, self._blocks[place]), time, self._history[place, :n])
-
-
-def largest_threads() -> int:
-    """Native threads used where none are asked for."""
-    return int(Batch(mujoco.MjModel.from_xml_string("<mujoco/>"), 1).nthread)

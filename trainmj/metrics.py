@@ -294,7 +294,14 @@ def _mean_deceleration(chain: Chain, tally: Tally, time: Array, velocity: Array)
     first, last = tally.first_force_time[chain.front], tally.last_force_time[chain.front]
     if first < 0 or last <= first:
         return np.zeros(velocity.shape[1])
-    return np.array([abs(float(np.diff(np.interp([first, last], time, v))[0])) for v in velocity.T]) / (last - first)
+    return np.abs(_at(last, time, velocity) - _at(first, time, velocity)) / (last - first)
+
+
+def _at(instant: float, time: Array, velocity: Array) -> Array:
+    """(n_vehicle,) speeds between two records [m/s]."""
+    k = min(int(np.searchsorted(time, instant, side="right")), len(time) - 1)
+    share = (instant - time[k - 1]) / (time[k] - time[k - 1]) if k else 0.0
+    return np.asarray(velocity[k - 1] + share * (velocity[k] - velocity[k - 1]) if k else velocity[0])
 
 
 def _window_peak(time: Array, velocity: Array, window: float) -> Array:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from rich import box
+from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -14,6 +18,9 @@ from trainmj.metrics import InterfaceMetrics, Summary
 from trainmj.scenario import Scenario
 from trainmj.simulation import largest_step
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+
+if TYPE_CHECKING:
+    from trainmj.sweep.run import Outcome
 
 WIDTH = 80
 
@@ -149,6 +156,63 @@ def print_scenarios(scenarios: Mapping[str, Scenario]) -> None:
     for name, scenario in scenarios.items():
         table.add_row(name, scenario.title, "\n".join(scenario.parameters))
     _console().print(table)
+
+
+class Progress:
+    """A bar with rate and time left on a terminal; silent where there is none."""
+
+    def __init__(self, total: int) -> None:
+        self._total = total
+        self._began: tuple[float, int] | None = None
+        self._bar = bars.Progress(
+            bars.TextColumn("{task.completed}/{task.total}"),
+            bars.BarColumn(),
+            bars.TextColumn("{task.fields[rate]}"),
+            bars.TimeRemainingColumn(),
+            console=Console(stderr=True),
+            disable=not sys.stderr.isatty(),
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=total, rate="")
+
+    def __enter__(self) -> Progress:
+        """Show the bar."""
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Take it away."""
+        self.stop()
+
+    def stop(self) -> None:
+        """Take it away."""
+        self._bar.stop()
+
+    def __call__(self, finished: int) -> None:
+        """Show how many are finished."""
+        now = time.monotonic()
+        if self._began is None:
+            self._began = (now, finished)
+        since, before = self._began
+        rate = (finished - before) / (now - since) if now > since else 0.0
+        self._bar.update(self._task, completed=finished, rate=f"{rate:.0f}/s")
+
+
+def progress(total: int) -> Progress:
+    """A bar for a known number of cases."""
+    return Progress(total)
+
+
+def print_outcome(outcome: Outcome) -> None:
+    """The last line of a sweep."""
+    there = outcome.cases - outcome.computed
+    rate = outcome.computed / outcome.seconds if outcome.seconds > 0 else 0.0
+    _console().print(
+        f"{outcome.cases} cases" + (f" ({there} were there)" if there else "") + f", {outcome.failed} failed, "
+        f"{outcome.seconds:.1f} s, {rate:.0f} collisions a second; written to {outcome.folder}",
+        markup=False,
+        soft_wrap=True,
+    )
 
 
 def _table(first: str, *heads: str, title: str | None = None) -> Table:

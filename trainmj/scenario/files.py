@@ -42,7 +42,8 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
 
 def shipped() -> dict[str, FilePath]:
     """Names and paths of the scenarios that ship with trainmj."""
-    return {path.stem: path for path in sorted(shipped_folder("scenarios").glob("*.yaml"))}
+    files = sorted(shipped_folder("scenarios").glob("*.yaml"))
+    return {path.stem: path for path in files if "." not in path.stem}  # x.sweep.yaml is not a scenario
 
 
 def save(scenario: Scenario, file: str | FilePath) -> None:
@@ -74,6 +75,15 @@ def from_yaml(text: str, name: str = "scenario") -> Scenario:
     """The scenario that a self-contained YAML text states; name stands for the file in messages."""
     values, origins = _parse(text, name)
     return Scenario.from_values(values, origins)
+
+
+def read_yaml(path: FilePath) -> tuple[dict[str, Any], dict[Path, str]]:
+    """Plain values of a YAML file, and file, line and column of each by path.
+
+    Raises:
+        InputError: if the file cannot be read or is not a YAML group of keys and values.
+    """
+    return _parse(_text(path), str(path))
 
 
 def read_value(text: str, said: str) -> Any:
@@ -119,7 +129,7 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str,
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
-    values, origins = _parse(_text(path), str(path))
+    values, origins = read_yaml(path)
     _read_curves(values, origins, path.parent)
     base = values.pop(BUILDS_ON, None)
     if base is None:

@@ -37,6 +37,24 @@ def changed(
     return result, places
 
 
+def find(values: Mapping[str, Any], parameters: Mapping[str, str | list[str]], name: str) -> list[Any]:
+    """The values at the place or places a name stands for; None where a key has only a default.
+
+    Raises:
+        InputError: if it leads nowhere.
+    """
+    _, places = changed(values, {}, parameters, {name: None})
+    found = []
+    for path in places:
+        here: Any = values
+        for key in path:
+            here = here.get(key) if isinstance(here, dict) else here[key]
+            if here is None:
+                break
+        found.append(here)
+    return found
+
+
 def _replace(values: dict[str, Any], target: str, value: Any, parameters: Mapping[str, object]) -> Path:
     """Put a value at a path, copying each container on the way; return the path with list positions resolved."""
     path: list[str | int] = []

@@ -9,7 +9,7 @@ from typing import Any, Self
 from pydantic import PrivateAttr, ValidationError
 
 from trainmj.scenario.parts import Parts
-from trainmj.scenario.paths import changed
+from trainmj.scenario.paths import changed, find
 from trainmj.scenario.problems import Origins, from_pydantic, refuse
 from trainmj.scenario.rules import broken_rules
 
@@ -58,3 +58,11 @@ class Scenario(Parts):
         """
         values, origins = changed(self._values, self._origins, self.parameters, changes)
         return type(self).from_values(values, origins)
+
+    def locate(self, name: str) -> list[Any]:
+        """The values that a path or parameter stands for now; None for a key that only has a default.
+
+        Raises:
+            InputError: if it leads nowhere.
+        """
+        return find(self._values, self.parameters, name)

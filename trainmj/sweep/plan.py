@@ -1,0 +1,285 @@
+"""Which cases a sweep computes: grids, lists that go together, tables and random samples, numbered once for all.
+
+The case of a number depends on the plan alone, so a sweep can stop and go on, and be spread over machines.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+
+from trainmj.errors import InputError
+from trainmj.experiment import check_columns
+from trainmj.scenario import Scenario, load, to_yaml
+from trainmj.scenario.files import read_value, read_yaml
+from trainmj.scenario.problems import Problem, from_pydantic, refuse
+
+MAX_CASES = 10_000_000
+
+Value = float | int | str | bool | list[Any] | dict[str, Any]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class Span(_Part):
+    """Evenly spaced values, both ends included."""
+
+    start: Annotated[float, Field(alias="from", allow_inf_nan=False)]
+    to: Annotated[float, Field(allow_inf_nan=False)]
+    count: Annotated[int, Field(ge=2, le=MAX_CASES)]
+
+    def values(self) -> list[float]:
+        """The values."""
+        return [float(v) for v in np.linspace(self.start, self.to, self.count)]
+
+
+class Distribution(_Part):
+    """How one value scatters; exactly one of the three."""
+
+    uniform: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
+    normal: Annotated[list[float], Field(min_length=2, max_length=2, description="mean, standard deviation")] | None = None
+    choice: Annotated[list[Any], Field(min_length=1)] | None = None
+
+    def at(self, quantile: np.ndarray) -> list[Any]:
+        """Values at quantiles (n,) between 0 and 1."""
+        if self.uniform is not None:
+            low, high = self.uniform
+            return [float(v) for v in low + (high - low) * quantile]
+        if self.normal is not None:
+            from scipy.special import ndtri
+
+            mean, deviation = self.normal
+            return [float(v) for v in mean + deviation * ndtri(np.clip(quantile, 1e-12, 1 - 1e-12))]
+        assert self.choice is not None  # held by _sample_problems
+        return [self.choice[min(int(q * len(self.choice)), len(self.choice) - 1)] for q in quantile]
+
+
+class Sample(_Part):
+    """A random or designed sample of several values at once."""
+
+    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+    seed: Annotated[int, Field(ge=0)] = 0
+    method: Literal["random", "latin_hypercube", "sobol"] = "random"
+    factors: Annotated[dict[str, Distribution], Field(min_length=1)]
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Values by name, count of each; the same for the same seed."""
+        d = len(self.factors)
+        if self.method == "random":
+            quantiles = np.random.default_rng(self.seed).random((self.count, d))
+        else:
+            from scipy.stats import qmc
+
+            kind = qmc.Sobol if self.method == "sobol" else qmc.LatinHypercube
+            quantiles = kind(d, rng=self.seed).random(self.count)
+        return {name: f.at(quantiles[:, k]) for k, (name, f) in enumerate(self.factors.items())}
+
+
+Values = Annotated[
+    Annotated[str, Tag("text")] | Annotated[list[Any], Field(min_length=1), Tag("list")] | Annotated[Span, Tag("span")],
+    Discriminator(lambda v: "text" if isinstance(v, str) else "list" if isinstance(v, list) else "span"),
+]
+
+
+class SweepFile(_Part):
+    """A sweep file: the scenario, what is changed in every case, and what is varied. Blocks are crossed."""
+
+    scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
+    set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
+    vary: dict[str, Values] = Field(default_factory=dict, description="full grid of these values")
+    together: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
+        default_factory=dict, description="lists of equal length whose entries go together"
+    )
+    cases: str | None = Field(None, description="CSV file beside this one: a row for each case, a column for each value")
+    sample: Sample | None = None
+    responses: Annotated[list[str], Field(min_length=1)] = Field(default=["*"], description="columns wanted; * stands for any")
+    histories: list[Annotated[int, Field(ge=0)]] = Field(
+        default_factory=list, description="numbers of cases whose histories are kept as NetCDF"
+    )
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A scenario and its numbered cases.
+
+    Attributes:
+        scenario: what the cases vary.
+        blocks: tables that are crossed, each with a list of equal length for each name; the last varies fastest.
+        responses: patterns of the columns wanted.
+        histories: numbers of cases whose histories are kept.
+        seed: of the random sample; None if there is none.
+    """
+
+    scenario: Scenario
+    blocks: tuple[Mapping[str, Sequence[Any]], ...]
+    responses: tuple[str, ...] = ("*",)
+    histories: tuple[int, ...] = ()
+    seed: int | None = None
+    names: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Check that every name is a value of the scenario, used once, and that the numbers fit."""
+        names = tuple(name for block in self.blocks for name in block)
+        double = {name for name in names if names.count(name) > 1}
+        if double:
+            raise InputError(f"{min(double)}: is varied twice")
+        check_columns(self.scenario, names)
+        if not names:
+            raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
+        object.__setattr__(self, "names", names)
+        if len(self) > MAX_CASES:
+            raise InputError(f"the sweep has {len(self)} cases, more than {MAX_CASES}")
+        late = [n for n in self.histories if n >= len(self)]
+        if late:
+            raise InputError(f"histories: there is no case {late[0]}; the last is {len(self) - 1}")
+
+    def __len__(self) -> int:
+        """How many cases there are."""
+        total = 1
+        for block in self.blocks:
+            total *= _length(block)
+        return total
+
+    def case(self, number: int) -> dict[str, Any]:
+        """The values of the case of a number, from 0."""
+        values: dict[str, Any] = {}
+        for block in reversed(self.blocks):
+            number, row = divmod(number, _length(block))
+            values = {name: column[row] for name, column in block.items()} | values
+        return values
+
+    def cases(self, left_out: frozenset[int] | set[int] = frozenset()) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Number and values of every case that is not left out."""
+        return ((n, self.case(n)) for n in range(len(self)) if n not in left_out)
+
+    @property
+    def fingerprint(self) -> str:
+        """Changes with anything that a result depends on: scenario, cases and columns."""
+        content = [to_yaml(self.scenario), [dict(block) for block in self.blocks], self.responses]
+        return hashlib.sha256(json.dumps(content, default=list).encode()).hexdigest()
+
+
+def plan_of(
+    scenario: Scenario,
+    vary: Mapping[str, Any],
+    responses: Sequence[str] = ("*",),
+    histories: Sequence[int] = (),
+) -> Plan:
+    """The plan of a full grid.
+
+    Args:
+        scenario: what the cases vary.
+        vary: values by parameter or path: a list, or text as after ``--vary`` ("20:50:9" or "30,33,36").
+        responses: columns wanted, as names or patterns.
+        histories: numbers of cases whose histories are kept.
+
+    Raises:
+        InputError: if a name or value is wrong.
+    """
+    blocks = tuple({name: grid_values(name, values)} for name, values in vary.items())
+    return Plan(scenario, blocks, tuple(responses), tuple(histories))
+
+
+def grid_values(name: str, values: Any) -> list[Any]:
+    """The values that a grid takes for one name: of a list, or of text such as "20:50:9" or "30,33,36".
+
+    Raises:
+        InputError: if the text is neither.
+    """
+    if not isinstance(values, str):
+        return list(values)
+    said = f"vary {name}={values}"
+    if ":" in values:
+        parts = [read_value(part, said) for part in values.split(":")] if all(values.split(":")) else []
+        numbers = [p for p in parts if isinstance(p, (int, float)) and not isinstance(p, bool)]
+        if len(numbers) != 3 or not isinstance(numbers[2], int) or numbers[2] < 2:
+            raise InputError(f"{said}: must be FROM:TO:COUNT with a whole COUNT of 2 or more, as in 20:50:9")
+        return Span.model_construct(start=float(numbers[0]), to=float(numbers[1]), count=numbers[2]).values()
+    if not all(part.strip() for part in values.split(",")):
+        raise InputError(f"{said}: must be values with commas between, as in 30,33,36")
+    return [read_value(part, said) for part in values.split(",")]
+
+
+def is_sweep_file(file: str) -> bool:
+    """Whether a name is that of a sweep file: a file that names a scenario."""
+    path = Path(file)
+    return path.is_file() and "scenario" in read_yaml(path)[0]
+
+
+def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Plan:
+    """Read a sweep file.
+
+    Args:
+        file: path of the YAML file.
+        changes: values changed in every case, over those of the file.
+
+    Raises:
+        InputError: with file, line, key, value and rule.
+    """
+    path = Path(file)
+    values, origins = read_yaml(path)
+    try:
+        spec = SweepFile.model_validate(values)
+    except ValidationError as error:
+        raise refuse(from_pydantic(error, SweepFile), values, origins) from None
+    problems = list(_problems(spec))
+    if problems:
+        raise refuse(problems, values, origins)
+    beside = path.parent / spec.scenario
+    scenario = load(beside if beside.is_file() else spec.scenario, {**spec.set, **(changes or {})})
+    blocks: list[Mapping[str, Sequence[Any]]] = []
+    for name, grid in spec.vary.items():
+        blocks.append({name: grid.values() if isinstance(grid, Span) else grid_values(name, grid)})
+    if spec.together:
+        blocks.append(spec.together)
+    if spec.cases is not None:
+        blocks.append(_table(path.parent / spec.cases))
+    if spec.sample is not None:
+        blocks.append(spec.sample.columns())
+    seed = spec.sample.seed if spec.sample else None
+    return Plan(scenario, tuple(blocks), tuple(spec.responses), tuple(spec.histories), seed)
+
+
+def _problems(spec: SweepFile) -> Iterator[Problem]:
+    lengths = {len(v) for v in spec.together.values()}
+    if len(lengths) > 1:
+        yield Problem(("together",), f"needs lists of equal length; these have {', '.join(map(str, sorted(lengths)))}")
+    for name, factor in (spec.sample.factors if spec.sample else {}).items():
+        stated = [k for k in ("uniform", "normal", "choice") if getattr(factor, k) is not None]
+        if len(stated) != 1:
+            yield Problem(("sample", "factors", name), "needs exactly one of uniform, normal and choice")
+        elif factor.uniform is not None and not factor.uniform[0] < factor.uniform[1]:
+            yield Problem(("sample", "factors", name, "uniform"), "must be a lower and a higher bound")
+        elif factor.normal is not None and not factor.normal[1] > 0:
+            yield Problem(("sample", "factors", name, "normal"), "must be a mean and a standard deviation above 0")
+
+
+def _table(path: Path) -> dict[str, list[Any]]:
+    """Columns of a CSV file of cases."""
+    import pandas as pd
+
+    try:
+        table = pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except (ValueError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is not a CSV table ({error})") from None
+    if table.empty:
+        raise InputError(f"{path}: has no cases")
+    if table.isna().any(axis=None):
+        row, column = next(zip(*np.nonzero(table.isna().to_numpy()), strict=True))
+        raise InputError(f"{path}: row {row + 1}: {table.columns[column]} is empty")
+    return {str(name): table[name].tolist() for name in table.columns}
+
+
+def _length(block: Mapping[str, Sequence[Any]]) -> int:
+    return len(next(iter(block.values())))
