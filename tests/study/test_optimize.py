@@ -1,0 +1,179 @@
+"""The swarm against true fronts, hypervolumes against another library, NSGA-II as a second opinion."""
+
+import time
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given as forall
+from hypothesis import settings
+from hypothesis.extra.numpy import arrays
+
+from trainmj.errors import InputError
+from trainmj.study import Factor, Space, SwarmOptions, hypervolume, mopso, nondominated
+from trainmj.study.known import bnh, ctp1, zdt1
+
+PROBLEMS = {"ZDT1": zdt1, "BNH": bnh, "CTP1": ctp1}
+SHORT = SwarmOptions(particles=20, iterations=15, archive=30)
+
+
+def share(problem, values, beyond):
+    """Part of the true hypervolume, up to ``beyond`` times the true front's range past its worst values."""
+    reference = problem.front.max(axis=0) + beyond * np.ptp(problem.front, axis=0)
+    return hypervolume(values, reference) / hypervolume(problem.front, reference)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_swarm_covers_the_true_front(name):
+    """The bar: 0.99 with the usual reference a tenth beyond. At the nadir itself, which is harder, it holds as well."""
+    problem = PROBLEMS[name]()
+    clock = time.process_time()
+    front = mopso(problem.space, problem.evaluate, seed=1)
+    assert time.process_time() - clock <= 6.0  # 3 s is the bar (benchmarks/swarm.py); twice for a busy machine
+    assert share(problem, front.values, 0.1) >= 0.99
+    assert share(problem, front.values, 1e-6) >= 0.99
+    assert (front.limits <= 0).all()
+    assert nondominated(front.values).all()
+    values, _ = problem.evaluate(front.points)
+    np.testing.assert_array_equal(values, front.values)
+    assert (np.diff(front.values[:, 0]) > 0).all()
+    assert front.status.startswith("converged")
+    assert front.hypervolume == front.history[-1].hypervolume
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_same_seed_same_front_and_other_seed_another(name):
+    problem = PROBLEMS[name]()
+    first, again, other = (mopso(problem.space, problem.evaluate, seed=s, options=SHORT) for s in (4, 4, 5))
+    np.testing.assert_array_equal(first.points, again.points)
+    assert first.history == again.history or np.isnan(first.history[0].growth)
+    assert first.points.shape != other.points.shape or (first.points != other.points).any()
+
+
+@pytest.mark.parametrize("name", ["ZDT1", "BNH"])
+def test_second_opinion_nsga2(name):
+    """With as many evaluations a library's NSGA-II is at most one part in two hundred ahead of the swarm."""
+    pytest.importorskip("pymoo")
+    from pymoo.algorithms.moo.nsga2 import NSGA2
+    from pymoo.core.problem import Problem
+    from pymoo.optimize import minimize
+
+    known = PROBLEMS[name]()
+
+    class Same(Problem):
+        def __init__(self):
+            limits = known.evaluate(known.space.round([known.space.lower]))[1]
+            n = 0 if limits is None else limits.shape[1]
+            super().__init__(n_var=known.space.d, n_obj=2, n_ieq_constr=n, xl=known.space.lower, xu=known.space.upper)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"], limits = known.evaluate(x)
+            if limits is not None:
+                out["G"] = limits
+
+    options = SwarmOptions(iterations=79, archive=100, tolerance=0)
+    front = mopso(known.space, known.evaluate, seed=1, options=options)
+    oracle = minimize(Same(), NSGA2(pop_size=100), ("n_gen", 80), seed=1)
+    assert share(known, front.values, 0.1) >= share(known, oracle.F, 0.1) - 0.005
+
+
+def front_of(problem, **changes):
+    return mopso(problem.space, problem.evaluate, seed=0, options=SHORT, **changes)
+
+
+def test_history_grows_and_callback_sees_every_iteration():
+    seen = []
+    front = front_of(bnh(), callback=seen.append, reference=(140, 50))
+    assert [p.iteration for p in seen] == [p.iteration for p in front.history] == list(range(16))
+    assert seen[-1].evaluations == 16 * 20
+    volumes = front.progress()["hypervolume"].to_numpy()
+    np.testing.assert_allclose(volumes, [p.hypervolume for p in seen])
+    assert volumes[-1] > volumes[0] > 0
+
+
+def test_integers_and_choices_are_evaluated_on_their_levels():
+    space = Space((Factor("n", 0, 9, kind="integer"), Factor("k", kind="choice", levels=("a", "b")), Factor("c", 0, 1)))
+
+    def evaluate(x):
+        space.check(x)
+        assert set(np.unique(x[:, 1])) <= {0.0, 1.0}
+        return np.stack([x[:, 0] + x[:, 1] + x[:, 2], (9 - x[:, 0]) + x[:, 1] + x[:, 2]], axis=1), None
+
+    front = mopso(space, evaluate, seed=0, options=SwarmOptions(particles=40, iterations=60))
+    np.testing.assert_array_equal(front.points[:, 0], np.arange(10))  # the whole true front: k = a, c = 0
+    assert set(front.table()["k"]) == {"a"}
+    np.testing.assert_allclose(front.points[:, 2], 0, atol=1e-3)
+
+
+def test_failed_evaluations_are_counted_and_passed_over():
+    problem = bnh()
+
+    def evaluate(x):
+        y, g = problem.evaluate(x)
+        y[x[:, 0] > 4] = np.nan  # as a simulation that diverges
+        return y, g
+
+    front = mopso(problem.space, evaluate, seed=0, options=SHORT)
+    assert front.history[0].failed > 0
+    assert (front.points[:, 0] <= 4).all()
+
+
+def test_start_points_are_in_the_first_swarm():
+    problem = zdt1()
+    optimum = np.zeros((1, 30))
+    front = mopso(problem.space, problem.evaluate, seed=0, options=SHORT, start=optimum)
+    np.testing.assert_allclose(front.values[0], [0.0, 1.0])
+
+
+def test_three_objectives():
+    space = Space(tuple(Factor(f"x{i}", 0, 1) for i in range(3)))
+
+    def evaluate(x):  # an eighth of the unit sphere
+        a, b = np.pi / 2 * x[:, 0], np.pi / 2 * x[:, 1]
+        r = 1 + (x[:, 2] - 0.5) ** 2
+        return r[:, None] * np.stack([np.cos(a) * np.cos(b), np.cos(a) * np.sin(b), np.sin(a)], axis=1), None
+
+    front = mopso(space, evaluate, seed=0, options=SwarmOptions(iterations=40), reference=(1.1, 1.1, 1.1))
+    assert front.hypervolume >= 0.9 * (1.1**3 - np.pi / 6)
+    assert np.median(np.linalg.norm(front.values, axis=1)) == pytest.approx(1, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: mopso(BOX, lambda x: (x, x + 1), seed=0, options=SHORT, constraints=("S",)),
+            "no point .* exceeds .'S': 1",
+        ),
+        (
+            lambda: mopso(BOX, lambda x: (x * np.nan, None), seed=0, options=SHORT),
+            "all 320 evaluations gave nan or inf",
+        ),
+        (lambda: mopso(BOX, lambda x: (x[:3], None), seed=0), "one row for each of the 100 points .got 3"),
+        (lambda: mopso(BOX, lambda x: (x, None), seed=0, options=SHORT, objectives=("a", "b")), "name each of the 1"),
+        (lambda: mopso(BOX, lambda x: (x, None), seed=0, start=[[2.0]]), r"start\[0\]"),
+        (lambda: SwarmOptions(particles=1), "particles must be at least 4"),
+        (lambda: SwarmOptions(tolerance=1.0), "tolerance"),
+        (lambda: hypervolume([[1, 2]], [3]), "each of the 2 objectives"),
+    ],
+)
+def test_what_cannot_be_searched_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+BOX = Space((Factor("x", 0, 1),))
+
+
+@settings(max_examples=40, deadline=None)
+@forall(arrays(float, st.tuples(st.integers(1, 12), st.integers(2, 4)), elements=st.floats(0, 1.25, width=16)))
+def test_hypervolume_agrees_with_moocore(y):
+    moocore = pytest.importorskip("moocore")
+    assert hypervolume(y, np.ones(y.shape[1])) == pytest.approx(
+        moocore.hypervolume(y, ref=np.ones(y.shape[1])), abs=1e-12
+    )
+
+
+def test_hypervolume_by_hand():
+    assert hypervolume([[1, 2], [2, 1], [2, 2], [5, 0]], [3, 3]) == 3.0
+    assert hypervolume([[0, 0, 0], [1, 1, -1]], [2, 2, 2]) == 8.0 + 1.0

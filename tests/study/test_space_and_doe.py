@@ -1,0 +1,153 @@
+"""Factors, spaces and designs."""
+
+import hypothesis.strategies as st
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given as forall
+from hypothesis import settings
+
+from trainmj.errors import InputError
+from trainmj.study import Factor, Space, central_composite, full_factorial, given, optimal_latin_hypercube, sobol
+
+PAPER = Space((Factor("D", 20, 50, unit="mm", kind="integer"), Factor("M", 30, 36, unit="t", kind="integer")))
+MIXED = Space(
+    (
+        Factor("c", 2.0, 3.0, unit="kN"),
+        Factor("n", 0, 4, kind="integer"),
+        Factor("k", kind="choice", levels=("a", "b", "z")),
+    )
+)
+
+
+def unit_space(d):
+    return Space(tuple(Factor(f"x{i}", 0, 1) for i in range(d)))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Factor("D", 50, 20), r"'D': bounds must be finite with lower < upper \(got 50, 20\)"),
+        (lambda: Factor("D"), "bounds must be finite"),
+        (lambda: Factor("D", 0, 1, kind="whole"), "kind must be in"),
+        (lambda: Factor("D", 0, 1, kind="intger"), "did you mean 'integer'"),
+        (lambda: Factor("D", 0.5, 3, kind="integer"), "whole numbers"),
+        (lambda: Factor("D", kind="choice", levels=("a",)), "at least two different levels"),
+        (lambda: Factor("D", 0, 5, kind="choice", levels=("a", "b")), "levels, not bounds"),
+        (lambda: Factor("D", 0, 1, levels=("a", "b")), "levels belong to kind='choice'"),
+        (lambda: Space(()), "at least one factor"),
+        (lambda: Space((Factor("D", 0, 1), Factor("D", 0, 2))), "must differ"),
+        (lambda: PAPER.factor("d"), "known: D, M"),
+        (lambda: given(PAPER, [[20, 37]]), r"points\[0\], factor 'M': must lie in \[30, 36\] \(got 37\)"),
+        (lambda: given(PAPER, [[20.5, 33]]), "whole number"),
+        (lambda: given(PAPER, [[20, np.nan]]), "finite"),
+        (lambda: given(PAPER, pd.DataFrame({"D": [20]})), "no column 'M'"),
+        (lambda: given(MIXED, pd.DataFrame({"c": [2.5], "n": [1], "k": ["q"]})), "no level 'q'"),
+        (lambda: optimal_latin_hypercube(PAPER, 1, seed=0), "at least 2"),
+        (lambda: optimal_latin_hypercube(PAPER, 10, seed=0, levels="center"), "did you mean 'centre'"),
+        (lambda: optimal_latin_hypercube(Space((Factor("a", 0, 1, kind="integer"),)), 5, seed=0), "2 different points"),
+        (lambda: full_factorial(MIXED), "'c' is continuous"),
+        (lambda: full_factorial(PAPER, 9), "at most 7"),
+        (lambda: central_composite(MIXED), "choice has not"),
+    ],
+)
+def test_bad_input_is_refused_with_rule_and_value(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+@forall(st.lists(st.floats(0, 1), min_size=3, max_size=3))
+def test_scaling_there_and_back_and_rounding_stay_in_the_space(u):
+    x = MIXED.from_unit([u])
+    MIXED.check(x)
+    np.testing.assert_allclose(MIXED.from_unit(MIXED.to_unit(x)), x)
+    np.testing.assert_allclose(MIXED.from_coded(MIXED.to_coded(x)), x)
+    np.testing.assert_array_equal(MIXED.round(x), x)
+
+
+def test_a_table_with_heads_and_levels_reads_back_as_the_same_points():
+    x = sobol(MIXED, 32, seed=1).points
+    table = MIXED.table(x)
+    assert list(table.columns) == ["c [kN]", "n", "k"]
+    assert set(table["k"]) == {"a", "b", "z"}
+    np.testing.assert_allclose(MIXED.from_table(table), x)
+
+
+def test_decode_gives_what_a_scenario_takes():
+    assert MIXED.decode([2.5, 3.0, 2.0]) == {"c": 2.5, "n": 3, "k": "z"}
+
+
+def test_quantiles_give_every_level_the_same_share():
+    x = sobol(MIXED, 3 * 5 * 256, seed=1).points
+    for column, count in ((1, 5), (2, 3)):
+        shares = np.unique(x[:, column], return_counts=True)[1] / len(x)
+        np.testing.assert_allclose(shares, 1 / count, atol=0.01)
+
+
+@settings(max_examples=15, deadline=None)
+@forall(n=st.integers(2, 12), d=st.integers(1, 4), seed=st.integers(0, 100))
+def test_annealing_keeps_a_latin_hypercube(n, d, seed):
+    points = optimal_latin_hypercube(unit_space(d), n, seed=seed, iterations=50, chains=2).points
+    np.testing.assert_allclose(np.sort(points, axis=0), np.tile(np.linspace(0, 1, n)[:, None], (1, d)), atol=1e-12)
+
+
+def test_small_maximin_design_is_the_known_optimum():
+    """n = 10, d = 2: sqrt(10) cells (van Dam et al. 2007, doi 10.1287/opre.1060.0317); median of 8 seeds."""
+    found = [
+        optimal_latin_hypercube(unit_space(2), 10, seed=s, levels="centre").quality().smallest_distance
+        for s in range(8)
+    ]
+    assert np.median(found) == pytest.approx(np.sqrt(10) / 10)
+    assert np.median(found) >= 0.31
+
+
+def test_large_maximin_design_reaches_the_bar_on_one_seed():
+    """n = 50, d = 5: 0.51; benchmarks/designs.py has the median of 8 seeds."""
+    assert optimal_latin_hypercube(unit_space(5), 50, seed=0, levels="centre").quality().smallest_distance >= 0.51
+
+
+def test_the_papers_kind_of_design_is_as_good_as_the_papers():
+    quality = [optimal_latin_hypercube(PAPER, 10, seed=s).quality() for s in range(4)]
+    assert max(q.smallest_distance for q in quality) >= 0.348
+    assert all(q.levels == (10, 7) for q in quality)
+
+
+def test_same_seed_same_design_and_other_seed_another():
+    first, again, other = (optimal_latin_hypercube(PAPER, 10, seed=s, iterations=200).points for s in (3, 3, 4))
+    np.testing.assert_array_equal(first, again)
+    assert (first != other).any()
+
+
+def test_the_global_random_state_is_left_alone():
+    np.random.seed(1)  # noqa: NPY002
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    optimal_latin_hypercube(PAPER, 5, seed=0, iterations=20)
+    sobol(PAPER, 5, seed=0)
+    np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
+
+
+def test_full_factorial_has_every_combination_once():
+    points = full_factorial(MIXED, [3, None, None]).points
+    assert points.shape == (3 * 5 * 3, 3)
+    assert len(np.unique(points, axis=0)) == 45
+
+
+def test_central_composite_points():
+    face = central_composite(unit_space(3), centre=2).points
+    assert face.shape == (8 + 6 + 2, 3)
+    assert set(np.unique(face)) == {0.0, 0.5, 1.0}
+    inscribed = central_composite(unit_space(2), kind="inscribed").points
+    radius = np.linalg.norm(2 * inscribed[:8] - 1, axis=1)
+    np.testing.assert_allclose(radius, 1.0)  # two factors: corners and axis points on one circle
+
+
+def test_quality_of_known_points():
+    quality = given(unit_space(2), [[0, 0], [1, 0], [0, 1], [1, 1]]).quality()
+    assert quality.smallest_distance == 1.0
+    assert quality.phi_p == pytest.approx((4 + 2 * np.sqrt(2) ** -50) ** (1 / 50))
+    assert given(unit_space(2), [[0, 0], [0, 0]]).quality().phi_p == np.inf
+
+
+def test_points_of_a_design_cannot_be_written():
+    with pytest.raises(ValueError, match="read-only"):
+        sobol(PAPER, 4, seed=0).points[0, 0] = 1.0

@@ -1,0 +1,143 @@
+"""Weights and picks: worked examples, invariants, agreement with another library."""
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given as forall
+from hypothesis import settings
+from hypothesis.extra.numpy import arrays
+
+from trainmj.errors import InputError
+from trainmj.study import entropy_weights, knee_point, normalise, own_weights, topsis, weight_sensitivity, weighted_sum
+
+# four fighter aircraft by speed, range, payload, price, reliability, manoeuvrability
+# (the worked example of Hwang and Yoon 1981, doi 10.1007/978-3-642-48318-9)
+AIRCRAFT = np.array(
+    [
+        [2.0, 1500, 20000, 5.5, 5, 9],
+        [2.5, 2700, 18000, 6.5, 3, 5],
+        [1.8, 2000, 21000, 4.5, 7, 7],
+        [2.2, 1800, 20000, 5.0, 5, 5],
+    ]
+)
+BENEFIT = [True, True, True, False, True, True]
+positive = arrays(float, st.tuples(st.integers(3, 10), st.integers(2, 4)), elements=st.floats(0.1, 10), unique=True)
+
+
+def test_entropy_weights_of_the_published_aircraft_example():
+    """The book rounds the shares to four digits before it takes their logarithms, hence the tolerance."""
+    found = entropy_weights(AIRCRAFT, form="textbook")
+    np.testing.assert_allclose(found.entropy, [0.9946, 0.9829, 0.9989, 0.9931, 0.9703, 0.9770], atol=2e-4)
+    np.testing.assert_allclose(found.weight, [0.0649, 0.2055, 0.0133, 0.0829, 0.3570, 0.2764], atol=2e-3)
+
+
+def test_topsis_of_the_published_aircraft_example():
+    found = topsis(AIRCRAFT, [0.2, 0.1, 0.1, 0.1, 0.2, 0.3], maximise=BENEFIT)
+    np.testing.assert_allclose(found.score, [0.643, 0.268, 0.613, 0.312], atol=1.5e-3)
+    assert found.order.tolist() == [0, 2, 3, 1]
+
+
+@settings(max_examples=25, deadline=None)
+@forall(positive)
+def test_textbook_entropy_weights_agree_with_pymcdm(values):
+    weights = pytest.importorskip("pymcdm.weights")
+    np.testing.assert_allclose(entropy_weights(values).weight, weights.entropy_weights(values), atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:Alternatives with indices")
+@settings(max_examples=25, deadline=None)
+@forall(positive)
+def test_topsis_agrees_with_pymcdm(values):
+    methods = pytest.importorskip("pymcdm.methods")
+    normalisations = pytest.importorskip("pymcdm.normalizations")
+    w = np.full(values.shape[1], 1 / values.shape[1])
+    oracle = methods.TOPSIS(normalisations.minmax_normalization)(values, w, -np.ones(values.shape[1]))
+    np.testing.assert_allclose(topsis(values, w, normalisation="min_max").score, oracle, atol=1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@forall(positive, st.floats(0.01, 100))
+def test_weights_add_to_one_and_units_do_not_matter(values, factor):
+    for form in ("paper", "textbook"):
+        found = entropy_weights(values, form=form)
+        assert found.weight.sum() == pytest.approx(1)
+        scaled = values.copy()
+        scaled[:, 0] *= factor
+        np.testing.assert_allclose(entropy_weights(scaled, form=form).weight, found.weight, atol=1e-9)
+
+
+def test_the_two_forms_favour_opposite_criteria():
+    values = np.stack([np.linspace(1, 2, 10), np.linspace(1, 10, 10)], axis=1)  # the second varies more
+    assert entropy_weights(values, form="textbook").weight[1] > 0.5
+    paper = entropy_weights(values, form="paper")
+    assert paper.weight[1] < 0.5
+    assert (paper.difference < 0).all()
+    assert "no 1/ln n" in paper.description
+
+
+def test_a_dominating_alternative_wins_every_way():
+    values = np.array([[3.0, 3.0], [1.0, 1.0], [2.0, 4.0]])
+    for normalisation in ("min_max", "max", "sum", "vector", "none"):
+        for method in (weighted_sum, topsis):
+            assert method(values, [0.3, 0.7], normalisation=normalisation).best == 1
+    assert weighted_sum(values, [1, 1], maximise=[True, True]).best != 1
+
+
+def test_weighted_sum_by_hand():
+    found = weighted_sum([[0, 10], [5, 4], [10, 0]], [0.5, 0.5])
+    np.testing.assert_allclose(found.score, [-0.5, -0.45, -0.5])
+    assert found.table().loc[1, "alternative"] == 1
+
+
+def test_knee_of_a_bent_front():
+    t = np.linspace(0, 1, 101)
+    front = np.stack([t * 1000, (1 - np.sqrt(t)) * 0.2 + 1.3], axis=1)
+    assert t[knee_point(front).best] == pytest.approx(0.25)  # where 1 - sqrt(t) has slope -1
+    straight = np.stack([t, 1 - t], axis=1)
+    np.testing.assert_allclose(knee_point(straight).score, 0, atol=1e-12)
+
+
+def test_normalised_columns():
+    x = [[1.0, 5.0], [3.0, 5.0]]
+    np.testing.assert_allclose(normalise(x, "min_max"), [[0, 0], [1, 0]])
+    np.testing.assert_allclose(normalise(x, "sum").sum(axis=0), 1)
+    np.testing.assert_allclose((normalise(x, "vector") ** 2).sum(axis=0), 1)
+
+
+def test_weight_interval_is_where_the_pick_changes():
+    """By hand: the middle beats the ends of (0,10) (5,4) (10,0) for first weights from 4/9 to 6/11."""
+    values = [[0, 10], [5, 4], [10, 0]]
+    found = weight_sensitivity(values, [0.5, 0.5], seed=0, method=weighted_sum)
+    low, high = found.lower[0], found.upper[0]
+    assert (found.best, found.share.sum()) == (1, pytest.approx(1))
+    assert low == pytest.approx(4 / 9, abs=1e-5)
+    assert high == pytest.approx(6 / 11, abs=1e-5)
+    np.testing.assert_allclose(found.lower[1], 1 - high, atol=1e-5)
+    assert found.table().loc[0, "alternative"] == 1
+
+
+def test_own_weights_are_scaled_to_one():
+    np.testing.assert_allclose(own_weights({"TS": 3, "TAMA": 1}).weight, [0.75, 0.25])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: entropy_weights([[1, 2]]), "at least 2 alternatives"),
+        (lambda: entropy_weights([[1, -2], [1, 3]], names=("a", "b")), "'b' must not be negative"),
+        (lambda: entropy_weights([[1, 2], [1, 2]]), "must vary"),
+        (lambda: entropy_weights([[1, 2], [1, 3]], transform="t_score"), r"columns \[0\]"),
+        (lambda: entropy_weights([[1, 2], [2, 3]], form="book"), "'paper' or 'textbook'"),
+        (lambda: entropy_weights([[1, 2], [2, 3]], transform="t-score"), "did you mean 't_score'"),
+        (lambda: own_weights({"a": -1}), "at least 0"),
+        (lambda: own_weights({}), "at least 0"),
+        (lambda: topsis([[1, 2], [2, 1]], [1]), "each of the 2 criteria"),
+        (lambda: topsis([[1, 2], [2, 1]], [1, -1]), "at least 0"),
+        (lambda: topsis([[1, 2], [2, 1]], [1, 1], maximise=[True]), "yes or no for each"),
+        (lambda: weighted_sum([[1, 2], [2, 1]], [1, 1], normalisation="minmax"), "did you mean 'min_max'"),
+        (lambda: weight_sensitivity([[1, 2], [2, 1]], [1, 1], seed=0, spread=0), "spread must be above 0"),
+    ],
+)
+def test_bad_input_is_refused(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
