@@ -17,12 +17,11 @@ from mujoco.batch import Batch
 
 from trainmj import native
 from trainmj.chain import WALL, Chain
-from trainmj.device import Array
 from trainmj.layout import Car, Head, Layout
 from trainmj.metrics import Summary, measure
 from trainmj.model import build
 from trainmj.result import Tally
-from trainmj.simulation import n_records
+from trainmj.simulation import n_records, record_times
 
 PLACES = 128
 """Simulations that run side by side: enough for the cost of a call into MuJoCo to vanish among them."""
@@ -127,7 +126,6 @@ class _Engine(Generic[Key]):
 
     def __init__(self, chain: Chain, size: _Size, places: int, threads: int) -> None:
         self.layout = Layout.of(chain, size.n_point)
-        self._interval = size.step * size.steps_per_record
         self._stride = size.steps_per_record
         self._most = size.n_records
         row = self._most * size.n_vehicle * np.dtype(float).itemsize
@@ -146,7 +144,7 @@ class _Engine(Generic[Key]):
         free = list(range(self._places))
         under_way: dict[int, tuple[Key, Chain]] = {}
         while True:
-            begun = {place: case for place, case in zip(free, cases, strict=False)}
+            begun = dict(zip(free, cases, strict=False))
             if begun:
                 for place, (_, chain) in begun.items():
                     self._load(place, chain)
@@ -183,9 +181,10 @@ class _Engine(Generic[Key]):
         """Those that are over, out of time, or no longer finite."""
         over = self._blocks[ids, Head.OVER] != 0.0
         spent = self._recorded[ids] >= self._most
-        return ids[over | spent | ~np.isfinite(self._blocks[ids, Head.IMPULSE])]
+        ended = over | spent | ~np.isfinite(self._blocks[ids, Head.IMPULSE])
+        return np.asarray(ids[ended])
 
     def _measure(self, place: int, chain: Chain) -> Summary:
         n = int(self._recorded[place])
-        time: Array = np.arange(n) * self._interval
-        return measure(chain, Tally.of(self.layout, self._blocks[place]), time, self._history[place, :n])
+        tally = Tally.of(self.layout, self._blocks[place])
+        return measure(chain, tally, record_times(n, chain), self._history[place, :n])

@@ -13,7 +13,7 @@ import numpy as np
 
 from trainmj.device import Array, Device, Envelope, Stage, in_series
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
-from trainmj.units import G, KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, G
 
 WALL = -1
 """Stands for the rigid wall where an interface names the vehicle on its right."""
@@ -65,7 +65,7 @@ class Interface:
         u = self.envelope.stroke
         beyond = max(0.0, stroke - u[-1]) * self._left_share_beyond()
         left = float(np.interp(stroke, u, self.left_stroke)) + beyond
-        return left if side == 0 else stroke - left
+        return float(left if side == 0 else stroke - left)
 
     def _left_share_beyond(self) -> float:
         """Part of the stroke past the last point that the left device takes: all, where only its curve has ended."""

@@ -147,9 +147,13 @@ def scenarios() -> None:
     help="Vary a value: FROM:TO:COUNT (20:50:9) or a list (30,33,36). Several make a full grid.",
 )
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
-@click.option("--resume", is_flag=True, help="Go on with the sweep in the folder; finished cases are not computed again.")
+@click.option(
+    "--resume", is_flag=True, help="Go on with the sweep in the folder; finished cases are not computed again."
+)
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
-@click.option("--responses", metavar="NAMES", help="Columns wanted, with commas between; * stands for any part of a name.")
+@click.option(
+    "--responses", metavar="NAMES", help="Columns wanted, with commas between; * stands for any part of a name."
+)
 @click.option("--histories", metavar="NUMBERS", help="Numbers of cases (from 0) whose histories are kept as NetCDF.")
 @click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster: its scheduler's address, or 'local'.")
 @click.option("--parquet", is_flag=True, help="Write results.parquet too.")

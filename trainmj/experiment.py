@@ -68,7 +68,9 @@ def run_cases(
     import pandas as pd
 
     check_columns(scenario, [str(c) for c in cases.columns])
-    plain = ({str(k): _plain(v) for k, v in zip(cases.columns, row, strict=True)} for row in cases.itertuples(index=False))
+    plain = (
+        {str(k): _plain(v) for k, v in zip(cases.columns, row, strict=True)} for row in cases.itertuples(index=False)
+    )
     rows: dict[int, Row] = dict(case_rows(scenario, enumerate(plain), threads))
     table = pd.DataFrame([rows[i] for i in range(len(cases))], index=cases.index)
     table = table[chosen(ordered(table.columns), responses)]

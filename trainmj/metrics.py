@@ -16,7 +16,7 @@ import numpy as np
 from trainmj.chain import Chain, Interface
 from trainmj.device import Array
 from trainmj.result import Result, Tally
-from trainmj.units import G, KJ, KM_H, KN, MM, TONNE
+from trainmj.units import KJ, KM_H, KN, MM, TONNE, G
 
 WINDOWS = (0.030, 0.100)
 """Moving windows of the mean deceleration [s]."""
@@ -294,7 +294,8 @@ def _mean_deceleration(chain: Chain, tally: Tally, time: Array, velocity: Array)
     first, last = tally.first_force_time[chain.front], tally.last_force_time[chain.front]
     if first < 0 or last <= first:
         return np.zeros(velocity.shape[1])
-    return np.abs(_at(last, time, velocity) - _at(first, time, velocity)) / (last - first)
+    change = np.abs(_at(last, time, velocity) - _at(first, time, velocity))
+    return np.asarray(change / (last - first))
 
 
 def _at(instant: float, time: Array, velocity: Array) -> Array:

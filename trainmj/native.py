@@ -24,7 +24,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import mujoco
 import numba
@@ -125,10 +125,10 @@ def _compile(factory: Callable[[Offsets], Any], signature: str, offsets: Offsets
         )
         function = numba.cfunc(signature)(factory(offsets))
     _kept.append(function)
-    return int(function.address)
+    return cast(int, function.address)
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def _at(typing_context: Any, base: Any, offset: Any) -> Any:
     """Pointer to float64 that is stored at base + offset."""
 
@@ -140,7 +140,7 @@ def _at(typing_context: Any, base: Any, offset: Any) -> Any:
     return types.CPointer(types.float64)(types.voidptr, types.int64), codegen
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def _in(typing_context: Any, base: Any, offset: Any) -> Any:
     """Pointer to float64 at base + offset itself."""
 
@@ -151,7 +151,7 @@ def _in(typing_context: Any, base: Any, offset: Any) -> Any:
     return types.CPointer(types.float64)(types.voidptr, types.int64), codegen
 
 
-@intrinsic  # type: ignore[misc]
+@intrinsic
 def _size(typing_context: Any, base: Any, offset: Any) -> Any:
     """The 64-bit integer at base + offset."""
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from trainmj.chain import Chain, line_up
 from trainmj.device import Array
 from trainmj.errors import InputError, OutputError
 from trainmj.layout import Car, Head, Joint, Layout
 from trainmj.scenario import Scenario, from_yaml, to_yaml
-from trainmj.units import G, KJ, KM_H, KN, MM
+from trainmj.units import KJ, KM_H, KN, MM, G
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,11 +154,14 @@ class Result:
         """Histories in engineering units, one row per recorded time, for a spreadsheet."""
         import pandas as pd
 
+        things = {
+            "vehicle": [v.name for v in self.chain.vehicles],
+            "interface": [i.name for i in self.chain.interfaces],
+        }
         columns: dict[str, Array] = {"time_s": self.time}
         for name, (over, unit, factor) in _COLUMNS.items():
-            things = self.chain.vehicles if over == "vehicle" else self.chain.interfaces
-            for k, thing in enumerate(things):
-                columns[f"{name}_{thing.name}_{unit}"] = getattr(self, name)[:, k] / factor
+            for k, thing in enumerate(things[over]):
+                columns[f"{name}_{thing}_{unit}"] = getattr(self, name)[:, k] / factor
         return pd.DataFrame(columns)
 
 
@@ -184,11 +185,11 @@ def load_result(file: str | Path) -> Result:
             f"{file}: is not a result of this trainmj (format {data.attrs.get('format')!r}, not {_FORMAT!r})"
         )
     scenario = from_yaml(str(data.attrs["scenario"]), str(file))
-    tally = {f.name: data[f"tally_{f.name}"].values for f in fields(Tally)}
-    tally |= {"time": float(tally["time"]), "over": bool(tally["over"]), "impulse": float(tally["impulse"])}
+    tally: dict[str, Any] = {name: data[f"tally_{name}"].to_numpy() for name in _TALLY}
+    tally |= {name: tally[name].item() for name, (over, _) in _TALLY.items() if not over}
     versions = {k.removeprefix("version_"): str(v) for k, v in data.attrs.items() if k.startswith("version_")}
-    histories = {name: data[name].values for name in _HISTORIES}
-    return Result(scenario, line_up(scenario), Tally(**tally), data["time"].values, **histories, versions=versions)
+    histories: dict[str, Any] = {name: data[name].to_numpy() for name in _HISTORIES}
+    return Result(scenario, line_up(scenario), Tally(**tally), data["time"].to_numpy(), **histories, versions=versions)
 
 
 _FORMAT = "trainmj result 1"

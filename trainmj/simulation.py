@@ -43,7 +43,7 @@ def run(scenario: Scenario) -> Result:
         scenario,
         chain,
         Tally.of(layout, data.userdata),
-        time=_times(chain, len(logged)),
+        time=record_times(len(logged), chain),
         **split_sensors(chain, logged),
         versions=versions(),
     )
@@ -70,7 +70,7 @@ def largest_step(chain: Chain) -> float:
         inverse = 1.0 / mass[interface.left] + (1.0 / mass[interface.right] if interface.right >= 0 else 0.0)
         w2 = 2.0 * interface.envelope.stiffness * inverse
         damping = interface.envelope.damping * inverse  # half of 2 c / m
-        steps.append(2.0 / (damping + float(np.sqrt(damping**2 + w2))))
+        steps.append(float(2.0 / (damping + np.sqrt(damping**2 + w2))))
     return min(steps)
 
 
@@ -83,8 +83,8 @@ def check_step(chain: Chain) -> None:
     limit = largest_step(chain)
     if chain.step > limit:
         raise InputError(
-            f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and damping "
-            "of these devices and the mass of these vehicles, or the integration is unstable"
+            f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and "
+            "damping of these devices and the mass of these vehicles, or the integration is unstable"
         )
 
 
@@ -98,8 +98,9 @@ def n_records(chain: Chain) -> int:
     return int(np.ceil(chain.time_limit / (chain.step * chain.steps_per_record) - 1e-9)) + 1
 
 
-def _times(chain: Chain, n: int) -> Array:
-    return np.arange(n) * (chain.step * chain.steps_per_record)
+def record_times(n: int, chain: Chain) -> Array:
+    """(n,) times of the first n samples of a run [s]."""
+    return np.asarray(np.arange(n) * (chain.step * chain.steps_per_record))
 
 
 def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:

@@ -162,6 +162,7 @@ class Progress:
     """A bar with rate and time left on a terminal; silent where there is none."""
 
     def __init__(self, total: int) -> None:
+        """For a known number of cases."""
         self._total = total
         self._began: tuple[float, int] | None = None
         self._bar = bars.Progress(

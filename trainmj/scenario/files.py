@@ -199,15 +199,13 @@ def _plain(node: Any, path: Path, name: str, origins: dict[Path, str]) -> Any:
         for key, value in node.items():
             if not isinstance(key, str):
                 raise InputError(f"{origins[path]}: key {ascii(key)[:60]} must be text")
-            line, column = node.lc.key(key)
-            origins[(*path, key)] = f"{name}:{line + 1}:{column + 1}"
+            origins[(*path, key)] = _place(node, key, name, origins[path])
             result[str(key)] = _plain(value, (*path, key), name, origins)
         return result
     if isinstance(node, list):
         items = []
         for i, value in enumerate(node):
-            line, column = node.lc.item(i)
-            origins[(*path, i)] = f"{name}:{line + 1}:{column + 1}"
+            origins[(*path, i)] = _place(node, i, name, origins[path])
             items.append(_plain(value, (*path, i), name, origins))
         return items
     for kind in (bool, int, float, str):
@@ -216,6 +214,12 @@ def _plain(node: Any, path: Path, name: str, origins: dict[Path, str]) -> Any:
     if node is None:
         return None
     raise InputError(f"{origins[path]}: must be a number, text, list or group, not {type(node).__name__}")
+
+
+def _place(node: Any, key: str | int, name: str, around: str) -> str:
+    """File, line and column of a child of a YAML node; of the node itself for what came in by an anchor."""
+    mark = (node.lc.data or {}).get(key)
+    return f"{name}:{mark[0] + 1}:{mark[1] + 1}" if mark else around
 
 
 def _read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: Path = ()) -> None:
@@ -232,7 +236,7 @@ def _read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: 
 def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float]]:
     """Points of a CSV file with columns stroke_mm and force_kN; commas, semicolons or tabs between them."""
     path = folder / name
-    said = f"{where}: file = {ascii(name)}"
+    said = f"{where}: file = {name!a}"
     if "\0" in name or not path.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{said}: must be in the folder of the scenario")
     if not path.is_file():

@@ -18,7 +18,7 @@ from trainmj.sweep.plan import Plan
 from trainmj.sweep.run import Engine
 
 try:
-    from dask.distributed import Client, Future, LocalCluster, as_completed
+    from dask.distributed import Client, LocalCluster, as_completed
 except ImportError:
     raise InputError("--dask needs the package dask: pip install 'trainmj[dask]'") from None
 
@@ -64,8 +64,7 @@ def engine(client: Client, plan: Plan) -> Engine:
         def hand_out(most: int) -> None:
             nonlocal handed_out
             while handed_out < most and (chunk := list(islice(source, CASES_PER_TASK))):
-                future: Future = client.submit(compute_chunk, scenario, chunk, pure=False)
-                running.add(future)
+                running.add(client.submit(compute_chunk, scenario, chunk, pure=False))
                 handed_out += 1
 
         hand_out(_ahead(client))
@@ -89,5 +88,5 @@ def compute_chunk(scenario: str, cases: list[tuple[int, dict[str, Any]]]) -> lis
 
 
 def _ahead(client: Client) -> int:
-    threads = sum(client.nthreads().values())
+    threads: int = sum(client.nthreads().values())
     return max(1, threads) * _TASKS_PER_THREAD

@@ -46,7 +46,9 @@ class Distribution(_Part):
     """How one value scatters; exactly one of the three."""
 
     uniform: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
-    normal: Annotated[list[float], Field(min_length=2, max_length=2, description="mean, standard deviation")] | None = None
+    normal: Annotated[list[float], Field(min_length=2, max_length=2, description="mean, standard deviation")] | None = (
+        None
+    )
     choice: Annotated[list[Any], Field(min_length=1)] | None = None
 
     def at(self, quantile: np.ndarray) -> list[Any]:
@@ -99,9 +101,13 @@ class SweepFile(_Part):
     together: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         default_factory=dict, description="lists of equal length whose entries go together"
     )
-    cases: str | None = Field(None, description="CSV file beside this one: a row for each case, a column for each value")
+    cases: str | None = Field(
+        None, description="CSV file beside this one: a row for each case, a column for each value"
+    )
     sample: Sample | None = None
-    responses: Annotated[list[str], Field(min_length=1)] = Field(default=["*"], description="columns wanted; * stands for any")
+    responses: Annotated[list[str], Field(min_length=1)] = Field(
+        default=["*"], description="columns wanted; * stands for any"
+    )
     histories: list[Annotated[int, Field(ge=0)]] = Field(
         default_factory=list, description="numbers of cases whose histories are kept as NetCDF"
     )

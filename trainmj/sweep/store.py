@@ -35,6 +35,7 @@ class Store:
     """
 
     def __init__(self, file: Path) -> None:
+        """Open or make the file and hold it."""
         self.file = file
         try:
             self._db = sqlite3.connect(file, timeout=1.0, isolation_level=None)
@@ -159,9 +160,13 @@ class Store:
     def _trouble(self, error: sqlite3.Error) -> OutputError:
         text = str(error)
         if "locked" in text:
-            return OutputError(f"{self.file}: another sweep is writing to this file: wait for it, or take another folder")
+            return OutputError(
+                f"{self.file}: another sweep is writing to this file: wait for it, or take another folder"
+            )
         if "full" in text:
-            return OutputError(f"{self.file}: the disk is full; finished cases are kept: make room and go on with --resume")
+            return OutputError(
+                f"{self.file}: the disk is full; finished cases are kept: make room and go on with --resume"
+            )
         if "not a database" in text or "malformed" in text:
             return OutputError(f"{self.file}: is damaged or no SQLite file ({text}): take another folder")
         return OutputError(f"{self.file}: cannot be written ({text})")
