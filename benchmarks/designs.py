@@ -48,7 +48,8 @@ def main() -> None:
             found = [make(n, d, seed) for seed in range(8)]
             each = (time.perf_counter() - clock) / 8
             print(
-                f"n={n} d={d} {name:9} median {np.median(found):.4f} least {min(found):.4f} (bar {bar}) {each:.2f} s each"
+            middle, least = np.median(found), min(found)
+            print(f"n={n} d={d} {name:9} median {middle:.4f} least {least:.4f} (bar {bar}) {each:.2f} s each")
             )
 
 

@@ -38,7 +38,7 @@ def nsga2(problem: Problem, evaluations: int, seed: int) -> np.ndarray:
             low, high = problem.space.lower, problem.space.upper
             super().__init__(n_var=problem.space.d, n_obj=2, n_ieq_constr=constraints, xl=low, xu=high)
 
-        def _evaluate(self, x, out, *args, **kwargs):  # noqa: ANN001, ANN002, ANN003
+        def _evaluate(self, x, out, *args, **kwargs):
             out["F"], g = problem.evaluate(x)
             if g is not None:
                 out["G"] = g
@@ -66,7 +66,7 @@ def main() -> None:
             evaluations = max(evaluations, front.history[-1].evaluations)
         (low, hard), slow = np.min(found, axis=0), max(seconds)
         print(
-            f"{name:5} trainmj {low:.4f} / {hard:.4f} (least of 8), feasible {feasible}, {slow:.2f} s (longest), {evaluations}"
+            print(f"{name:5} trainmj {low:.4f} / {hard:.4f} (least of 8), feasible {feasible}, {slow:.2f} s (longest)")
         )
         if with_oracle:
             clock = time.perf_counter()

@@ -174,6 +174,17 @@ def test_hypervolume_agrees_with_moocore(y):
     )
 
 
+@settings(max_examples=60, deadline=None)
+@forall(
+    arrays(
+        float, st.tuples(st.integers(1, 15), st.integers(2, 3)), elements=st.sampled_from([0.0, 1.0, 2.0, 3.0, np.inf])
+    )
+)
+def test_nondominated_is_what_the_definition_says(y):
+    plain = [not any((a <= b).all() and (a < b).any() for a in y) for b in y]
+    assert nondominated(y).tolist() == plain
+
+
 def test_hypervolume_by_hand():
     assert hypervolume([[1, 2], [2, 1], [2, 2], [5, 0]], [3, 3]) == 3.0
     assert hypervolume([[0, 0, 0], [1, 1, -1]], [2, 2, 2]) == 8.0 + 1.0

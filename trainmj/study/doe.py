@@ -255,5 +255,7 @@ def given(space: Space, points: pd.DataFrame | ArrayLike) -> Design:
     Raises:
         InputError: a factor without a column, a point outside the bounds or off the levels.
     """
-    x = space.from_table(points) if hasattr(points, "columns") else space.check(points)
+    import pandas as pd
+
+    x = space.from_table(points) if isinstance(points, pd.DataFrame) else space.check(points)
     return Design(space, x, "given")

@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from trainmj.errors import InputError
 from trainmj.study.arrays import FloatArray, as_matrix, as_vector
 
 
-def nondominated(y: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def nondominated(y: FloatArray) -> NDArray[np.bool_]:
     """Say for each point (n, m) whether no other is as good in all objectives and better in one, (n,)."""
+    if y.shape[1] == 2:
+        return _nondominated_pairs(y)
     dominates = (y[:, None, :] <= y[None, :, :]).all(axis=2) & (y[:, None, :] < y[None, :, :]).any(axis=2)
     return np.asarray(~dominates.any(axis=0))
+
+
+def _nondominated_pairs(y: FloatArray) -> NDArray[np.bool_]:
+    """The same for two objectives by one sort: the swarm asks for it at every step."""
+    order = np.lexsort((y[:, 1], y[:, 0]))
+    first, second = y[order].T
+    best_before = np.concatenate([[np.inf], np.minimum.accumulate(second)[:-1]])
+    new = np.concatenate([[True], (first[1:] != first[:-1]) | (second[1:] != second[:-1])])
+    free = best_before > second
+    free[0] = True  # the comparison misses it if it is infinite
+    result = np.empty(len(y), dtype=np.bool_)
+    result[order] = free[np.flatnonzero(new)][np.cumsum(new) - 1]  # equal points share the answer of the first of them
+    return result
 
 
 def crowding(y: FloatArray) -> FloatArray:
@@ -33,7 +48,7 @@ def crowding(y: FloatArray) -> FloatArray:
     return distance
 
 
-def thin(y: FloatArray, size: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def thin(y: FloatArray, size: int) -> NDArray[np.intp]:
     """Give the positions of at most ``size`` points of a front (n, m), the most crowded left out, in their order."""
     kept = np.arange(len(y))
     while kept.size > size:
