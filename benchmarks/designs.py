@@ -47,10 +47,8 @@ def main() -> None:
             clock = time.perf_counter()
             found = [make(n, d, seed) for seed in range(8)]
             each = (time.perf_counter() - clock) / 8
-            print(
             middle, least = np.median(found), min(found)
             print(f"n={n} d={d} {name:9} median {middle:.4f} least {least:.4f} (bar {bar}) {each:.2f} s each")
-            )
 
 
 if __name__ == "__main__":

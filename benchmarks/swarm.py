@@ -65,9 +65,7 @@ def main() -> None:
             feasible &= bool((front.limits <= 0).all())
             evaluations = max(evaluations, front.history[-1].evaluations)
         (low, hard), slow = np.min(found, axis=0), max(seconds)
-        print(
-            print(f"{name:5} trainmj {low:.4f} / {hard:.4f} (least of 8), feasible {feasible}, {slow:.2f} s (longest)")
-        )
+        print(f"{name:5} trainmj {low:.4f} / {hard:.4f} (least of 8), feasible {feasible}, {slow:.2f} s (longest)")
         if with_oracle:
             clock = time.perf_counter()
             a, b = shares(problem, nsga2(problem, evaluations, 1))

@@ -109,6 +109,13 @@ def test_selection_finds_the_terms_that_made_the_data():
     assert select_terms(x, y, space=SPACE, candidates=CUBIC, criterion="bic").table().loc[0, "terms"] == "1, D, M, D*M"
 
 
+def test_of_exact_fits_the_one_with_fewest_terms_is_selected():
+    x, y = noisy(20, scale=0.0)
+    for criterion in ("press", "bic"):
+        found = select_terms(x, y, space=SPACE, candidates=CUBIC, criterion=criterion)
+        assert set(found.terms) == set(parse_terms(["1", "D", "M", "D*M"], SPACE.names))
+
+
 def test_forward_search_takes_over_when_there_are_many_candidates():
     x, y = noisy(40, scale=0.02)
     many = select_terms(x, y, space=SPACE, candidates=full_order(2, 5), criterion="bic")

@@ -115,10 +115,11 @@ def _criterion(basis: FloatArray, y: FloatArray, criterion: Criterion) -> float:
     if np.abs(np.diag(r)).min() < 1e-9 * np.linalg.norm(basis, axis=0).max():
         return np.inf
     error = y - q @ (q.T @ y)
+    exact = 1e-24 * float(y @ y)  # below this all fits are equally good, and the fewest terms win
     if criterion == "bic":
-        return float(n * np.log(max((error**2).mean(), 1e-300)) + p * np.log(n))
+        return float(n * np.log(max((error**2).mean(), exact, 1e-300)) + p * np.log(n))
     left = 1.0 - (q**2).sum(axis=1)
-    return float(((error / left) ** 2).sum()) if left.min() > 1e-9 else np.inf
+    return max(float(((error / left) ** 2).sum()), exact) if left.min() > 1e-9 else np.inf
 
 
 def _split(candidates: Sequence[Term]) -> tuple[tuple[int, ...], tuple[int, ...]]:
