@@ -176,7 +176,7 @@ def sweep(
     """
     from trainmj import terminal
     from trainmj.sweep import plan
-    from trainmj.sweep.run import sweep as compute
+    from trainmj.sweep.run import run_sweep
 
     new = dict(_change(text) for text in changes)
     if plan.is_sweep_file(scenario):
@@ -192,7 +192,7 @@ def sweep(
     write_parquet = _parquet_writer() if parquet else None
     with terminal.progress(len(cases)) as progress, _engine(dask, cases) as engine:
         try:
-            outcome = compute(cases, out, threads, resume, engine, progress)
+            outcome = run_sweep(cases, out, threads, resume, engine, progress)
         except KeyboardInterrupt:
             progress.stop()
             click.echo(f"Stopped. What was finished is in {out}; the same command with --resume goes on.", err=True)

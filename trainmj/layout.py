@@ -57,6 +57,7 @@ class Joint(_Count):
     STROKE = auto()
     FORCE = auto()
     WORK = auto()
+    DISSIPATED = auto()  # by crushing and dashpot, from the law and not from the work
     STROKE_MAX = auto()
     STROKE_MAX_TIME = auto()
     FORCE_MAX = auto()

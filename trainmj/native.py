@@ -177,6 +177,7 @@ def _passive(offsets: Offsets) -> Any:
     j_stiffness, j_damping, j_plastic = int(Joint.STIFFNESS), int(Joint.DAMPING), int(Joint.PLASTIC)
     j_stroke, j_force, j_work, j_segment = int(Joint.STROKE), int(Joint.FORCE), int(Joint.WORK), int(Joint.SEGMENT)
     j_most, j_most_time, j_peak = int(Joint.STROKE_MAX), int(Joint.STROKE_MAX_TIME), int(Joint.FORCE_MAX)
+    j_dissipated = int(Joint.DISSIPATED)
     j_first, j_last = int(Joint.FIRST), int(Joint.LAST)
 
     def passive(model: Any, data: Any) -> None:
@@ -214,7 +215,8 @@ def _passive(offsets: Offsets) -> Any:
                     u = qpos[i] - x_right
                     rate = v - v_right
                     stiffness = s[j + j_stiffness * m]
-                    elastic = stiffness * (u - s[j + j_plastic * m])
+                    plastic = s[j + j_plastic * m]
+                    elastic = stiffness * (u - plastic)
                     if elastic > 0.0:
                         base = curves + 3 * room * i
                         k = int(s[j + j_segment * m])
@@ -236,10 +238,14 @@ def _passive(offsets: Offsets) -> Any:
                             s[j + j_last * m] = time
                             if ahead > s[j + j_peak * m]:
                                 s[j + j_peak * m] = ahead
+                    moved = s[j + j_plastic * m] - plastic
+                    travel = u - s[j + j_stroke * m]
+                    before = s[j + j_force * m]
+                    spring = max(0.0, stiffness * (u - s[j + j_plastic * m]))
+                    s[j + j_dissipated * m] += 0.5 * (ahead + before) * moved + (ahead - spring) * travel
                     if rate > approach_speed:
                         active = True
-                    before = s[j + j_force * m]
-                    s[j + j_work * m] += 0.5 * (ahead + before) * (u - s[j + j_stroke * m])
+                    s[j + j_work * m] += 0.5 * (ahead + before) * travel
                     if i + 1 == n:
                         impulse -= before * elapsed
                     s[j + j_stroke * m] = u

@@ -35,6 +35,7 @@ class Tally:
         stroke: (n_interface,) at the last evaluation [m].
         plastic: (n_interface,) stroke at which the force would vanish: the permanent set [m].
         work: (n_interface,) done on the interface [J].
+        dissipated: (n_interface,) by crushing and by the dashpot, added up from the law itself [J].
         stroke_max: (n_interface,) [m].
         stroke_max_time: (n_interface,) [s].
         force_max: (n_interface,) [N].
@@ -52,6 +53,7 @@ class Tally:
     stroke: Array
     plastic: Array
     work: Array
+    dissipated: Array
     stroke_max: Array
     stroke_max_time: Array
     force_max: Array
@@ -74,6 +76,7 @@ class Tally:
             stroke=joint[Joint.STROKE],
             plastic=joint[Joint.PLASTIC],
             work=joint[Joint.WORK],
+            dissipated=joint[Joint.DISSIPATED],
             stroke_max=joint[Joint.STROKE_MAX],
             stroke_max_time=joint[Joint.STROKE_MAX_TIME],
             force_max=joint[Joint.FORCE_MAX],
@@ -213,6 +216,7 @@ _TALLY: dict[str, tuple[tuple[str, ...], str]] = {
     "stroke": (("interface",), "m"),
     "plastic": (("interface",), "m"),
     "work": (("interface",), "J"),
+    "dissipated": (("interface",), "J"),
     "stroke_max": (("interface",), "m"),
     "stroke_max_time": (("interface",), "s"),
     "force_max": (("interface",), "N"),

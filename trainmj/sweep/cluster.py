@@ -31,7 +31,7 @@ _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
 
 @contextmanager
 def connected(address: str, plan: Plan) -> Iterator[Engine]:
-    """An engine for :func:`trainmj.sweep.sweep` that computes on a cluster.
+    """An engine for :func:`trainmj.run_sweep` that computes on a cluster.
 
     Args:
         address: of a Dask scheduler ("tcp://host:8786"), or "local" for one worker per core of this machine.

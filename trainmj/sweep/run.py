@@ -44,7 +44,7 @@ class Outcome:
     seconds: float
 
 
-def sweep(
+def run_sweep(
     plan: Plan,
     folder: str | Path,
     threads: int = 0,
