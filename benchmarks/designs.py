@@ -24,7 +24,7 @@ def ours(n: int, d: int, seed: int) -> float:
 
 
 def openturns(n: int, d: int, seed: int) -> float:
-    """Smallest distance of OpenTURNS' annealed design, with the profile and the budget of its documentation."""
+    """Smallest distance of OpenTURNS' annealed design, geometric cooling, 50 000 exchanges."""
     import openturns as ot
 
     ot.RandomGenerator.SetSeed(seed)
