@@ -12,7 +12,7 @@ from typing import Any
 from trainmj.errors import InputError, OutputError, close_match
 from trainmj.resources import shipped_folder
 from trainmj.scenario.parts import MAX_POINTS, Parts
-from trainmj.scenario.problems import Path
+from trainmj.scenario.problems import Path, dotted
 from trainmj.scenario.scenario import Scenario
 
 BUILDS_ON = "builds_on"
@@ -99,14 +99,28 @@ def read_value(text: str, said: str) -> Any:
 
 
 def schema() -> dict[str, Any]:
-    """JSON schema of a scenario file, for editors that complete and check while one types."""
-    result = Parts.model_json_schema()
+    """JSON schema of a scenario file, for editors that complete and check while one types.
+
+    A file that builds on another may leave out what that one states, at any depth; one that does not must be whole.
+    """
+    result: dict[str, Any] = _optional(Parts.model_json_schema())
+    whole = Parts.model_json_schema(ref_template="#/$defs/Whole{model}")
+    parts = {f"Whole{name}": part for name, part in whole.pop("$defs").items()}
+    result["$defs"] |= parts | {"Whole": whole}
     result["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     result["title"] = "trainmj scenario"
     result["properties"][BUILDS_ON] = {"type": "string", "description": "scenario file whose values this one changes"}
-    required = result.pop("required")
-    result["anyOf"] = [{"required": [BUILDS_ON]}, {"required": required}]
+    result |= {"if": {"required": [BUILDS_ON]}, "else": {"$ref": "#/$defs/Whole"}}
     return result
+
+
+def _optional(part: Any) -> Any:
+    """A schema that requires no key."""
+    if isinstance(part, list):
+        return [_optional(p) for p in part]
+    if not isinstance(part, dict):
+        return part
+    return {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
 
 
 def _find(file: str | FilePath) -> FilePath:
@@ -213,7 +227,9 @@ def _plain(node: Any, path: Path, name: str, origins: dict[Path, str]) -> Any:
             return kind(node)
     if node is None:
         return None
-    raise InputError(f"{origins[path]}: must be a number, text, list or group, not {type(node).__name__}")
+    raise InputError(
+        f"{origins[path]}: {dotted(path)}: must be a number, text, list or group, not a {type(node).__name__}"
+    )
 
 
 def _place(node: Any, key: str | int, name: str, around: str) -> str:
