@@ -1,0 +1,521 @@
+"""Scenario files: what loads, what is refused, and in which words."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from builders import values
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
+from ruamel.yaml import YAML
+
+from trainmj.chain import line_up
+from trainmj.errors import InputError, OutputError, TrainmjError
+from trainmj.scenario import Scenario, from_yaml, load, save, schema, shipped, to_yaml
+from trainmj.simulation import check_step, largest_step
+
+GOOD = """\
+title: A small case
+parameters: {mass_t: trains.t.mass_t, both: [trains.t.mass_t, trains.t.length_m]}
+curves:
+  tube: {stroke_mm: [0, 10, 500], force_kN: [0, 900, 900]}
+devices:
+  head: {curve: tube, stiffness_kN_per_mm: 100, stroke_limit_mm: 400}
+  link: {curve: [tube, {stroke_mm: [501, 600], force_kN: [1200, 1200]}], stiffness_kN_per_mm: 100}
+trains:
+  t: {vehicles: 3, mass_t: 33, front: head, rear: head, coupler: link}
+collision: {train: t, speed_km_h: 20, partner: t}
+"""
+
+
+def written(folder: Path, text: str, name: str = "my.yaml") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def shape(scenario: Scenario) -> Any:
+    """What a scenario simulates, in numbers that can be compared."""
+    c = line_up(scenario)
+    return (
+        c.vehicles,
+        [(i.name, i.envelope.stroke.tolist(), i.envelope.force.tolist(), i.envelope.stiffness) for i in c.interfaces],
+        (c.n_moving, c.gap, c.rail_friction, c.step, c.steps_per_record, c.time_limit, c.integrator),
+    )
+
+
+# what loads
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_shipped_scenarios_survive_a_round_trip_and_can_be_simulated(name, tmp_path):
+    scenario = load(name)
+    assert shape(from_yaml(to_yaml(scenario))) == shape(scenario), "to_yaml must state all of it, curves too"
+    save(scenario, tmp_path / "copy.yaml")
+    assert shape(load(tmp_path / "copy.yaml")) == shape(scenario)
+    check_step(line_up(scenario))
+    assert scenario.title
+    for parameter in scenario.parameters:
+        value = 30 if parameter.endswith(("_t", "_mm")) else 20
+        assert shape(scenario.with_values({parameter: value})) != shape(scenario), f"{parameter} changes nothing"
+
+
+def test_the_six_scenarios_of_the_package_are_there():
+    assert set(shipped()) >= {
+        "b_type", "b_type_scenario_1", "b_type_scenario_2", "b_type_wall", "wagon_80t", "en15227_c1",
+    }  # fmt: skip
+
+
+def test_a_file_may_have_a_byte_order_mark(tmp_path):
+    """Editors on Windows write one."""
+    path = tmp_path / "bom.yaml"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.encode())
+    assert shape(load(path)) == shape(from_yaml(GOOD))
+
+
+def test_a_file_may_have_windows_line_ends(tmp_path):
+    path = tmp_path / "crlf.yaml"
+    path.write_bytes(GOOD.replace("\n", "\r\n").encode())
+    assert shape(load(path)) == shape(from_yaml(GOOD))
+
+
+def test_builds_on_a_file_beside_it_and_changes_a_few_values(tmp_path):
+    written(tmp_path, GOOD, "base.yaml")
+    path = written(
+        tmp_path,
+        """\
+        builds_on: base.yaml
+        trains: {t: {mass_t: 40}}
+        curves: {tube: {stroke_mm: [0, 450], force_kN: [700, 700]}}
+        collision: {gap_mm: 12}
+        """,
+    )
+    changed, base = load(path), load(tmp_path / "base.yaml")
+    assert changed.trains["t"].mass_t == 40
+    assert changed.trains["t"].vehicles == base.trains["t"].vehicles
+    assert changed.collision.speed_km_h == 20
+    assert changed.collision.gap_mm == 12
+    assert changed.curves["tube"].stroke_mm == [0, 450], "a curve is replaced as a whole, never mixed with the old one"
+
+
+def test_builds_on_a_shipped_scenario_and_through_several_files(tmp_path):
+    written(tmp_path, "builds_on: b_type_wall\ncollision: {speed_km_h: 10}\n", "one.yaml")
+    path = written(tmp_path, "builds_on: one.yaml\ntrains: {b_type: {mass_t: 31}}\n", "two.yaml")
+    scenario = load(path)
+    assert (scenario.collision.speed_km_h, scenario.collision.partner) == (10, "rigid_wall")
+    assert scenario.trains["b_type"].mass_t == 31
+
+
+CURVE = [(0.0, 0.0), (10.5, 900.0), (500.0, 901.25)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "stroke_mm,force_kN\n0,0\n10.5,900\n500,901.25\n",
+        "stroke_mm;force_kN\n0;0\n10,5;900\n500;901,25\n",
+        "force_kN\tstroke_mm\tremark\n0\t0\t\n900\t10.5\tyield\n901.25\t500\tend\n",
+        "# measured in May\n\nstroke_mm, force_kN\n0, 0\n# yield\n10.5, 9e2\n500, 901.25\n\n",
+        '"stroke_mm","force_kN"\r\n0,0\r\n10.5,900\r\n500,901.25\r\n',
+        "\ufeffstroke_mm,force_kN\n0,0\n10.5,900\n500,901.25\n",
+    ],
+    ids=["commas", "semicolons and decimal commas", "tabs, other columns", "comments", "quotes, CRLF", "BOM"],
+)
+def test_curves_from_csv_files(tmp_path, text):
+    (tmp_path / "tube.csv").write_text(text, encoding="utf-8", newline="")
+    path = written(tmp_path, GOOD.replace("{stroke_mm: [0, 10, 500], force_kN: [0, 900, 900]}", "{file: tube.csv}"))
+    scenario = load(path)
+    curve = scenario.curves["tube"]
+    assert list(zip(curve.stroke_mm, curve.force_kN, strict=True)) == CURVE
+    assert shape(from_yaml(to_yaml(scenario))) == shape(scenario), "a written scenario needs no CSV file beside it"
+
+
+# what a scenario becomes
+
+
+def test_a_device_of_stages_is_laid_end_to_end():
+    v = values([(0, 0), (10, 900), (100, 900)], 100)
+    v["devices"]["d"] = {
+        "stiffness_kN_per_mm": 100.0,
+        "stages": {
+            "coupler": {
+                "empty_stroke_mm": 5.0,
+                "curve": {"stroke_mm": [0.0, 100.0], "force_kN": [800.0, 800.0]},
+                "shear_off": {"force_kN": 900.0, "ramp_mm": 1.0},
+            },
+            "climber": {
+                "empty_stroke_mm": 20.0,
+                "curve": {"stroke_mm": [0.0, 300.0], "force_kN": [1200.0, 1250.0]},
+                "stroke_limit_mm": 250.0,
+            },
+        },
+    }
+    (interface,) = line_up(Scenario.from_values(v)).interfaces
+    device = interface.devices[0]
+    assert [(s.name, s.start, s.end, s.limit) for s in device.stages] == [
+        ("coupler", pytest.approx(0.005), pytest.approx(0.105), np.inf),
+        ("climber", pytest.approx(0.125), np.inf, pytest.approx(0.250)),
+    ]
+    e = device.envelope
+    probe = {0.002: 0, 0.006: 800e3, 0.1049: 800e3, 0.106: 900e3, 0.1071: 0, 0.12: 0, 0.1251: 1200e3, 0.4: 1245.83e3}
+    for stroke, force in probe.items():
+        assert e.force_at(stroke) == pytest.approx(force, rel=1e-3, abs=1.0), f"at {stroke * 1e3} mm"
+
+
+def test_partner_may_be_struck_at_its_rear():
+    v = values([(0, 0), (10, 900), (100, 900)], 100, mass_t=[30.0, 31.0, 32.0], partner="t")
+    front = line_up(Scenario.from_values(v))
+    rear = line_up(Scenario.from_values(v | {"collision": v["collision"] | {"partner_end": "rear"}}))
+    assert (front.mass / 1e3).tolist() == [32, 31, 30, 30, 31, 32]
+    assert (rear.mass / 1e3).tolist() == [32, 31, 30, 32, 31, 30]
+    assert [x.name for x in rear.vehicles] == ["M3", "M2", "M1", "S1", "S2", "S3"]
+
+
+def test_couplers_stay_with_their_joint_when_the_partner_is_turned():
+    v = values([(0, 0), (10, 900), (100, 900)], 100, mass_t=[30.0, 31.0, 32.0], partner="t")
+    v["devices"]["soft"] = v["devices"]["d"] | {"stiffness_kN_per_mm": 50.0}
+    v["trains"]["t"]["vehicles"][0]["coupler"] = "soft"  # between the first and the second vehicle
+    v["collision"]["partner_end"] = "rear"
+    by_name = {i.name: i.devices[0].name for i in line_up(Scenario.from_values(v)).interfaces}
+    assert by_name == {"M2-M3": "d", "M1-M2": "soft", "S1-M1": "d", "S1-S2": "d", "S2-S3": "soft"}
+
+
+# changes
+
+
+@pytest.fixture(scope="module")
+def good() -> Scenario:
+    return from_yaml(GOOD, "good.yaml")
+
+
+def test_changes_by_path_and_by_parameter(good):
+    changed = good.with_values({"mass_t": 40, "collision.gap_mm": 50, "devices.head.stroke_limit_mm": 450})
+    assert changed.trains["t"].mass_t == 40
+    assert changed.collision.gap_mm == 50
+    assert changed.devices["head"].stroke_limit_mm == 450
+    assert good.trains["t"].mass_t == 33, "a change makes a copy"
+    assert good.with_values({"both": 25}).trains["t"].length_m == 25, "a parameter may move several values"
+
+
+def test_changes_reach_into_lists_by_position_and_by_name():
+    standard = load("b_type")
+    by_position = standard.with_values({"trains.b_type.vehicles.0.mass_t": 40})
+    by_name = standard.with_values({"trains.b_type.vehicles.Tc.mass_t": 40})
+    assert [c.mass_t for c in by_position.trains["b_type"].cars()] == [40, 33, 33, 33, 33, 33]
+    assert shape(by_name) == shape(by_position)
+    point = standard.with_values({"curves.buffer.force_kN.7": 810})
+    assert point.curves["buffer"].force_kN[-1] == 810
+
+
+def test_a_section_that_the_file_leaves_out_can_be_changed(good):
+    assert good.with_values({"simulation.step_ms": 0.05}).simulation.step_ms == 0.05
+
+
+def test_changes_come_one_upon_the_other(good):
+    assert good.with_values({"mass_t": 40}).with_values({"collision.gap_mm": 5}).trains["t"].mass_t == 40
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"mas_t": 33}, r"mas_t.*did you mean 'mass_t'"),
+        ({"trains.x.mass_t": 33}, r"no 'x' in trains.*known: t"),
+        ({"trains.t.mas_t": 33}, r"trains\.t\.mas_t = 33: unknown key; did you mean 'mass_t'"),
+        ({"trains.t.mass_t.x": 33}, r"trains\.t\.mass_t is a single value"),
+        ({"mass_t": -5}, r"mass_t=-5.*must be at least 1"),
+        ({"mass_t": "heavy"}, r"'heavy'.*must be a number"),
+        ({"curves.tube.stroke_mm.9": 1}, r"no entry '9'.*has 3"),
+        ({"": 1}, r"there is no ''"),
+        ({"collision.partner": "tt"}, r"no train of this name.*did you mean 't'"),
+    ],
+)
+def test_changes_that_lead_nowhere_are_refused(good, changes, said):
+    with pytest.raises(InputError, match=said):
+        good.with_values(changes)
+
+
+# what is refused: a change of one line of GOOD, and what the message says
+
+
+def said_of(old: str, new: str, *said: str) -> Any:
+    assert old in GOOD
+    return pytest.param(GOOD.replace(old, new), said, id=new[:40].strip())
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        said_of("mass_t: 33", "mas_t: 33", r"trains\.t\.mas_t = 33: unknown key; did you mean 'mass_t'", ":9:"),
+        said_of("mass_t: 33", "mass_t: -33", r"mass_t = -33: must be at least 1", ":9:"),
+        said_of("mass_t: 33", "mass_t: 33000", r"mass_t = 33000: must be at most 200"),
+        said_of("mass_t: 33", "mass_t: heavy", r"mass_t = 'heavy': must be a number"),
+        said_of("mass_t: 33", "mass_t: '33'", r"mass_t = '33': must be a number"),
+        said_of("mass_t: 33", "mass_t: true", r"mass_t = True: must be a number"),
+        said_of("mass_t: 33", "mass_t: .nan", r"mass_t = nan: must be a finite number"),
+        said_of("mass_t: 33", "mass_t: .inf", r"mass_t = inf: must be a finite number"),
+        said_of("mass_t: 33", "mass_t: [1, 2]", r"mass_t: must be a number"),
+        said_of("mass_t: 33, ", "", r"trains\.t: has no mass_t"),
+        said_of("coupler: link", "rear: head", r"(?i)duplicate|twice|key"),
+        said_of(", coupler: link", "", r"trains\.t: has no coupler to the next vehicle"),
+        said_of("vehicles: 3", "vehicles: 0", r"vehicles = 0: must be at least 1"),
+        said_of("vehicles: 3", "vehicles: 2.5", r"vehicles = 2\.5: must be a whole number"),
+        said_of("vehicles: 3", "vehicles: 201", r"more than 400 vehicles"),
+        said_of("vehicles: 3", "vehicles: 401", r"vehicles = 401: must be at most 400"),
+        said_of("vehicles: 3", "vehicles: [{mass_t: 3}]", r"vehicles\.0\.name: is missing"),
+        said_of("[0, 10, 500]", "[0, 10, 9]", r"stroke_mm\.2 = 9: must be more than the 10 mm before it: .* never"),
+        said_of("[0, 10, 500]", "[0, 10]", r"as many strokes as forces; it has 2 and 3"),
+        said_of("[0, 10, 500]", "[1, 10, 500]", r"must start at a stroke of 0, not 1 mm"),
+        said_of("[0, 900, 900]", "[0, -900, 900]", r"force_kN\.1 = -900: must be at least 0"),
+        said_of("[0, 900, 900]", "[0, .nan, 900]", r"force_kN\.1 = nan: must be a finite number"),
+        said_of("[501, 600]", "[400, 600]", r"link\.curve\.1: must go on from the 500 mm"),
+        said_of("curve: tube,", "curve: tub,", r"devices\.head\.curve = 'tub': there is no curve.*did you mean 'tube'"),
+        said_of("front: head", "front: haed", r"trains\.t\.front = 'haed': there is no device.*did you mean 'head'"),
+        said_of("partner: t", "partner: u", r"partner = 'u': there is no train of this name"),
+        said_of("train: t,", "train: u,", r"train = 'u': there is no train of this name"),
+        said_of("partner: t", "partner: rigid_wal", r"did you mean 'rigid_wall'"),
+        said_of("stroke_limit_mm: 400", "stroke_limit_mm: 501", r"must be within the curve, which ends at 500 mm"),
+        said_of("stiffness_kN_per_mm: 100, stroke", "stiffness_kN_per_mm: 0, stroke", r"= 0: must be greater than 0"),
+        said_of("stiffness_kN_per_mm: 100, ", "", r"devices\.head\.stiffness_kN_per_mm: is missing"),
+        said_of("curve: tube, ", "", r"devices\.head: needs either curve or stages"),
+        said_of("speed_km_h: 20", "speed_km_h: 0", r"speed_km_h = 0: must be more than partner_speed_km_h"),
+        said_of("speed_km_h: 20", "speed_km_h: 20, partner_speed_km_h: 20", r"the two must come closer"),
+        said_of("speed_km_h: 20", "speed_km_h: 20, gap_mm: -1", r"gap_mm = -1: must be at least 0"),
+        said_of("speed_km_h: 20", "speed_km_h: 20, rail_friction: 1.5", r"rail_friction = 1\.5: must be at most 1"),
+        said_of("speed_km_h: 20", "speed_km_h: 20, partner_end: middle", r"partner_end = 'middle': must be 'front' or"),
+        said_of("partner: t", "partner: rigid_wall, partner_speed_km_h: -5", r"must be 0: the rigid wall stands"),
+        said_of("rear: head, ", "", r"ok"),
+        said_of("front: head, ", "", r"states no device at its front"),
+        said_of("title: A", "titel: A", r"titel = '.*': unknown key; did you mean 'title'"),
+        said_of("title: A small case", "title: [1]", r"title: must be text"),
+        said_of("collision:", "simulation: {integrator: RK4}\ncollision:", r"'RK4': .*four times a step.*euler"),
+        said_of("collision:", "simulation: {integrator: heun}\ncollision:", r"'heun': must be one of euler"),
+        said_of("collision:", "simulation: {record_every_ms: 0.25}\ncollision:", r"a whole multiple of step_ms"),
+        said_of("collision:", "simulation: {step_ms: 0}\ncollision:", r"step_ms = 0: must be at least 0\.0001"),
+        said_of(
+            "collision:", "simulation: {step_ms: 0.0001, record_every_ms: 1, time_limit_s: 60}\ncollision:",
+            r"asks for more than 5000000 steps",
+        ),
+        said_of("  tube:", "  1tube:", r"curves\.1tube.*letters, digits and _"),
+        said_of("title: A small case", "title: &a [*a]", r"must be|deep|valid"),
+        said_of("title: A small case", "title: !!python/object:os.system x", r"."),
+        said_of("title: A small case", "title: 2026-11-22", r"title: must be"),
+        said_of("trains:", "trains: [", r":\d+:\d+: is not valid YAML"),
+        said_of("trains:", "\ttrains:", r":\d+:\d+: is not valid YAML"),
+        said_of("devices:", "Devices:", r"Devices: unknown key; did you mean 'devices'", r"devices: is missing"),
+    ],
+)  # fmt: skip
+def test_bad_files_are_refused_with_file_key_value_and_rule(tmp_path, text, said):
+    path = written(tmp_path, text)
+    if said == ("ok",):
+        load(path)  # only the end that meets the other side needs a device
+        return
+    with pytest.raises(InputError) as caught:
+        load(path)
+    message = str(caught.value)
+    assert message.startswith(str(path)), "a message must begin with the file it is about"
+    for words in said:
+        assert re.search(words, message), message
+
+
+def test_every_mistake_of_a_file_is_said_at_once(tmp_path):
+    text = GOOD.replace("mass_t: 33", "mass_t: -1").replace("speed_km_h: 20", "speed_kmh: 20")
+    with pytest.raises(InputError) as caught:
+        load(written(tmp_path, text))
+    assert len(str(caught.value).splitlines()) == 3, "mass, the misspelt speed, and the speed that is missing"
+
+
+def test_duplicate_keys_are_refused(tmp_path):
+    """YAML readers that keep the last one silently run something else than was written."""
+    with pytest.raises(InputError, match=r"my\.yaml:11:.*not valid YAML.*duplicate key"):
+        load(written(tmp_path, GOOD + "collision: {train: t, speed_km_h: 1, partner: t}\n"))
+
+
+def raw(folder: Path, content: bytes) -> Path:
+    path = folder / "raw.yaml"
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "must be a group of keys and values"),
+        (b"   \n# nothing\n", "must be a group of keys and values"),
+        (b"- a\n- b\n", "must be a group of keys and values"),
+        (b"just words", "must be a group of keys and values"),
+        (b"\x89PNG\r\n\x1a\n\x00\xff\xfe", "is not UTF-8 text"),
+        (GOOD.encode("utf-16"), "is not UTF-8 text"),
+        (b"title: \x00\x01\n", "is not valid YAML"),
+        (b"{" * 1500, "is not valid YAML|too deep"),
+        (b"a: " + b"[" * 300 + b"]" * 300, "nested too deeply|not valid YAML|too deep"),
+        (b"1: 2\n", "key 1 must be text"),
+        (b"null: 2\n", "must be text"),
+        (b"? [a, b]\n: 1\n", "must be text|not valid YAML"),
+        (b"title: a\n" + b"#" * 5_100_000, "is larger than 5 MB"),
+        (b"--- {a: 1}\n--- {b: 2}\n", "is not valid YAML"),
+    ],
+)
+def test_files_that_are_no_scenarios_are_refused(tmp_path, content, said):
+    path = raw(tmp_path, content)
+    with pytest.raises(InputError, match=said) as caught:
+        load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_anchors_that_multiply_are_refused(tmp_path):
+    """A file of a kilobyte that unfolds into thousands of millions of values."""
+    lines = ["a: &a [x, x, x, x, x, x, x, x, x]"]
+    for one, next_ in zip("abcdefgh", "bcdefghi", strict=True):
+        lines.append(f"{next_}: &{next_} [{', '.join([f'*{one}'] * 9)}]")
+    with pytest.raises(InputError, match="too many values"):
+        load(written(tmp_path, "\n".join(lines)))
+
+
+def test_circles_of_builds_on_are_refused(tmp_path):
+    written(tmp_path, "builds_on: b.yaml\n", "a.yaml")
+    written(tmp_path, "builds_on: a.yaml\n", "b.yaml")
+    with pytest.raises(InputError, match=r"leads back to this file"):
+        load(tmp_path / "a.yaml")
+    written(tmp_path, "builds_on: self.yaml\n", "self.yaml")
+    with pytest.raises(InputError, match=r"leads back to this file"):
+        load(tmp_path / "self.yaml")
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("builds_on: b_typ\n", r"my\.yaml:1:1: builds_on = 'b_typ': there is no such file.*did you mean 'b_type'"),
+        ("builds_on: 5\n", r"builds_on: must be the name of a scenario file"),
+        ("builds_on: [a]\n", r"builds_on: must be the name of a scenario file"),
+    ],
+)
+def test_builds_on_something_else_is_refused(tmp_path, line, said):
+    with pytest.raises(InputError, match=said):
+        load(written(tmp_path, line))
+
+
+def test_a_mistake_in_the_file_below_is_placed_there(tmp_path):
+    written(tmp_path, GOOD.replace("mass_t: 33", "mass_t: -3"), "base.yaml")
+    with pytest.raises(InputError, match=r"base\.yaml:9:\d+: trains\.t\.mass_t = -3"):
+        load(written(tmp_path, "builds_on: base.yaml\ncollision: {gap_mm: 3}\n"))
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("other.csv", None, r"file = 'other\.csv': there is no such file; did you mean 'tube\.csv'"),
+        ("../tube.csv", None, r"must be in the folder of the scenario"),
+        ("/etc/passwd", None, r"must be in the folder of the scenario"),
+        ("tube.csv", "", r"is empty"),
+        ("tube.csv", "a,b\n0,0\n", r"has no column 'stroke_mm'"),
+        ("tube.csv", "stroke_mm,force_kN\n0,0\n10,many\n", r"point 2: force_kN = 'many': must be a number"),
+        ("tube.csv", "stroke_mm,force_kN\n0,0\n10\n", r"point 2: force_kN = '': must be a number"),
+        ("tube.csv", "stroke_mm,force_kN\n0,0\n10,nan\n", r"force_kN = nan: must be a finite number"),
+        ("tube.csv", "stroke_mm,force_kN\n0,0\n10,9\n5,9\n", r"curves\.tube.*must be more than the 10 mm before it"),
+        ("tube.csv", "stroke_mm,force_kN\n" + "1,1\n" * 2001, r"has more than 2000 points"),
+    ],
+)
+def test_curve_files_that_cannot_be_used_are_refused(tmp_path, name, text, said):
+    (tmp_path / "tube.csv").write_text("stroke_mm,force_kN\n0,0\n9,9\n" if text is None else text)
+    path = written(tmp_path, GOOD.replace("{stroke_mm: [0, 10, 500], force_kN: [0, 900, 900]}", f"{{file: {name}}}"))
+    with pytest.raises(InputError, match=said):
+        load(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("b_tpye", "did you mean 'b_type'"),
+        ("nowhere.yaml", "there is no such file or shipped scenario"),
+        (".", "is a folder"),
+        ("a\0b", "not a usable file name|no such file"),
+        ("x" * 5000, "not a usable file name|no such file"),
+    ],
+)
+def test_names_that_lead_to_no_file_are_refused(name, said):
+    with pytest.raises(InputError, match=said):
+        load(name)
+
+
+def test_saving_where_it_cannot_be_is_an_output_error(good, tmp_path):
+    with pytest.raises(OutputError, match="cannot be written"):
+        save(good, tmp_path / "missing" / "a.yaml")
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.text(max_size=200) | st.binary(max_size=200).map(lambda b: b.decode("latin-1")))
+def test_no_text_ends_in_anything_but_trainmjs_own_error(text):
+    """A typing mistake must never end in a traceback of a library."""
+    with pytest.raises(TrainmjError):
+        from_yaml(text)
+
+
+PATHS = [
+    "mass_t",
+    "trains.t.vehicles",
+    "devices.head.curve",
+    "collision",
+    "curves.tube.force_kN",
+    "parameters",
+    "title",
+]
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(PATHS), anything)
+def test_no_value_ends_in_anything_but_a_scenario_or_trainmjs_own_error(good, path, value):
+    try:
+        changed = good.with_values({path: value})
+    except InputError:
+        return
+    line_up(changed)
+
+
+# the step that a scenario may ask for
+
+
+def test_a_step_that_would_be_unstable_is_refused_with_the_largest_stable_one():
+    case = line_up(load("b_type", {"simulation.step_ms": 1.0, "simulation.record_every_ms": 1.0}))
+    with pytest.raises(InputError, match=rf"step_ms = 1: must be at most {largest_step(case) * 1e3:.3g} ms"):
+        check_step(case)
+
+
+# the schema for editors
+
+
+@pytest.fixture(scope="module")
+def validator() -> Draft202012Validator:
+    Draft202012Validator.check_schema(schema())
+    return Draft202012Validator(schema())
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_schema_accepts_what_ships(validator, name):
+    tree = YAML(typ="safe").load(shipped()[name])
+    assert [e.message for e in validator.iter_errors(tree)] == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("mass_t: 33", "mas_t: 33"),
+        ("mass_t: 33", "mass_t: -3"),
+        ("mass_t: 33", "mass_t: heavy"),
+        ("partner: t", "prtner: t"),
+        ("vehicles: 3", "vehicles: 0"),
+        ("devices:", "device:"),
+    ],
+)
+def test_schema_refuses_what_the_loader_refuses(validator, old, new):
+    assert list(validator.iter_errors(YAML(typ="safe").load(GOOD))) == []
+    assert list(validator.iter_errors(YAML(typ="safe").load(GOOD.replace(old, new)))) != []
