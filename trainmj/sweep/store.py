@@ -169,7 +169,7 @@ class Store:
             )
         if "not a database" in text or "malformed" in text:
             return OutputError(f"{self.file}: is damaged or no SQLite file ({text}): take another folder")
-        return OutputError(f"{self.file}: cannot be written ({text})")
+        return OutputError(f"{self.file}: cannot be written ({text}); finished cases are kept")
 
 
 def read_table(folder: str | Path) -> pd.DataFrame:

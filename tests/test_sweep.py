@@ -1,0 +1,364 @@
+"""Sweeps: the cases a plan makes, the file they are kept in, and that nothing stops them for good."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import trainmj
+from trainmj.sweep.plan import grid_values
+from trainmj.sweep.store import Store
+
+FAST = ["--set", "simulation.step_ms=0.5"]
+COMMAND = [sys.executable, "-m", "trainmj", "sweep"]
+
+
+def trainmj_sweep(*arguments, **options):
+    """The command as a user types it."""
+    words = [*COMMAND, *map(str, arguments)]
+    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=False, **options)
+
+
+def said_no(done, *words):
+    """The command ended with one clear message, exit code 2 and no traceback."""
+    assert done.returncode == 2, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr
+    return True
+
+
+def plan_in(tmp_path, text, name="many.yaml"):
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    return trainmj.load_plan(file)
+
+
+# the cases of a plan
+
+
+def test_a_grid_is_every_combination_and_the_last_varies_fastest():
+    plan = trainmj.plan_of(trainmj.load("b_type"), {"mass_t": "30,33", "empty_stroke_mm": "20:50:3"})
+    assert [tuple(values.values()) for _, values in plan.cases()] == [
+        (30, 20.0), (30, 35.0), (30, 50.0), (33, 20.0), (33, 35.0), (33, 50.0)
+    ]  # fmt: skip
+
+
+def test_blocks_of_a_sweep_file_are_crossed(tmp_path):
+    (tmp_path / "cases.csv").write_text("collision.gap_mm;speed_km_h\n0;20\n10;25\n", encoding="utf-8")
+    plan = plan_in(
+        tmp_path,
+        "scenario: b_type\n"
+        "set: {simulation.step_ms: 0.5}\n"
+        "vary: {mass_t: {from: 30, to: 36, count: 3}}\n"
+        "together: {empty_stroke_mm: [20, 30], collision.rail_friction: [0.0, 0.01]}\n"
+        "cases: cases.csv\n",
+    )
+    assert len(plan) == 3 * 2 * 2
+    assert plan.case(11) == {
+        "mass_t": 36.0,
+        "empty_stroke_mm": 30,
+        "collision.rail_friction": 0.01,
+        "collision.gap_mm": 10,
+        "speed_km_h": 25,
+    }
+    assert plan.scenario.simulation.step_ms == 0.5
+
+
+@pytest.mark.parametrize("method", ["random", "latin_hypercube", "sobol"])
+def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tmp_path, method):
+    text = (
+        "scenario: b_type\n"
+        f"sample: {{count: 256, seed: 3, method: {method}, factors: {{mass_t: {{uniform: [30, 36]}}, "
+        "speed_km_h: {normal: [25, 1]}, collision.gap_mm: {choice: [0, 10]}}}\n"
+    )
+    plan = plan_in(tmp_path, text)
+    table = pd.DataFrame([values for _, values in plan.cases()])
+    assert table.equals(pd.DataFrame([values for _, values in plan_in(tmp_path, text).cases()])), "not reproducible"
+    assert plan.seed == 3
+    assert table.mass_t.between(30, 36).all()
+    assert abs(table.mass_t.mean() - 33) < 0.4
+    assert abs(table.speed_km_h.std() - 1) < 0.2
+    assert set(table["collision.gap_mm"]) == {0, 10}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("scenario: b_type\nvari: {mass_t: '30,33'}\n", ["many.yaml:2:1", "vari", "did you mean 'vary'"]),
+        ("scenario: b_typ\nvary: {mass_t: '30,33'}\n", ["b_typ", "did you mean 'b_type'"]),
+        ("scenario: b_type\nvary: {mas_t: '30,33'}\n", ["mas_t", "did you mean 'mass_t'"]),
+        ("scenario: b_type\nvary: {mass_t: '30:36'}\n", ["mass_t=30:36", "FROM:TO:COUNT"]),
+        ("scenario: b_type\nvary: {mass_t: []}\n", ["many.yaml:2:8", "at least 1"]),
+        ("scenario: b_type\n", ["nothing is varied"]),
+        ("scenario: b_type\ntogether: {mass_t: [30, 33], speed_km_h: [1]}\n", ["together", "1, 2"]),
+        ("scenario: b_type\nvary: {mass_t: '30,33'}\ntogether: {mass_t: [30]}\n", ["mass_t", "twice"]),
+        ("scenario: b_type\ncases: none.csv\n", ["none.csv", "cannot be read"]),
+        ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {uniform: [3, 1]}}}\n", ["uniform", "lower"]),
+        ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {}}}\n", ["mass_t", "exactly one"]),
+        ("scenario: b_type\nsample: {count: 0, factors: {mass_t: {uniform: [1, 3]}}}\n", ["count", "at least 1"]),
+        ("scenario: b_type\nvary: {mass_t: '30,33'}\nhistories: [2]\n", ["no case 2", "last is 1"]),
+        ("scenario: b_type\nvary: {mass_t: '1:2:9000000', speed_km_h: '1:2:9000000'}\n", ["cases, more than"]),
+    ],
+)
+def test_a_wrong_sweep_file_is_refused_with_place_and_rule(tmp_path, text, words):
+    with pytest.raises(trainmj.InputError) as caught:
+        plan_in(tmp_path, text)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["1:2", "1:2:x", "1:2:1", "::", "1,,2", "1:2:3.5"])
+def test_wrong_values_of_a_grid_are_refused(text):
+    with pytest.raises(trainmj.InputError, match="mass_t"):
+        grid_values("mass_t", text)
+
+
+# the table
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """A sweep of 120 cases that nothing stopped; one in four is refused."""
+    folder = tmp_path_factory.mktemp("undisturbed") / "sweep"
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", folder)
+    assert done.returncode == 0, done.stderr
+    return folder, done
+
+
+CASES = ["--vary", "empty_stroke_mm=20:50:30", "--vary", "mass_t=30,33,36,-1"]
+
+
+def csv_of(folder):
+    return (folder / "results.csv").read_text(encoding="utf-8")
+
+
+def test_a_sweep_ends_with_a_line_a_csv_and_an_sqlite_file(undisturbed):
+    folder, done = undisturbed
+    assert "120 cases, 30 failed" in done.stdout
+    assert "collisions a second" in done.stdout
+    assert done.stderr == "", "a sweep is quiet where there is no terminal"
+    table = trainmj.read_table(folder)
+    assert len(table) == 120
+    assert list(table.status).count("refused") == 30
+    from_csv = pd.read_csv(folder / "results.csv", index_col="case", keep_default_na=False, na_values={"TS_mm": ""})
+    assert list(from_csv.columns) == list(table.columns)
+    assert list(from_csv.TS_mm.dropna()) == list(table.TS_mm.dropna())
+    assert list(from_csv.reason) == list(table.reason)
+    with sqlite3.connect(folder / "results.sqlite") as db:
+        about = dict(db.execute("SELECT key, value FROM about"))
+    assert "b_type" in about["scenario"]
+    assert {"version_trainmj", "version_mujoco", "fingerprint", "seed"} <= set(about)
+
+
+def test_a_row_of_a_sweep_is_the_single_run(undisturbed):
+    table = trainmj.read_table(undisturbed[0])
+    row = table.iloc[5]
+    values = {"empty_stroke_mm": row.empty_stroke_mm, "mass_t": row.mass_t, "simulation.step_ms": 0.5}
+    summary = trainmj.summarise(trainmj.run(trainmj.load("b_type", values)))
+    assert (row.TS_mm, row.TAMA_g) == (summary.TS_mm, summary.TAMA_g)
+    assert row.peak_device_M4_g == summary.vehicles[3].peak_device_acceleration_g
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_the_table_does_not_depend_on_threads(undisturbed, tmp_path, threads):
+    trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--threads", threads)
+    assert csv_of(tmp_path) == csv_of(undisturbed[0])
+
+
+def test_only_the_responses_asked_for_are_kept_and_histories_of_chosen_cases(tmp_path):
+    done = trainmj_sweep(
+        "b_type", "--vary", "mass_t=30,-1", *FAST, "--out", tmp_path, "--responses", "TS_mm,stroke_M?_*",
+        "--histories", "0,1",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    columns = list(trainmj.read_table(tmp_path).columns)
+    assert columns[:4] == ["mass_t", "status", "reason", "TS_mm"]
+    assert all(name.startswith("stroke_M") for name in columns[4:])
+    assert len(columns) == 9
+    assert trainmj.summarise(trainmj.load_result(tmp_path / "case_0.nc")).TS_mm == trainmj.read_table(tmp_path).TS_mm[0]
+    assert not (tmp_path / "case_1.nc").exists(), "a refused case has no history"
+
+
+def test_trains_of_different_length_share_a_table(tmp_path):
+    done = trainmj_sweep(
+        "b_type", "--vary", "trains.b_type.vehicles=1,4,2", "--vary", "collision.partner=b_type,rigid_wall", *FAST,
+        "--out", tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    table = trainmj.read_table(tmp_path)
+    assert list(table.peak_device_M4_g.notna()) == [False, False, True, True, False, False]
+    assert list(table.stroke_M1_wall_mm.notna()) == [False, True] * 3
+
+
+def test_parquet_holds_the_same_table(tmp_path):
+    done = trainmj_sweep("b_type", "--vary", "mass_t=30,33", *FAST, "--out", tmp_path, "--parquet")
+    assert done.returncode == 0, done.stderr
+    table = pd.read_parquet(tmp_path / "results.parquet")
+    assert list(table.TS_mm) == list(trainmj.read_table(tmp_path).TS_mm)
+
+
+def test_more_columns_than_sqlite_holds_are_refused_with_the_cure(tmp_path):
+    with Store(tmp_path / "results.sqlite") as store:
+        with pytest.raises(trainmj.InputError, match="--responses"):
+            store.add([(0, {f"column_{k}": 1.0 for k in range(2100)})])
+        store.add([(0, {"status": "over"})])
+        assert store.finished() == {0}
+
+
+# nothing is lost
+
+
+def test_killed_ten_times_and_resumed_the_table_is_the_same(undisturbed, tmp_path):
+    rng = np.random.default_rng(11)
+    command = [*COMMAND, "b_type", *CASES, *FAST, "--out", str(tmp_path), "--resume"]
+    environment = os.environ | {"PYTHONWARNINGS": "error::ResourceWarning"}
+    seen = set()
+    for _ in range(10):
+        process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        time.sleep(float(rng.uniform(0.3, 2.6)))  # before the first case, between commits, after the end
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        file = tmp_path / "results.sqlite"
+        if file.exists():
+            with sqlite3.connect(file) as db:
+                there = {n for (n,) in db.execute('SELECT "case" FROM results')} if _has_table(db) else set()
+            assert seen <= there, "a finished case was lost"
+            seen = there
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert csv_of(tmp_path) == csv_of(undisturbed[0])
+
+
+def _has_table(db):
+    return db.execute("SELECT count(*) FROM sqlite_master WHERE name = 'results'").fetchone() == (1,)
+
+
+def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
+    with Store(tmp_path / "results.sqlite"):
+        pass
+    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33,36"})
+    asked = []
+
+    def engine(cases):
+        for number, _ in cases:
+            asked.append(number)
+            yield number, {"status": "over", "reason": "", "TS_mm": float(number)}
+            if number == 1 and len(asked) == 2:
+                raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        trainmj.run_sweep(plan, tmp_path, resume=True, engine=engine)
+    outcome = trainmj.run_sweep(plan, tmp_path, resume=True, engine=engine)
+    assert asked == [0, 1, 2], "a case that ended before the interruption was computed twice, or one was left out"
+    assert (outcome.cases, outcome.computed) == (3, 1)
+
+
+def test_control_c_stops_cleanly_and_says_how_to_go_on(undisturbed, tmp_path):
+    command = [*COMMAND, "b_type", *CASES, "--out", str(tmp_path)]  # at the scenario's own step, so that it lasts
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not (tmp_path / "results.sqlite").exists() and process.poll() is None:
+        time.sleep(0.05)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    # a process that python itself ends by the signal has the same exit status in a shell
+    assert process.returncode in (130, -signal.SIGINT), said
+    assert "--resume" in said
+    assert "Traceback" not in said
+
+
+def test_a_sweep_is_not_overwritten_nor_mixed_with_another(undisturbed, tmp_path):
+    folder, _ = undisturbed
+    before = csv_of(folder)
+    assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", folder), "--resume")
+    assert said_no(trainmj_sweep("b_type", *CASES, "--out", folder, "--resume"), "the scenario has changed")
+    assert said_no(trainmj_sweep("b_type", *CASES[:2], *FAST, "--out", folder, "--resume"), "cases or responses")
+    assert csv_of(folder) == before
+
+
+def test_another_version_does_not_go_on_with_a_sweep(undisturbed, tmp_path, monkeypatch):
+    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33"})
+    trainmj.run_sweep(plan, tmp_path)
+    monkeypatch.setattr("trainmj.sweep.run.versions", lambda: {"mujoco": "9.9"})
+    with pytest.raises(trainmj.InputError, match=r"version_mujoco was 4\.\S+ .* 9\.9"):
+        trainmj.run_sweep(plan, tmp_path, resume=True)
+
+
+def test_two_sweeps_do_not_write_to_one_file(tmp_path):
+    with Store(tmp_path / "results.sqlite"):
+        assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "another sweep")
+
+
+def test_a_damaged_file_is_said_to_be_one(tmp_path):
+    (tmp_path / "results.sqlite").write_bytes(b"not a database at all" * 100)
+    assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "damaged or no SQLite")
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_the_work(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert said_no(trainmj_sweep("b_type", *CASES, "--out", tmp_path / "file" / "sweep"), "cannot be made a folder")
+
+
+def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
+    import resource
+
+    def small():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))
+
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, preexec_fn=small)
+    assert said_no(done, "results.sqlite", "finished cases are kept")
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert csv_of(tmp_path) == csv_of(undisturbed[0])
+
+
+# on a cluster
+
+
+def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undisturbed, tmp_path):
+    from dask.distributed import Client, LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        from trainmj.sweep import cluster as engines
+
+        plan = trainmj.plan_of(
+            trainmj.load("b_type", {"simulation.step_ms": 0.5}),
+            {"empty_stroke_mm": "20:50:30", "mass_t": "30,33,36,-1"},
+        )
+        victims = sorted(client.run(os.getpid).values())
+        killed = []
+
+        def progress(finished):
+            if 0 < finished < len(plan) and not killed:
+                killed.append(victims[0])
+                os.kill(victims[0], signal.SIGKILL)
+
+        engines_before, engines.CASES_PER_TASK = engines.CASES_PER_TASK, 8
+        try:
+            trainmj.run_sweep(plan, tmp_path, engine=engines.engine(client, plan), progress=progress)
+        finally:
+            engines.CASES_PER_TASK = engines_before
+    assert killed, "no worker was killed while the sweep ran: the test proves nothing"
+    assert csv_of(tmp_path) == csv_of(undisturbed[0])
+
+
+def test_no_scheduler_at_the_address_is_said(tmp_path):
+    done = trainmj_sweep("b_type", *CASES, "--out", tmp_path, "--dask", "nonsense")
+    assert said_no(done, "--dask nonsense", "no scheduler")
+
+
+def test_json_values_survive_in_the_table(tmp_path):
+    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"curves.buffer": [
+        {"stroke_mm": [0, 73], "force_kN": [0, 800]},
+        {"stroke_mm": [0, 40, 73], "force_kN": [0, 700, 800]},
+    ]})  # fmt: skip
+    trainmj.run_sweep(plan, tmp_path)
+    assert json.loads(trainmj.read_table(tmp_path)["curves.buffer"][1])["force_kN"] == [0, 700, 800]

@@ -1,0 +1,5 @@
+"""``python -m trainmj``: the command line."""
+
+from trainmj.cli import main
+
+main()

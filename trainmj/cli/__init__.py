@@ -1,0 +1,41 @@
+"""The command line: ``trainmj run b_type --set speed_km_h=25 --out results``.
+
+Heavy imports come late, inside the commands, so that help answers at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from trainmj.cli import collision, sweep
+from trainmj.errors import TrainmjError
+
+
+class _Group(click.Group):
+    """Errors that trainmj raises on purpose end in one message and exit code 2, never in a traceback."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except TrainmjError as error:
+            click.echo(f"Error: {error}", err=True)
+            sys.exit(2)
+        except BrokenPipeError:
+            sys.stderr.close()  # the reader of our output has gone; nobody is left to tell
+            sys.exit(0)
+
+
+@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="trainmj")
+def main() -> None:
+    """Train collisions on a straight track, computed with MuJoCo.
+
+    SCENARIO is a YAML file, or the name of one that ships with trainmj: see `trainmj scenarios`.
+    """
+
+
+for command in (collision.run, collision.check, collision.export, collision.schema, collision.scenarios, sweep.sweep):
+    main.add_command(command)

@@ -1,0 +1,112 @@
+"""Commands about one collision: run, check, export, schema, scenarios."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from trainmj.cli.options import load_scenario, takes_scenario
+from trainmj.errors import OutputError
+
+
+@click.command()
+@takes_scenario
+@click.option(
+    "--out", type=click.Path(path_type=Path), help="Folder for the result, tables and figure; made if needed."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
+def run(scenario: str, changes: dict[str, Any], out: Path | None, as_json: bool) -> None:
+    """Compute one collision and print its interfaces, vehicles, criteria and balances.
+
+    Exit code: 0 when computed (the status says how it ended), 1 if unstable, 2 for wrong input.
+    """
+    loaded = load_scenario(scenario, changes)
+    if out is not None:
+        _make_folder(out)
+    from trainmj import terminal
+    from trainmj.metrics import summarise
+    from trainmj.simulation import run as simulate
+
+    result = simulate(loaded)
+    summary = summarise(result)
+    if out is not None:
+        from trainmj.output import write_run
+
+        write_run(result, summary, out)
+    if as_json:
+        click.echo(json.dumps(_finite(summary.as_dict()), indent=2))
+    else:
+        terminal.print_summary(loaded, summary)
+        if out is not None:
+            click.echo(f"Written to {out}{'' if str(out).endswith('/') else '/'}")
+    if summary.status.startswith("unstable"):
+        sys.exit(1)
+
+
+@click.command()
+@takes_scenario
+def check(scenario: str, changes: dict[str, Any]) -> None:
+    """Check a scenario and print what would run, without running it."""
+    loaded = load_scenario(scenario, changes)
+    from trainmj import terminal
+    from trainmj.chain import line_up
+    from trainmj.simulation import check_step
+
+    chain = line_up(loaded)
+    terminal.print_chain(loaded, chain)
+    check_step(chain)
+
+
+@click.command()
+@takes_scenario
+@click.option("--out", type=click.Path(path_type=Path), help="MJCF file to write; without it the text is printed.")
+def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
+    """Write the MuJoCo model of a scenario as MJCF, which MuJoCo's own viewer opens."""
+    loaded = load_scenario(scenario, changes)
+    from trainmj import model
+    from trainmj.chain import line_up
+
+    text = model.export(line_up(loaded), loaded.title)
+    if out is None:
+        click.echo(text)
+    else:
+        model.write(text, out)
+
+
+@click.command()
+def schema() -> None:
+    """Print the JSON schema of scenario files, for editors."""
+    from trainmj.scenario import schema as scenario_schema
+
+    click.echo(json.dumps(scenario_schema(), indent=2))
+
+
+@click.command()
+def scenarios() -> None:
+    """List the scenarios that ship with trainmj."""
+    from trainmj import terminal
+    from trainmj.scenario import load, shipped
+
+    terminal.print_scenarios({name: load(name) for name in shipped()})
+
+
+def _make_folder(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"--out {out}: cannot be made a folder ({error.strerror})") from None
+
+
+def _finite(value: Any) -> Any:
+    """The same with None for numbers that JSON cannot hold."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    if isinstance(value, float) and value - value != 0.0:
+        return None
+    return value

@@ -1,0 +1,57 @@
+"""What several commands take: a scenario, and changes of its values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from trainmj.errors import InputError
+
+if TYPE_CHECKING:
+    from trainmj.scenario import Scenario
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_SET_HELP = "Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50). May be repeated."
+
+
+def takes_scenario(function: F) -> F:
+    """The argument SCENARIO and the option --set, given as a dict of changes."""
+    function = click.option("--set", "changes", multiple=True, metavar="PATH=VALUE", callback=_changes, help=_SET_HELP)(
+        function
+    )
+    return click.argument("scenario")(function)
+
+
+def load_scenario(scenario: str, changes: dict[str, Any]) -> Scenario:
+    """The scenario of a file or name, changed."""
+    from trainmj.scenario import load
+
+    return load(scenario, changes)
+
+
+def split_assignment(option: str, text: str, example: str) -> tuple[str, str]:
+    """Path and value of PATH=VALUE.
+
+    Raises:
+        InputError: if one of them is missing.
+    """
+    path, equals, value = text.partition("=")
+    if not (equals and path.strip() and value.strip()):
+        raise InputError(f"{option} {text}: must be PATH=VALUE, as in {option} {example}")
+    return path.strip(), value.strip()
+
+
+def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+    """The values of --set, read as YAML reads them."""
+    if not texts:
+        return {}
+    from trainmj.scenario.files import read_value
+
+    changes = {}
+    for text in texts:
+        path, value = split_assignment("--set", text, "mass_t=33")
+        changes[path] = read_value(value, f"--set {text}")
+    return changes
