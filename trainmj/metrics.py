@@ -235,11 +235,13 @@ def _interface(interface: Interface, tally: Tally, k: int, side: int) -> Interfa
     device = interface.devices[side]
     stroke = interface.side_stroke(largest, side)
     share = _energy_share(interface, largest, side)
+    # what the interface gives back its sides share as their stiffnesses say: K is 1 / (1 / K_left + 1 / K_right)
+    given_back = (largest - float(tally.plastic[k])) * interface.envelope.stiffness / device.envelope.stiffness
     return InterfaceMetrics(
         name=interface.name + (" partner" if side else ""),
         device=device.name,
         stroke_mm=stroke / MM,
-        permanent_mm=max(0.0, float(tally.plastic[k])) / MM * (stroke / largest if largest > 0 else 1.0),
+        permanent_mm=max(0.0, stroke - given_back) / MM,
         peak_force_kN=float(tally.force_max[k]) / KN,
         energy_kJ=share * (float(tally.work[k]) - _elastic(interface, tally, k)) / KJ,
         peak_time_s=float(tally.stroke_max_time[k]),
@@ -252,17 +254,20 @@ def _interface(interface: Interface, tally: Tally, k: int, side: int) -> Interfa
 
 
 def _energy_share(interface: Interface, stroke: float, side: int) -> float:
-    """Part of an interface's energy that one side takes: by the work along the path up to a stroke."""
+    """Part of an interface's absorbed energy that one side takes: its work up to a stroke, less what it gives back."""
     if len(interface.devices) == 1:
         return 1.0
     if _same(interface):
         return 0.5
-    u, force = interface.envelope.stroke, interface.envelope.force
-    until = np.append(u[u < stroke], stroke)
+    envelope = interface.envelope
+    inner = envelope.stroke[envelope.stroke < stroke]
+    until = np.append(inner, stroke)
     left = np.array([interface.side_stroke(x, 0) for x in until])
-    along = np.append(force[u < stroke], interface.envelope.force_at(stroke))
-    total, own = float(np.trapezoid(along, until)), float(np.trapezoid(along, left))
-    share = own / total if total > 0 else 0.5
+    peak = envelope.force_at(stroke)
+    force = np.append(envelope.force[: inner.size], peak)
+    own = float(np.trapezoid(force, left)) - 0.5 * peak**2 / interface.devices[0].envelope.stiffness
+    total = float(np.trapezoid(force, until)) - 0.5 * peak**2 / envelope.stiffness
+    share = min(1.0, max(0.0, own / total)) if total > 0 else 0.5
     return share if side == 0 else 1.0 - share
 
 
