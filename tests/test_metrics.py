@@ -1,0 +1,285 @@
+"""From a collision to an engineer's numbers: filters and windows on known signals, strokes, shares and statuses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import chain, envelope, joined, scenario, values
+from scipy.signal import butter, freqz, sosfilt, sosfreqz
+
+from trainmj.batch import run_chains
+from trainmj.chain import Chain, line_up
+from trainmj.metrics import WINDOWS, Summary, cfc60_peak, measure, summarise
+from trainmj.result import Result, Tally
+from trainmj.scenario import Scenario, load
+from trainmj.simulation import largest_step, run
+
+
+def collide(case: Chain) -> Summary:
+    return next(summary for _, summary in run_chains([(0, case)]))
+
+
+# CFC 60
+
+
+def sine(frequency: float, interval: float = 1e-4, cycles: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Times and speeds (one vehicle) whose acceleration is a sine of amplitude 1 that fades in and out."""
+    time = np.arange(0.0, cycles / frequency, interval)
+    fade = np.minimum(1.0, np.minimum(time, time[-1] - time) * frequency / 10)
+    acceleration = np.sin(2 * np.pi * frequency * time) * fade
+    return np.append(time, time[-1] + interval), np.append(0.0, np.cumsum(acceleration) * interval)[:, None]
+
+
+@pytest.mark.parametrize(
+    ("frequency", "gain"),
+    [(5.0, 1.0), (20.0, 1.0), (100.0, 10 ** (-3 / 20)), (200.0, None), (400.0, None)],
+)
+def test_cfc_60_passes_what_sae_j211_passes(frequency, gain):
+    """-3 dB at 100 Hz is what the class 60 means; above it the gain falls as that of four poles."""
+    if gain is None:
+        corner = np.tan(np.pi * 60 * 2.0775 * 1e-4)
+        gain = 1 / (1 + (np.tan(np.pi * frequency * 1e-4) / corner) ** 4)
+    assert cfc60_peak(*sine(frequency))[0] == pytest.approx(gain, rel=0.01, abs=5e-3)
+
+
+@pytest.mark.parametrize("interval", [1e-4, 1e-3])
+def test_cfc_60_equals_scipys_butterworth_run_forward_and_back(interval):
+    rng = np.random.default_rng(3)
+    n = round(0.4 / interval)
+    acceleration = rng.normal(size=(n, 3)) * np.exp(-np.linspace(0, 4, n))[:, None] * 30
+    velocity = np.vstack([np.zeros(3), np.cumsum(acceleration, axis=0) * interval])
+    time = np.arange(n + 1) * interval
+    # SAE J211 App. C: the two-pole filter whose double run is -3 dB at CFC / 0.6 has its own corner at 2.0775 CFC
+    sos = butter(2, 60 * 2.0775, fs=1 / interval, output="sos")
+    silence = np.zeros((round(0.2 / interval), 3))
+    padded = np.vstack([silence, acceleration, silence])
+    expected = np.abs(sosfilt(sos, sosfilt(sos, padded, axis=0)[::-1], axis=0)[::-1]).max(axis=0)
+    assert cfc60_peak(time, velocity) == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_filter_that_these_tests_compare_with_is_the_standards():
+    """J211's own recipe for the coefficients, so that scipy's corner is not taken on trust."""
+    interval, wd = 1e-4, 2 * np.pi * 60 * 2.0775
+    wa = np.tan(wd * interval / 2)
+    scale = 1 + np.sqrt(2) * wa + wa**2
+    b = np.array([1, 2, 1]) * wa**2 / scale
+    a = np.array([1, 2 * (wa**2 - 1) / scale, (1 - np.sqrt(2) * wa + wa**2) / scale])
+    at = [20.0, 100.0, 300.0]
+    printed = np.abs(freqz(b, a, at, fs=1 / interval)[1])
+    assert np.abs(sosfreqz(butter(2, 60 * 2.0775, fs=1 / interval, output="sos"), at, fs=1 / interval)[1]) == (
+        pytest.approx(printed, rel=1e-6)
+    )
+
+
+def test_cfc_60_says_nothing_where_records_are_too_far_apart():
+    time = np.arange(0, 1, 0.005)
+    assert np.isnan(cfc60_peak(time, np.ones((len(time), 2)))).all()
+    assert cfc60_peak(np.array([0.0]), np.ones((1, 2))).tolist() == [0, 0]
+
+
+# moving windows
+
+
+def pulse(interval: float) -> tuple[Chain, Tally, np.ndarray, np.ndarray]:
+    """M1 slows down from 10 m/s at 50 m/s2 for 60 ms and at 20 m/s2 for the next 80 ms; S1 stands."""
+    time = np.arange(0, 0.3, interval)
+    speed = 10 - 50 * np.clip(time - 0.05, 0, 0.06) - 20 * np.clip(time - 0.11, 0, 0.08)
+    result = run(scenario([(0, 0), (10, 1000), (900, 1000)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
+    tally = replace(result.tally, first_force_time=np.array([0.05]), last_force_time=np.array([0.19]))
+    return result.chain, tally, time, np.column_stack([speed, np.zeros_like(speed)])
+
+
+@pytest.mark.parametrize("interval", [1e-3, 0.7e-3])
+def test_moving_windows_on_a_known_pulse(interval):
+    """0.7 ms does not divide the windows: the end of a window then lies between two records."""
+    first = {v.name: v for v in measure(*pulse(interval)).vehicles}["M1"]
+    assert WINDOWS == (0.030, 0.100)
+    assert first.mean_30ms_g * 9.80665 == pytest.approx(50.0, rel=1e-6)
+    assert first.mean_100ms_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.04) / 0.1, rel=1e-2)
+    assert first.mean_deceleration_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.08) / 0.14, rel=1e-2)
+
+
+def test_a_window_that_reaches_past_the_end_holds_the_last_speed():
+    """A short collision has a small mean over 100 ms, not an undefined one."""
+    case, tally, time, velocity = pulse(1e-3)
+    short = measure(case, tally, time[:100], velocity[:100]).vehicles[0]
+    assert short.mean_100ms_g * 9.80665 == pytest.approx(50 * 0.049 / 0.1, rel=1e-2)
+
+
+# strokes and criteria
+
+
+def test_total_stroke_leaves_out_empty_strokes_and_the_partner(standard_summary):
+    """Eq. 1 of the paper: coupler and anti-climber of one train, then the joints M1-M2 to M5-M6."""
+    own = {i.name: i for i in standard_summary.interfaces}
+    coupler, climber = own["S1-M1"].stages
+    joints = [own[f"M{k}-M{k + 1}"].stroke_mm for k in range(1, 6)]
+    assert standard_summary.TS_mm == pytest.approx(coupler.stroke_mm + climber.stroke_mm + sum(joints), rel=1e-12)
+    assert own["S1-M1"].stroke_mm == pytest.approx(coupler.stroke_mm + 22 + climber.stroke_mm), "22 mm carry no force"
+    peaks = [v.peak_device_acceleration_g for v in standard_summary.vehicles if v.name.startswith("M")]
+    assert len(peaks) == 6
+    assert standard_summary.TAMA_g == pytest.approx(np.mean(peaks), rel=1e-12)
+
+
+def test_front_is_reported_for_one_train(standard_result, standard_summary):
+    front, tally = standard_summary.interfaces[0], standard_result.tally
+    assert front.stroke_mm == pytest.approx(1e3 * tally.stroke_max[5] / 2)
+    assert front.permanent_mm == pytest.approx(1e3 * tally.plastic[5] / 2)
+    assert 2 * front.energy_kJ == pytest.approx(standard_result.energy[-1, 5] / 1e3, rel=1e-6)
+    assert front.peak_force_kN == pytest.approx(tally.force_max[5] / 1e3), "both trains feel the same force"
+
+
+def test_order_is_from_the_front_backwards_the_moving_train_first(standard_summary):
+    assert [v.name for v in standard_summary.vehicles] == [f"{s}{k}" for s in "MS" for k in range(1, 7)]
+    names = ["S1-M1", *[f"M{k}-M{k + 1}" for k in range(1, 6)], *[f"S{k}-S{k + 1}" for k in range(1, 6)]]
+    assert [i.name for i in standard_summary.interfaces] == names
+
+
+def test_balance_time_is_that_of_the_interface_on_the_side_of_the_impact(standard_summary):
+    times = {v.name: v.balance_time_s for v in standard_summary.vehicles}
+    peaks = {i.name: i.peak_time_s for i in standard_summary.interfaces}
+    assert times["M1"] == times["S1"] == peaks["S1-M1"]
+    assert times["M4"] == peaks["M3-M4"]
+    assert times["S4"] == peaks["S3-S4"]
+
+
+def test_total_peak_has_rail_friction_and_device_peak_has_not(standard_summary):
+    """The paper's accelerations come from the device forces alone; the two differ by mu g at most."""
+    for v in standard_summary.vehicles:
+        difference = abs(v.peak_acceleration_g - v.peak_device_acceleration_g)
+        assert 0 < difference <= 0.008 * (1 + 1e-9), v.name
+    frictionless = collide(line_up(load("b_type", {"collision.rail_friction": 0})))
+    for v in frictionless.vehicles:
+        assert v.peak_acceleration_g == v.peak_device_acceleration_g
+
+
+def test_peaks_come_from_every_step_not_from_the_records():
+    """Records 20 ms apart miss the peaks; the table must not."""
+    dense, sparse = (summarise(run(load("b_type", {"simulation.record_every_ms": r}))) for r in (1, 20))
+    for a, b in zip(dense.vehicles, sparse.vehicles, strict=True):
+        assert a.peak_device_acceleration_g == b.peak_device_acceleration_g
+        assert a.peak_acceleration_g == b.peak_acceleration_g
+    assert dense.TS_mm == sparse.TS_mm
+    assert [i.peak_force_kN for i in dense.interfaces] == [i.peak_force_kN for i in sparse.interfaces]
+
+
+# a front of two different devices
+
+SOFT = envelope([(0, 0), (100, 500), (400, 700), (401, 2500), (500, 2600)], 60)
+HARD = envelope([(0, 0), (80, 600), (300, 2000), (600, 2100)], 90)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["soft into hard", "hard into soft"])
+def unequal(request) -> tuple[Chain, Summary]:
+    left, right = (HARD, SOFT) if request.param else (SOFT, HARD)
+    front = joined(left, right)
+    case = chain([33e3, 50e3], [front.envelope], [7.0, 0.0], step=2e-5)
+    case = replace(case, interfaces=(front,))
+    return case, collide(case)
+
+
+def test_each_side_of_an_unequal_front_is_reported(unequal):
+    case, summary = unequal
+    own, partner = summary.interfaces
+    assert (own.name, partner.name) == ("front", "front partner")
+    assert (own.device, partner.device) == ("left", "right")
+    assert own.peak_force_kN == partner.peak_force_kN
+    for side in (own, partner):
+        e = case.interfaces[0].devices[side is partner].envelope
+        force = side.peak_force_kN * 1e3
+        assert e.force_at(side.stroke_mm * 1e-3) == pytest.approx(force, rel=2e-3), "each side carries the peak force"
+        recovered = force / e.stiffness * 1e3
+        assert side.permanent_mm == pytest.approx(side.stroke_mm - recovered, rel=2e-3), "each gives back along its own"
+        absorbed = e.energy(side.stroke_mm * 1e-3) - 0.5 * force**2 / e.stiffness
+        assert side.energy_kJ * 1e3 == pytest.approx(absorbed, rel=2e-3), "each absorbs the area under its own curve"
+    assert own.energy_kJ + partner.energy_kJ == pytest.approx(summary.balance.absorbed_kJ, rel=1e-3)
+    assert summary.TS_mm == pytest.approx(own.stroke_mm), "TS is that of the moving train"
+
+
+def test_sides_of_equal_curve_but_different_limits_are_both_reported():
+    """A partner whose device is allowed less stroke must not hide behind the moving train's."""
+    v = values([(0, 0), (10, 500), (500, 500)], 100, partner="u", speed_m_s=3.0, step_ms=0.1)
+    v["devices"]["short"] = {**v["devices"]["d"], "stroke_limit_mm": 20.0}
+    v["trains"]["u"] = {**v["trains"]["t"], "front": "short"}
+    summary = summarise(run(Scenario.from_values(v)))
+    assert [i.name for i in summary.interfaces] == ["S1-M1", "S1-M1 partner"]
+    assert [i.exhausted for i in summary.interfaces] == [False, True]
+
+
+# statuses
+
+
+def test_status_over(standard_summary):
+    assert standard_summary.status == "over"
+    assert standard_summary.duration_s < 3.0
+
+
+def test_status_time_limit():
+    summary = summarise(run(load("b_type", {"simulation.time_limit_s": 0.2})))
+    assert summary.status == "time limit"
+    assert summary.duration_s == pytest.approx(0.2, abs=2e-3)
+    assert summary.balance.elastic_kJ > 0
+
+
+def test_status_stroke_exhausted_names_stage_stroke_and_limit():
+    summary = summarise(run(load("b_type", {"speed_km_h": 30})))
+    assert summary.status.startswith("stroke exhausted at S1-M1 anti_climber (")
+    assert "of 265 mm" in summary.status
+    assert summary.interfaces[0].exhausted
+    assert not summary.interfaces[0].beyond_curve
+
+
+def test_status_past_the_end_of_a_curve():
+    summary = summarise(run(load("b_type", {"speed_km_h": 60})))
+    assert "past the end of its curve" in summary.status or "of 418 mm" in summary.status
+    case = values([(0, 0), (10, 500), (50, 500)], 100, speed_m_s=3.0, step_ms=0.1)
+    summary = summarise(run(Scenario.from_values(case)))
+    assert (
+        summary.status
+        == f"stroke exhausted at M1-wall ({summary.interfaces[0].stroke_mm:.1f} mm, past the end of its curve)"
+    )
+    assert summary.interfaces[0].beyond_curve
+
+
+def test_two_that_never_meet_are_over_at_once_or_run_out_of_time():
+    far = collide(line_up(load("b_type", {"collision.gap_mm": 60_000, "collision.rail_friction": 0})))
+    assert far.status == "time limit"
+    assert far.TS_mm == 0.0
+    assert {v.peak_device_acceleration_g for v in far.vehicles} == {0.0}
+    assert [v.mean_deceleration_g for v in far.vehicles] == [0.0] * 12
+
+
+def unstable(factor: float) -> Chain:
+    """Three light vehicles on stiff springs, stepped beyond the stable limit."""
+    e = envelope([(0, 0), (1000, 1e6)], 1000)
+    case = chain([1000.0] * 3, [e, e], [3.0, 0.0, 0.0])
+    return replace(case, step=factor * largest_step(case), steps_per_record=1)
+
+
+@pytest.mark.parametrize("factor", [1.5, 2.5, 5.0, 20.0])
+def test_status_unstable_where_devices_give_back_more_than_they_took(factor):
+    """The balance of speeds and work closes whatever the step, so energy from nowhere must be seen elsewhere."""
+    summary = collide(unstable(factor))
+    assert summary.balance.kinetic_end_kJ > 10 * summary.balance.kinetic_start_kJ, "this test needs an unstable case"
+    assert summary.status.startswith("unstable: ")
+    assert "smaller step" in summary.status
+
+
+def test_status_unstable_where_values_are_not_finite():
+    ok = run(load("b_type", {"simulation.time_limit_s": 0.05}))
+    broken = replace(ok.tally, speed=ok.tally.speed * np.nan)
+    assert measure(ok.chain, broken, ok.time, ok.velocity).status.startswith("unstable: a value is not finite")
+
+
+def test_summary_as_plain_values_has_the_keys_of_the_command_line(standard_summary: Summary, standard_result: Result):
+    plain = standard_summary.as_dict()
+    assert {"status", "criteria", "interfaces", "vehicles", "balance"} <= set(plain)
+    assert set(plain["criteria"]) == {"TS_mm", "TAMA_g"}
+    assert {"name", "stroke_mm", "permanent_mm", "peak_force_kN", "energy_kJ"} <= set(plain["interfaces"][0])
+    assert {
+        "name", "mass_t", "peak_device_acceleration_g", "peak_acceleration_g", "final_speed_km_h", "balance_time_s",
+    } <= set(plain["vehicles"][0])  # fmt: skip
+    assert {"energy_error", "momentum_error"} <= set(plain["balance"])
+    assert len(plain["vehicles"]) == len(standard_result.chain.vehicles)
