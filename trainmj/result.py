@@ -187,6 +187,9 @@ def load_result(file: str | Path) -> Result:
         raise InputError(
             f"{file}: is not a result of this trainmj (format {data.attrs.get('format')!r}, not {_FORMAT!r})"
         )
+    missing = {"time", *_HISTORIES, *(f"tally_{name}" for name in _TALLY)} - set(data.variables)
+    if missing or "scenario" not in data.attrs:
+        raise InputError(f"{file}: is not a whole result: {min(missing, default='scenario')} is missing")
     scenario = from_yaml(str(data.attrs["scenario"]), str(file))
     tally: dict[str, Any] = {name: data[f"tally_{name}"].to_numpy() for name in _TALLY}
     tally |= {name: tally[name].item() for name, (over, _) in _TALLY.items() if not over}
