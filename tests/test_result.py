@@ -1,0 +1,204 @@
+"""Saved results: what is written is what is read, and what cannot be is said."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from builders import scenario
+
+from trainmj.errors import InputError, OutputError
+from trainmj.metrics import summarise
+from trainmj.plotting import collision
+from trainmj.result import Result, Tally, load_result
+from trainmj.scenario import load, to_yaml
+from trainmj.simulation import run
+
+
+@pytest.fixture(scope="module")
+def saved(standard_result, tmp_path_factory) -> Path:
+    file = tmp_path_factory.mktemp("results") / "result.nc"
+    standard_result.save(file)
+    return file
+
+
+def test_a_saved_result_is_read_back_exactly(standard_result, saved):
+    read = load_result(saved)
+    for f in fields(Result):
+        ours, theirs = getattr(standard_result, f.name), getattr(read, f.name)
+        if isinstance(ours, np.ndarray):
+            assert np.array_equal(ours, theirs), f.name
+            assert ours.dtype == theirs.dtype, f.name
+    for f in fields(Tally):
+        ours, theirs = getattr(standard_result.tally, f.name), getattr(read.tally, f.name)
+        assert np.array_equal(ours, theirs), f.name
+        assert type(ours) is type(theirs), f.name
+    assert read.versions == standard_result.versions
+    assert to_yaml(read.scenario) == to_yaml(standard_result.scenario)
+    assert summarise(read) == summarise(standard_result), "all numbers of a run can be had from its file"
+
+
+@pytest.mark.parametrize("name", ["b_type_wall", "wagon_80t"])
+def test_results_with_a_wall_or_an_unequal_partner_are_read_back(name, tmp_path):
+    result = run(load(name, {"simulation.time_limit_s": 0.1}))
+    result.save(tmp_path / "r.nc")
+    assert summarise(load_result(tmp_path / "r.nc")) == summarise(result)
+
+
+def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
+    """HDF5 keeps attributes of up to 64 kB; the scenario of a result may be longer."""
+    u = np.linspace(0, 900, 1900)
+    curves = {
+        name: {"stroke_mm": u.round(6).tolist(), "force_kN": (700 + 100 * np.sin(k * u)).round(9).tolist()}
+        for k, name in enumerate("abc", start=1)
+    }
+    small = scenario([(0, 0), (10, 500), (500, 500)], 100, step_ms=0.1, time_limit_s=0.02)
+    long = small.with_values({"curves": curves, "devices.d.curve": "a"})
+    assert len(to_yaml(long)) > 80_000
+    result = run(long)
+    result.save(tmp_path / "long.nc")
+    assert summarise(load_result(tmp_path / "long.nc")) == summarise(result)
+
+
+def test_the_file_is_plain_netcdf_with_names_and_units(saved, standard_result):
+    with xr.open_dataset(saved, engine="h5netcdf", decode_timedelta=False) as data:
+        assert dict(data.sizes) == {"time": len(standard_result.time), "vehicle": 12, "interface": 11}
+        assert data["force"].sel(interface="S1-M1").max() == standard_result.force[:, 5].max()
+        assert data["velocity"].sel(vehicle="M1")[0] == pytest.approx(25 / 3.6)
+        units = {name: data[name].attrs["units"] for name in ("force", "stroke", "velocity", "energy", "acceleration")}
+        assert units == {"force": "N", "stroke": "m", "velocity": "m/s", "energy": "J", "acceleration": "m/s2"}
+        assert all("units" in data[name].attrs for name in data.data_vars)
+        assert "b_type" in data.attrs["scenario"]
+        assert data.attrs["version_mujoco"].startswith("4.")
+
+
+# histories themselves
+
+
+def test_records_begin_at_the_start_and_are_evenly_spaced(standard_result):
+    r = standard_result
+    assert r.time[0] == 0.0
+    assert np.diff(r.time) == pytest.approx(1e-3)
+    assert r.velocity[0] == pytest.approx(r.chain.speed)
+    assert (r.force[0] == 0).all()
+    assert r.tally.time == pytest.approx(r.time[-1], abs=1.01e-3)
+
+
+def test_records_agree_with_each_other(standard_result):
+    r = standard_result
+    assert r.stroke == pytest.approx(r.position[:, :-1] - r.position[:, 1:], abs=1e-12)
+    assert r.stroke_rate == pytest.approx(r.velocity[:, :-1] - r.velocity[:, 1:], abs=1e-12)
+    force = np.pad(r.force, ((0, 0), (1, 1)))
+    devices = (force[:, :-1] - force[:, 1:]) / r.chain.mass
+    assert np.abs(r.acceleration - devices).max() <= 0.008 * 9.80665 * (1 + 1e-6), "what is left is rail friction"
+
+
+def test_recording_less_often_records_the_same_states():
+    every, tenth = (
+        run(load("b_type", {"simulation.record_every_ms": t, "simulation.time_limit_s": 0.1})) for t in (1, 10)
+    )
+    n = len(tenth.time)
+    for name in ("time", "position", "velocity", "acceleration", "force", "energy"):
+        assert np.array_equal(getattr(tenth, name), getattr(every, name)[::10][:n]), name
+
+
+# tables
+
+
+def test_table_has_one_row_per_record_and_units_in_its_heads(standard_result):
+    table = standard_result.table()
+    assert len(table) == len(standard_result.time)
+    assert len(table.columns) == 1 + 3 * 12 + 3 * 11
+    first, last = standard_result.time[[0, -1]]
+    assert table["time_s"].iloc[[0, -1]].tolist() == [first, last]
+    assert table["velocity_M1_km_h"].iloc[0] == pytest.approx(25.0)
+    assert table["force_S1-M1_kN"].max() == pytest.approx(standard_result.force[:, 5].max() / 1e3)
+    assert table["stroke_S1-M1_mm"].max() == pytest.approx(standard_result.stroke[:, 5].max() * 1e3)
+    assert table["energy_M1-M2_kJ"].iloc[-1] == pytest.approx(standard_result.energy[-1, 4] / 1e3)
+    assert table["acceleration_M1_g"].abs().max() == pytest.approx(
+        np.abs(standard_result.acceleration[:, 5]).max() / 9.80665
+    )
+
+
+# what cannot be read or written
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (None, "there is no such file"),
+        (b"", "is not a readable NetCDF file"),
+        (b"not a result at all", "is not a readable NetCDF file"),
+        (b"\x89HDF\r\n\x1a\n" + b"\0" * 500, "is not a readable NetCDF file"),
+    ],
+)
+def test_files_that_are_no_results_are_refused(tmp_path, content, said):
+    file = tmp_path / "r.nc"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(InputError, match=said) as caught:
+        load_result(file)
+    assert str(file) in str(caught.value)
+
+
+def test_a_damaged_file_is_refused(saved, tmp_path):
+    whole = saved.read_bytes()
+    file = tmp_path / "cut.nc"
+    file.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="is not a readable NetCDF file"):
+        load_result(file)
+
+
+def test_a_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        load_result(tmp_path)
+
+
+def test_netcdf_files_of_others_are_refused(tmp_path):
+    xr.Dataset({"x": ("t", [1.0, 2.0])}).to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match="is not a result of this trainmj"):
+        load_result(tmp_path / "x.nc")
+
+
+@pytest.mark.parametrize("lost", ["tally_plastic", "force"])
+def test_a_result_that_lost_a_variable_is_refused(saved, tmp_path, lost):
+    """As after an edit in another program."""
+    file = tmp_path / "less.nc"
+    file.write_bytes(saved.read_bytes())
+    with h5py.File(file, "r+") as data:
+        del data[lost]
+    with pytest.raises(InputError, match=lost):
+        load_result(file)
+
+
+@pytest.mark.parametrize("where", ["missing/r.nc", "."])
+def test_a_result_that_cannot_be_written_is_an_output_error(standard_result, tmp_path, where):
+    with pytest.raises(OutputError, match="cannot be written"):
+        standard_result.save(tmp_path / where)
+
+
+# the figure
+
+
+@pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t"])
+def test_figure_shows_speeds_strokes_forces_and_energies_with_units(name):
+    result = run(load(name, {"simulation.time_limit_s": 0.1}))
+    figure = collision(result)
+    axes = figure.get_axes()
+    assert [a.get_title(loc="left") for a in axes] == ["Speed", "Stroke", "Force", "Absorbed energy"]
+    assert [a.get_ylabel() for a in axes] == ["km/h", "mm", "kN", "kJ"]
+    assert [a.get_xlabel() for a in axes[2:]] == ["Time (s)"] * 2
+    assert len(axes[0].lines) == len(result.chain.vehicles)
+    assert len(axes[2].lines) == result.chain.n_moving, "the interfaces of the moving train"
+
+
+def test_figure_shows_the_front_as_the_tables_do(standard_result, standard_summary):
+    """Stroke and energy of one train, force of both."""
+    _, strokes, forces, energies = collision(standard_result).get_axes()
+    front = standard_summary.interfaces[0]
+    top = [float(np.max(a.lines[0].get_ydata())) for a in (strokes, forces, energies)]
+    assert top == pytest.approx([front.stroke_mm, front.peak_force_kN, front.energy_kJ], rel=2e-3)
