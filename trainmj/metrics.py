@@ -168,18 +168,30 @@ class Summary:
     balance: Balance
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values, as ``trainmj run --json`` prints them."""
-        return {
-            "status": self.status,
-            "criteria": {"TS_mm": self.TS_mm, "TAMA_g": self.TAMA_g},
-            "duration_s": self.duration_s,
-            "interfaces": [
-                vars(i) | {"stages": [vars(s) for s in i.stages], "crush_mm": i.crush_mm, "exhausted": i.exhausted}
-                for i in self.interfaces
-            ],
-            "vehicles": [vars(v) for v in self.vehicles],
-            "balance": vars(self.balance),
-        }
+        """Plain values, as ``trainmj run --json`` prints them; None for NaN and infinity, which JSON cannot hold."""
+        plain: dict[str, Any] = _finite(
+            {
+                "status": self.status,
+                "criteria": {"TS_mm": self.TS_mm, "TAMA_g": self.TAMA_g},
+                "duration_s": self.duration_s,
+                "interfaces": [
+                    vars(i) | {"stages": [vars(s) for s in i.stages], "crush_mm": i.crush_mm, "exhausted": i.exhausted}
+                    for i in self.interfaces
+                ],
+                "vehicles": [vars(v) for v in self.vehicles],
+                "balance": vars(self.balance),
+            }
+        )
+        return plain
+
+
+def _finite(value: Any) -> Any:
+    """The same with None for infinities and NaN."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def summarise(result: Result) -> Summary:
