@@ -1,0 +1,285 @@
+"""The command line as a person types it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+import mujoco
+import pandas as pd
+import pytest
+from click.testing import CliRunner, Result
+from jsonschema import Draft202012Validator
+
+from trainmj.cli import main
+from trainmj.metrics import Summary
+from trainmj.result import load_result
+from trainmj.scenario import load, shipped
+
+SHORT = ("--set", "simulation.time_limit_s=0.1")
+
+
+def trainmj(*args: str) -> Result:
+    return CliRunner().invoke(main, args, prog_name="trainmj")
+
+
+def works(*args: str) -> str:
+    result = trainmj(*args)
+    assert result.exit_code == 0, result.output
+    assert result.stderr == ""
+    return result.stdout
+
+
+def fails(*args: str, code: int = 2) -> str:
+    """What is said on stderr; nothing on stdout, no traceback."""
+    result = trainmj(*args)
+    assert result.exit_code == code, result.output
+    assert isinstance(result.exception, SystemExit), f"a traceback: {result.exception!r}"
+    assert result.stdout == ""
+    return result.stderr
+
+
+# as a process of its own
+
+
+def test_run_as_a_process_prints_tables_of_80_columns(python):
+    done = python("-m", "trainmj", "run", "b_type", *SHORT)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert max(len(line.rstrip()) for line in done.stdout.splitlines()) <= 80
+    for word in ("S1-M1", "M5-M6", "S6", "kN", "kJ", "km/h", "TS", "TAMA", "Status: time limit"):
+        assert word in done.stdout
+
+
+def test_a_mistake_as_a_process_ends_in_one_message_and_exit_code_2(python):
+    done = python("-m", "trainmj", "run", "b_type", "--set", "mas_t=33")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("Error: ")
+    assert "did you mean 'mass_t'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+HEAVY = """
+import sys
+from click.testing import CliRunner
+from trainmj.cli import main
+assert CliRunner().invoke(main, sys.argv[1:]).exit_code == 0
+heavy = {"numba", "mujoco", "matplotlib", "pandas", "xarray", "scipy", "pydantic", "numpy", "rich"}
+print(*sorted(heavy & set(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize("args", [("--help",), ("run", "--help"), ("sweep", "--help"), ("--version",)])
+def test_help_imports_nothing_heavy(python, args):
+    """Help that loads the engine first answers in two seconds instead of at once."""
+    done = python("-c", HEAVY, *args)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []
+
+
+def test_listing_scenarios_loads_no_figures_and_tables(python):
+    done = python("-c", HEAVY, "scenarios")
+    assert not {"matplotlib", "pandas", "xarray"} & set(done.stdout.split())
+
+
+def test_a_reader_that_goes_away_is_no_error(python, tmp_path):
+    """As in ``trainmj export b_type | head -1``."""
+    script = (
+        "import subprocess, sys\n"
+        "p = subprocess.Popen([sys.executable, '-m', 'trainmj', 'export', 'b_type'], stdout=subprocess.PIPE, "
+        "stderr=subprocess.PIPE)\n"
+        "p.stdout.readline(); p.stdout.close()\n"
+        "print(p.stderr.read().decode(), p.wait())\n"
+    )
+    done = python("-c", script)
+    assert "Traceback" not in done.stdout
+    assert done.stdout.split()[-1] == "0"
+
+
+# help
+
+
+@pytest.mark.parametrize("command", [None, *sorted(main.commands)])
+@pytest.mark.parametrize("flag", ["--help", "-h"])
+def test_help_of_every_command(command, flag):
+    text = works(*([command] if command else []), flag)
+    assert text.startswith("Usage: ")
+    assert max(len(line) for line in text.splitlines()) <= 100
+    if command:
+        assert main.commands[command].help, "a command without a sentence about it"
+        for option in (p for p in main.commands[command].params if isinstance(p, click.Option)):
+            assert option.help, f"{command} {option.name} has no help"
+
+
+def test_version():
+    assert "trainmj, version" in works("--version")
+
+
+# run
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory) -> tuple[dict[str, Any], Path]:
+    """The standard run with --json and --out."""
+    out = tmp_path_factory.mktemp("run") / "made" / "for it"
+    return json.loads(works("run", "b_type", "--json", "--out", str(out))), out
+
+
+def test_json_has_the_agreed_structure(printed, standard_summary: Summary):
+    found, _ = printed
+    assert found["status"] == "over"
+    assert found["criteria"] == {"TS_mm": standard_summary.TS_mm, "TAMA_g": standard_summary.TAMA_g}
+    interfaces = {"name", "stroke_mm", "permanent_mm", "peak_force_kN", "energy_kJ"}
+    assert all(interfaces <= set(i) for i in found["interfaces"])
+    vehicles = {
+        "name", "mass_t", "peak_device_acceleration_g", "peak_acceleration_g", "final_speed_km_h", "balance_time_s",
+    }  # fmt: skip
+    assert all(vehicles <= set(v) for v in found["vehicles"])
+    assert [i["name"] for i in found["interfaces"]] == [i.name for i in standard_summary.interfaces]
+    assert [v["name"] for v in found["vehicles"]] == [v.name for v in standard_summary.vehicles]
+    assert found["interfaces"][0]["stroke_mm"] == standard_summary.interfaces[0].stroke_mm
+    assert found["vehicles"][0]["mass_t"] == 33
+    assert abs(found["balance"]["energy_error"]) <= 1e-3
+    assert abs(found["balance"]["momentum_error"]) <= 1e-9
+
+
+def test_out_writes_result_tables_scenario_and_figure(printed, standard_result):
+    found, out = printed
+    tables = {"histories.csv", "interfaces.csv", "vehicles.csv"}
+    assert {p.name for p in out.iterdir()} == {"result.nc", "scenario.yaml", "summary.json", "collision.png"} | tables
+    assert load_result(out / "result.nc").tally.work.tolist() == standard_result.tally.work.tolist()
+    assert load(out / "scenario.yaml").values() == standard_result.scenario.values()
+    assert json.loads((out / "summary.json").read_text()) == found
+    assert len(pd.read_csv(out / "histories.csv")) == len(standard_result.time)
+    interfaces, vehicles = pd.read_csv(out / "interfaces.csv"), pd.read_csv(out / "vehicles.csv")
+    assert interfaces["stroke_mm"].tolist() == pytest.approx([i["stroke_mm"] for i in found["interfaces"]])
+    assert vehicles["final_speed_km_h"].tolist() == pytest.approx([v["final_speed_km_h"] for v in found["vehicles"]])
+    assert (out / "collision.png").read_bytes().startswith(b"\x89PNG")
+    assert (out / "collision.png").stat().st_size > 30_000, "an empty figure"
+
+
+def test_numbers_that_json_cannot_hold_are_null_everywhere(tmp_path):
+    """The filtered peak is undefined with records 10 ms apart; NaN is not JSON, and other programs refuse it."""
+
+    def refuse(word: str) -> None:
+        raise AssertionError(f"{word} in JSON")
+
+    text = works("run", "b_type", "--set", "simulation.record_every_ms=10", *SHORT, "--json", "--out", str(tmp_path))
+    found = json.loads(text, parse_constant=refuse)
+    assert found["vehicles"][0]["cfc60_peak_g"] is None
+    assert json.loads((tmp_path / "summary.json").read_text(), parse_constant=refuse) == found
+
+
+def test_settings_of_the_paper():
+    text = works("check", "b_type", "--set", "empty_stroke_mm=35", "--set", "mass_t=31.25", "--set", "speed_km_h=25")
+    assert "31.25" in text
+    found = json.loads(works("run", "b_type", "--set", "mass_t=31.25", *SHORT, "--json"))
+    assert {v["mass_t"] for v in found["vehicles"]} == {31.25}
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_every_shipped_scenario_runs_and_prints_within_80_columns(name):
+    text = works("run", name)
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
+    assert "Status: over" in text or "Status: stroke exhausted" in text
+
+
+def test_a_passed_limit_is_marked():
+    text = works("run", "b_type", "--set", "speed_km_h=30")
+    assert "stroke exhausted at S1-M1 anti_climber" in text
+    assert "S1-M1 !" in text
+
+
+def test_titles_are_printed_as_they_are(tmp_path):
+    """Square brackets are markup to the library that prints."""
+    file = tmp_path / "my.yaml"
+    file.write_text('builds_on: b_type\ntitle: "[bold]D = 22[/bold] [/x] :smile:"\n')
+    for command in ("run", "check"):
+        assert "[bold]D = 22[/bold] [/x] :smile:" in works(command, str(file), *SHORT)
+
+
+# check, scenarios, schema, export
+
+
+def test_check_prints_what_would_run():
+    text = works("check", "wagon_80t")
+    for word in ("M8", "S1", "80", "wagon_buffers", "absorber", "(3000)", "Step 0.1 ms"):
+        assert word in text
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
+
+
+def test_scenarios_lists_what_ships_with_title_and_parameters():
+    text = works("scenarios")
+    for name in shipped():
+        assert name in text
+    assert "empty_stroke_mm" in text
+    assert "EN 15227-type" in text
+
+
+def test_schema_is_a_json_schema():
+    Draft202012Validator.check_schema(json.loads(works("schema")))
+
+
+def test_export_writes_a_model_that_reloads(tmp_path):
+    file = tmp_path / "model.xml"
+    works("export", "b_type", "--set", "mass_t=31", "--out", str(file))
+    model = mujoco.MjModel.from_xml_path(str(file))
+    assert model.body_mass[1:].tolist() == [31e3] * 12
+    assert mujoco.MjModel.from_xml_string(works("export", "b_type")).nv == 12
+
+
+# mistakes
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (("run", "nowhere.yaml"), "nowhere.yaml: there is no such file or shipped scenario"),
+        (("check", "b_tpye"), "did you mean 'b_type'"),
+        (("run", "."), "is a folder"),
+        (("run", "b_type", "--set", "mass_t"), "must be PATH=VALUE, as in --set mass_t=33"),
+        (("run", "b_type", "--set", "mass_t="), "must be PATH=VALUE"),
+        (("run", "b_type", "--set", "=33"), "must be PATH=VALUE"),
+        (("run", "b_type", "--set", "mass_t=[1"), "is not valid YAML"),
+        (("run", "b_type", "--set", "mass_t=heavy"), "must be a number"),
+        (("run", "b_type", "--set", "mass_t=-1"), "must be at least 1"),
+        (("run", "b_type", "--set", "mass_t=nan"), "must be a"),
+        (("run", "b_type", "--set", "a\nb=1"), "there is no"),
+        (("run", "b_type", "--set", "collision.gap=5"), "unknown key; did you mean 'gap_mm'"),
+        (("run", "b_type", "--set", "simulation.integrator=RK4"), "four times a step"),
+        (("run", "b_type", "--set", "simulation.step_ms=1"), "simulation.step_ms = 1: must be at most"),
+        (("export", "b_type", "--out", "/nowhere/model.xml"), "cannot be written"),
+        (("run", "b_type", "--out", "/dev/null/x"), "cannot be made a folder"),
+    ],
+)
+def test_mistakes_end_in_exit_code_2_and_a_message(args, said):
+    message = fails(*args)
+    assert message.startswith("Error: ")
+    assert said in message
+
+
+@pytest.mark.parametrize("args", [("rnu",), ("run",), ("run", "b_type", "--nosuch"), ("run", "b_type", "b_type")])
+def test_wrong_use_ends_in_exit_code_2_and_the_usage(args):
+    result = trainmj(*args)
+    assert result.exit_code == 2
+    assert "Usage:" in result.stderr
+
+
+def test_check_of_an_unstable_step_says_so():
+    result = trainmj("check", "b_type", "--set", "simulation.step_ms=1")
+    assert result.exit_code == 2
+    assert "must be at most" in result.stderr
+
+
+def test_a_bad_file_is_named_with_line_and_column(tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text("builds_on: b_type\ncollision: {spead_km_h: 20}\n")
+    assert f"{file}:2:13: collision.spead_km_h = 20: unknown key; did you mean 'speed_km_h'" in fails("run", str(file))
+
+
+def test_a_mistake_is_found_before_a_folder_is_made(tmp_path):
+    fails("run", "b_type", "--set", "mass_t=-1", "--out", str(tmp_path / "new"))
+    assert not (tmp_path / "new").exists()
