@@ -1,0 +1,115 @@
+"""What a user installs: public names, and a wheel that has all it needs away from the checkout."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from importlib import import_module
+from pathlib import Path
+
+import mujoco
+import pytest
+
+import trainmj
+from trainmj.resources import shipped_folder
+from trainmj.scenario import shipped
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.mark.parametrize("name", trainmj.__all__)
+def test_public_names_exist_where_they_are_said_to_be(name):
+    thing = getattr(trainmj, name)
+    assert thing.__doc__, f"{name} has no docstring"
+    assert thing.__module__.startswith("trainmj."), f"{name} is not ours"
+
+
+def test_public_names_are_listed_once():
+    assert trainmj.__all__ == sorted(set(trainmj.__all__), key=str)
+    assert dir(trainmj) == sorted(trainmj.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'nosuch'"):
+        trainmj.nosuch  # noqa: B018
+
+
+def test_importing_the_package_is_cheap(python):
+    """A program that only catches its errors must not load an engine."""
+    done = python("-c", "import sys, trainmj; print(*{'numba', 'mujoco', 'numpy'} & set(sys.modules))")
+    assert done.stdout.split() == [], done.stderr
+
+
+def test_example_of_the_package_docstring_runs():
+    lines = (trainmj.__doc__ or "").split("::")[1].split("Everything")[0]
+    code = "\n".join(line[4:] for line in lines.splitlines())
+    printed: list[object] = []
+    exec(compile(code, "docstring", "exec"), {"print": printed.append})
+    assert printed == [pytest.approx(1354, abs=10)]  # Table 5 of the paper, D = 35 mm: 1345 mm
+
+
+def test_modules_import_one_way():
+    """The study library knows arrays, not trains; scenario files know nothing of MuJoCo."""
+    for folder, forbidden in (("study", r"trainmj\.(?!study|errors)"), ("scenario", r"mujoco|numba")):
+        import re
+
+        for file in (ROOT / "trainmj" / folder).glob("*.py"):
+            for line in file.read_text().splitlines():
+                if re.match(r"\s*(from|import) ", line):
+                    assert not re.search(rf"(from|import) ({forbidden})", line), f"{file.name}: {line}"
+
+
+# the wheel
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """The wheel of this checkout. Its build fetches hatchling, so it needs a network; CI has one."""
+    out = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "pip", "wheel", str(ROOT), "--no-deps", "--wheel-dir", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, f"the wheel cannot be built (its build needs a network):\n{done.stderr[-2000:]}"
+    (file,) = out.glob("trainmj-*.whl")
+    return file
+
+
+@pytest.fixture(scope="module")
+def target(wheel, tmp_path_factory) -> Path:
+    """The package installed from the wheel into a folder of its own; its dependencies are those of these tests."""
+    folder = tmp_path_factory.mktemp("target")
+    command = [sys.executable, "-m", "pip", "install", "--no-deps", "--no-index", "--target", str(folder), str(wheel)]
+    subprocess.run(command, capture_output=True, check=True, timeout=120)
+    return folder
+
+
+def test_wheel_has_scenarios_scene_tables_and_types(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    wanted = {f"trainmj/scenarios/{path.name}" for path in shipped().values()}
+    wanted |= {f"trainmj/mjcf/{path.name}" for path in shipped_folder("mjcf").glob("*.xml")}
+    wanted |= {f"trainmj/paper/published/{path.name}" for path in (ROOT / "trainmj/paper/published").glob("*.csv")}
+    wanted |= {"trainmj/py.typed"}
+    wanted |= {str(path.relative_to(ROOT)) for path in (ROOT / "trainmj").rglob("*.py")}
+    assert len(wanted) > 60
+    assert wanted <= names, sorted(wanted - names)
+    assert not [n for n in names if n.endswith((".nbi", ".nbc", ".pyc")) or n.startswith("tests")]
+    assert any(n.endswith("entry_points.txt") for n in names)
+    assert any("LICENSE" in n for n in names)
+
+
+def test_installed_package_works_away_from_the_checkout(target, python, tmp_path):
+    where = python("-c", "import trainmj; print(trainmj.__file__)", PYTHONPATH=str(target))
+    assert where.stdout.startswith(str(target)), where.stderr
+    listed = python("-m", "trainmj", "scenarios", PYTHONPATH=str(target))
+    assert listed.returncode == 0, listed.stderr
+    assert "b_type_scenario_2" in listed.stdout
+    ran = python("-m", "trainmj", "run", "b_type", "--out", str(tmp_path / "run"), PYTHONPATH=str(target))
+    assert ran.returncode == 0, ran.stderr
+    assert "TAMA" in ran.stdout
+    assert (tmp_path / "run" / "result.nc").stat().st_size > 0
+    exported = python("-m", "trainmj", "export", "b_type", PYTHONPATH=str(target))
+    assert mujoco.MjModel.from_xml_string(exported.stdout).nv == 12
+
+
+def test_every_module_imports():
+    for file in (ROOT / "trainmj").rglob("*.py"):
+        module = ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+        if not module.endswith("__main__"):
+            import_module(module)
