@@ -18,7 +18,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -57,13 +58,13 @@ def alternate(competitors: dict[str, Callable[[], Any]], turns: int) -> dict[str
     return {name: statistics.median(taken) for name, taken in times.items()}
 
 
-class Clockless:
+@contextmanager
+def clockless() -> Iterator[None]:
     """MuJoCo's timers off, as they are while the device law is installed."""
-
-    def __enter__(self) -> None:
-        mujoco.set_mjcb_time(native._callbacks()[2])
-
-    def __exit__(self, *_: object) -> None:
+    mujoco.set_mjcb_time(native._callbacks()[2])
+    try:
+        yield
+    finally:
         mujoco.set_mjcb_time(None)
 
 
@@ -81,7 +82,7 @@ def one_collision(turns: int) -> dict[str, float]:
         elif clock:
             mujoco.mj_step(model, data, nstep=STEPS)
         else:
-            with Clockless():
+            with clockless():
                 mujoco.mj_step(model, data, nstep=STEPS)
 
     work: dict[str, Callable[[], Any]] = {}
@@ -155,7 +156,7 @@ def batch(n: int, turns: int) -> dict[str, float]:
         if clock:
             batches[threads].step(nstep=steps // 128)
         else:
-            with Clockless():
+            with clockless():
                 batches[threads].step(nstep=steps // 128)
 
     times = alternate(

@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from trainmj.batch import run_chains
@@ -120,21 +121,36 @@ def responses_of(summary: Summary) -> Row:
         "momentum_error": summary.balance.momentum_error,
     }
     for i in summary.interfaces:
-        name = i.name.replace("-", "_").replace(" ", "_")
-        for key, short in _INTERFACE.items():
-            row[f"{short}_{name}_{key.rpartition('_')[2]}"] = getattr(i, key)
+        for column, key in _interface_columns(i.name):
+            row[column] = getattr(i, key)
         if len(i.stages) > 1:
-            row |= {f"stroke_{name}_{stage.name}_mm": stage.stroke_mm for stage in i.stages}
+            row |= {f"stroke_{_plain_name(i.name)}_{stage.name}_mm": stage.stroke_mm for stage in i.stages}
     for v in summary.vehicles:
-        for key in _VEHICLE:
-            what, unit = _split_unit(key)
-            row[f"{what}_{v.name}_{unit}"] = getattr(v, key)
+        for column, key in _vehicle_columns(v.name):
+            row[column] = getattr(v, key)
     return row
 
 
-def _split_unit(name: str) -> tuple[str, str]:
-    unit = "km_h" if name.endswith("_km_h") else name.rpartition("_")[2]
-    return name.removesuffix(f"_{unit}").replace("peak_device_acceleration", "peak_device"), unit
+@cache
+def _interface_columns(name: str) -> tuple[tuple[str, str], ...]:
+    """Column and attribute of each response of an interface."""
+    return tuple((f"{what}_{_plain_name(name)}_{key.rpartition('_')[2]}", key) for key, what in _INTERFACE.items())
+
+
+@cache
+def _vehicle_columns(name: str) -> tuple[tuple[str, str], ...]:
+    """Column and attribute of each response of a vehicle."""
+    columns = []
+    for key in _VEHICLE:
+        unit = "km_h" if key.endswith("_km_h") else key.rpartition("_")[2]
+        what = key.removesuffix(f"_{unit}").replace("peak_device_acceleration", "peak_device")
+        columns.append((f"{what}_{name}_{unit}", key))
+    return tuple(columns)
+
+
+def _plain_name(interface: str) -> str:
+    """The name of an interface as part of a column's."""
+    return interface.replace("-", "_").replace(" ", "_")
 
 
 def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
