@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from trainmj.scenario import Scenario, load, save
     from trainmj.simulation import run
     from trainmj.sweep import load_plan, plan_of, read_table, run_sweep
+    from trainmj.workflow import Study, StudyResult, load_study, run_study, study_of
 
 _HOMES = {
     "line_up": "chain",
@@ -44,6 +45,11 @@ _HOMES = {
     "plan_of": "sweep",
     "read_table": "sweep",
     "run_sweep": "sweep",
+    "Study": "workflow",
+    "StudyResult": "workflow",
+    "load_study": "workflow",
+    "run_study": "workflow",
+    "study_of": "workflow",
 }
 
 __all__ = [
@@ -52,6 +58,8 @@ __all__ = [
     "OutputError",
     "Result",
     "Scenario",
+    "Study",
+    "StudyResult",
     "Summary",
     "TrainmjError",
     "installed",
@@ -59,12 +67,15 @@ __all__ = [
     "load",
     "load_plan",
     "load_result",
+    "load_study",
     "plan_of",
     "read_table",
     "run",
     "run_cases",
+    "run_study",
     "run_sweep",
     "save",
+    "study_of",
     "summarise",
 ]
 

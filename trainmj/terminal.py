@@ -27,7 +27,7 @@ WIDTH = 80
 
 def print_summary(scenario: Scenario, summary: Summary) -> None:
     """Interfaces, vehicles, criteria and balance of one collision."""
-    console = _console()
+    console = new_console()
     console.print(Text(scenario.title or "Train collision", style="bold"))
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated", markup=False, highlight=False)
     for table in (_interfaces(summary.interfaces), _vehicles(summary)):
@@ -52,7 +52,7 @@ def print_summary(scenario: Scenario, summary: Summary) -> None:
 
 
 def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:
-    table = _table(
+    table = new_table(
         "Interface",
         "largest\nstroke\nmm",
         "permanent\nset\nmm",
@@ -80,7 +80,7 @@ def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:
 
 
 def _vehicles(summary: Summary) -> Table:
-    table = _table(
+    table = new_table(
         "Vehicle",
         "mass\nt",
         "device\npeak\ng",
@@ -111,13 +111,13 @@ def _vehicles(summary: Summary) -> Table:
 
 def print_chain(scenario: Scenario, chain: Chain) -> None:
     """What would run: vehicles, interfaces and step."""
-    console = _console()
+    console = new_console()
     console.print(Text(scenario.title or "Train collision", style="bold"))
-    table = _table("Vehicle", "type", "mass\nt", "length\nm", "speed\nkm/h")
+    table = new_table("Vehicle", "type", "mass\nt", "length\nm", "speed\nkm/h")
     for v in chain.vehicles:
         table.add_row(v.name, v.kind, f"{v.mass / TONNE:g}", f"{v.length:g}", f"{v.speed / KM_H:g}")
     console.print(table)
-    table = _table("Interface", "device", "stiffness\nkN/mm", "dashpot\nkN s/m", "points", "stages (limit mm)")
+    table = new_table("Interface", "device", "stiffness\nkN/mm", "dashpot\nkN s/m", "points", "stages (limit mm)")
     notes = []
     for i in chain.interfaces:
         stages = "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < 1e9 else s.name for s in i.devices[0].stages)
@@ -155,7 +155,7 @@ def print_scenarios(scenarios: Mapping[str, Scenario]) -> None:
     table.add_column("Parameters")
     for name, scenario in scenarios.items():
         table.add_row(name, scenario.title, "\n".join(scenario.parameters))
-    _console().print(table)
+    new_console().print(table)
 
 
 class Progress:
@@ -208,7 +208,7 @@ def print_outcome(outcome: Outcome) -> None:
     """The last line of a sweep."""
     there = outcome.cases - outcome.computed
     rate = outcome.computed / outcome.seconds if outcome.seconds > 0 else 0.0
-    _console().print(
+    new_console().print(
         f"{outcome.cases} cases" + (f" ({there} were there)" if there else "") + f", {outcome.failed} failed, "
         f"{outcome.seconds:.1f} s, {rate:.0f} collisions a second; written to {outcome.folder}",
         markup=False,
@@ -216,7 +216,7 @@ def print_outcome(outcome: Outcome) -> None:
     )
 
 
-def _table(first: str, *heads: str, title: str | None = None) -> Table:
+def new_table(first: str, *heads: str, title: str | None = None) -> Table:
     """A table whose first column is text and whose others are numbers."""
     table = Table(
         box=box.SIMPLE_HEAD,
@@ -235,7 +235,8 @@ def _table(first: str, *heads: str, title: str | None = None) -> Table:
     return table
 
 
-def _console() -> Console:
+def new_console() -> Console:
+    """A console at most 80 columns wide."""
     console = Console(highlight=False, emoji=False)
     if console.width > WIDTH or not console.is_terminal:
         console.width = WIDTH

@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from trainmj.cli import collision, sweep
+from trainmj.cli.study import study
 from trainmj.errors import TrainmjError
 
 
@@ -37,5 +38,13 @@ def main() -> None:
     """
 
 
-for command in (collision.run, collision.check, collision.export, collision.schema, collision.scenarios, sweep.sweep):
+for command in (
+    collision.run,
+    collision.check,
+    collision.export,
+    collision.schema,
+    collision.scenarios,
+    sweep.sweep,
+    study,
+):
     main.add_command(command)

@@ -24,6 +24,8 @@ from trainmj.study.arrays import FloatArray, as_matrix, as_vector, frozen
 from trainmj.study.space import Space
 from trainmj.study.surrogate import Prediction
 
+_FEW = 300  # points up to which one thread is faster
+
 
 @dataclass(frozen=True)
 class Kriging:
@@ -106,7 +108,8 @@ def fit_kriging(x: ArrayLike, y: ArrayLike, *, space: Space, seed: int, starts: 
     with warnings.catch_warnings():
         # a length or the noise at its bound is an ordinary result: an idle factor, an exact model
         warnings.filterwarnings("ignore", message=".*close to the specified.*bound")
-        regressor.fit(space.to_unit(x), y)
+        with _one_thread(len(y)):
+            regressor.fit(space.to_unit(x), y)
     return Kriging(space, frozen(x), frozen(y), regressor)
 
 
@@ -128,6 +131,13 @@ def _regressor(d: int, seed: int, starts: int) -> Any:
         n_restarts_optimizer=starts,
         random_state=seed,
     )
+
+
+def _one_thread(n: int) -> Any:
+    """For small matrices: the threads of the linear algebra take five times longer to meet than to compute."""
+    from threadpoolctl import threadpool_limits  # scikit-learn depends on it
+
+    return threadpool_limits(1 if n < _FEW else None)
 
 
 def _minimise(objective: Any, start: FloatArray, bounds: FloatArray) -> tuple[FloatArray, float]:

@@ -1,0 +1,44 @@
+"""The command study."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("study")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
+@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
+def study(study: str, out: Path, threads: int, as_json: bool) -> None:
+    """Go from a scenario with free values to one chosen and verified design.
+
+    STUDY is a study file, or the name of one that ships with trainmj, such as b_type. Each step leaves its tables and
+    figures in the folder; the same command goes on where it was stopped, and does again only what has changed.
+
+    Exit code: 0 when done, 1 if the chosen design does not keep its limits when simulated, 2 for wrong input.
+    """
+    from trainmj.workflow import load_study, run_study
+
+    loaded = load_study(study)
+    from trainmj.workflow import report
+
+    screen = report.Screen()
+    try:
+        result = run_study(loaded, out, threads, screen)
+    except KeyboardInterrupt:
+        screen.stop()
+        click.echo(f"Stopped. What was finished is in {out}; the same command goes on.", err=True)
+        sys.exit(130)
+    finally:
+        screen.stop()
+    if as_json:
+        click.echo(json.dumps(result.summary, indent=2))
+    else:
+        report.print_study(result)
+    if not result.summary["check"]["kept"]:
+        sys.exit(1)

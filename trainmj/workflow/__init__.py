@@ -1,0 +1,16 @@
+"""The study runner: from a study file to a chosen and verified design, each step kept in a folder.
+
+The numerical steps are :mod:`trainmj.study`; this package gives them trains.
+
+    spec, rules, plan   the study file: parts, rules between them, the frozen study
+    folder, simulator   what is kept: steps with their files, finished collisions
+    steps               design, simulations, correlation, surrogates
+    fronts              search on the surrogates, on the simulator, and the one against the other
+    choice              weights, decision, check
+    run                 all of it, in order
+"""
+
+from trainmj.workflow.plan import Study, load_study, shipped_studies, study_of
+from trainmj.workflow.run import STEPS, StudyResult, Watch, run_study
+
+__all__ = ["STEPS", "Study", "StudyResult", "Watch", "load_study", "run_study", "shipped_studies", "study_of"]
