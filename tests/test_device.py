@@ -89,7 +89,7 @@ def test_energy_of_first_loading():
 @settings(max_examples=50, deadline=None)
 @given(st.floats(0.0, 0.95))
 def test_energy_is_the_integral_of_the_force(stroke: float):
-    u = np.unique(np.concatenate([np.linspace(0.0, stroke, 20_001), STEPPED.stroke[STEPPED.stroke <= stroke]]))
+    u = np.unique(np.concatenate([np.linspace(0.0, stroke, 2_001), STEPPED.stroke[STEPPED.stroke <= stroke]]))
     middle = (u[1:] + u[:-1]) / 2
     total = float(np.sum([STEPPED.force_at(x) for x in middle] * np.diff(u)))
     assert STEPPED.energy(stroke) == pytest.approx(total, rel=1e-9, abs=1e-6)
@@ -176,6 +176,14 @@ def test_series_does_not_depend_on_which_device_is_named_first(a, b):
     assert np.array_equal(one.stroke, other.stroke)
     assert np.array_equal(one.force, other.force)
     assert left + right == pytest.approx(one.stroke, abs=1e-12)
+
+
+def test_stiffnesses_and_dashpots_in_series_combine_as_reciprocals():
+    curve = [(0, 0), (10, 500), (100, 500)]
+    pair, _ = in_series(device(envelope(curve, 100, 12)), device(envelope(curve, 300, 36)))
+    assert (pair.stiffness, pair.damping) == (pytest.approx(75e6), pytest.approx(9e3))
+    rigid, _ = in_series(device(envelope(curve, 100, 12)), device(envelope(curve, 300, 0)))
+    assert rigid.damping == 0.0, "the reciprocal of no dashpot is infinite"
 
 
 def test_the_weaker_plateau_crushes_first():

@@ -20,7 +20,7 @@ from trainmj.metrics import Summary, summarise
 from trainmj.model import build
 from trainmj.result import Result
 from trainmj.scenario import load
-from trainmj.simulation import run, start
+from trainmj.simulation import largest_step, run, start
 
 FINE = 1e-4  # what the closed forms are met to, relative; most are met far better
 
@@ -435,6 +435,30 @@ def test_peak_acceleration_of_the_head_car_does_not_depend_on_the_step(steps):
         fine.vehicles[0].peak_device_acceleration_g, abs=1e-3
     )
     assert default.TAMA_g == pytest.approx(fine.TAMA_g, rel=1.5e-3)
+
+
+@pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t"])
+def test_largest_step_is_stable_and_not_far_from_where_stability_ends(name):
+    """The linear map of one step, every interface on its elastic branch: its largest eigenvalue must not pass 1."""
+    case = replayed(name)
+    n = len(case.vehicles)
+    stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
+    for i in case.interfaces:
+        pull = np.zeros(n)
+        pull[i.left] = 1.0
+        if i.right >= 0:
+            pull[i.right] = -1.0
+        stiffness += i.envelope.stiffness * np.outer(pull, pull) / case.mass[:, None]
+        damping += i.envelope.damping * np.outer(pull, pull) / case.mass[:, None]
+
+    def radius(h: float) -> float:
+        speed = np.hstack([-h * stiffness, np.eye(n) - h * damping])
+        place = np.hstack([np.eye(n), np.zeros((n, n))]) + h * speed
+        return float(np.abs(np.linalg.eigvals(np.vstack([place, speed]))).max())
+
+    limit = largest_step(case)
+    assert radius(limit) < 1 + 1e-6
+    assert radius(3 * limit) > 1 + 1e-6, "a bound far too small would refuse good steps"
 
 
 def test_a_pair_in_series_is_two_devices_with_a_light_body_between():

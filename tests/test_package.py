@@ -13,7 +13,6 @@ import pytest
 
 import trainmj
 from trainmj.resources import shipped_folder
-from trainmj.scenario import shipped
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -82,7 +81,7 @@ def target(wheel, tmp_path_factory) -> Path:
 
 def test_wheel_has_scenarios_scene_tables_and_types(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
-    wanted = {f"trainmj/scenarios/{path.name}" for path in shipped().values()}
+    wanted = {f"trainmj/scenarios/{path.name}" for path in shipped_folder("scenarios").glob("*.*")}
     wanted |= {f"trainmj/mjcf/{path.name}" for path in shipped_folder("mjcf").glob("*.xml")}
     wanted |= {f"trainmj/paper/published/{path.name}" for path in (ROOT / "trainmj/paper/published").glob("*.csv")}
     wanted |= {"trainmj/py.typed"}

@@ -268,6 +268,7 @@ def said_of(old: str, new: str, *said: str) -> Any:
         said_of("vehicles: 3", "vehicles: 401", r"vehicles = 401: must be at most 400"),
         said_of("vehicles: 3", "vehicles: [{mass_t: 3}]", r"vehicles\.0\.name: is missing"),
         said_of("[0, 10, 500]", "[0, 10, 9]", r"stroke_mm\.2 = 9: must be more than the 10 mm before it: .* never"),
+        said_of("[0, 10, 500]", "[0, 10, 10]", r"stroke_mm\.2 = 10: must be more than the 10 mm before it"),
         said_of("[0, 10, 500]", "[0, 10]", r"as many strokes as forces; it has 2 and 3"),
         said_of("[0, 10, 500]", "[1, 10, 500]", r"must start at a stroke of 0, not 1 mm"),
         said_of("[0, 900, 900]", "[0, -900, 900]", r"force_kN\.1 = -900: must be at least 0"),
