@@ -19,12 +19,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import OutputError
+from trainmj.workflow.tables import read_back
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
 STATE = "steps.json"
+_KEYS = ("fingerprint", "files", "facts", "figures")
 
 
 @dataclass(frozen=True)
@@ -73,14 +75,16 @@ class Folder:
 
     Args:
         path: made if it is not there.
+        figures: whether figures are drawn.
 
     Raises:
         OutputError: if it cannot be made.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, figures: bool = True) -> None:
         """Make the folder, or see what is in it."""
         self.path = path
+        self._figures = figures
         self.steps: list[Step] = []
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -103,7 +107,8 @@ class Folder:
             output = make()
             files = self._write(output)
             self._forget(name, files)
-            self._state[name] = {"fingerprint": fingerprint, "files": files, "facts": dict(output.facts)}
+            values = (fingerprint, files, dict(output.facts), self._figures)
+            self._state[name] = dict(zip(_KEYS, values, strict=True))
             self._write_state()
             digest = _digest(json.dumps([files[f"{t}.csv"] for t in output.tables]).encode())
             done = Step(name, output.tables, output.facts, digest, True, time.monotonic() - began)
@@ -138,15 +143,13 @@ class Folder:
     def _done(self, name: str, fingerprint: str) -> Step | None:
         """The step as the folder has it; None if it must be made."""
         there = self._state.get(name)
-        if there is None or there["fingerprint"] != fingerprint:
+        if there is None or there["fingerprint"] != fingerprint or (self._figures and not there["figures"]):
             return None
         files: dict[str, str] = there["files"]
         if any(self._digest_of(file) != digest for file, digest in files.items()):
             return None
-        import pandas as pd
-
         names = [file for file in files if file.endswith(".csv")]
-        tables = {n.removesuffix(".csv"): pd.read_csv(self.path / n, float_precision="round_trip") for n in names}
+        tables = {name.removesuffix(".csv"): read_back(self.path / name) for name in names}
         digest = _digest(json.dumps([files[n] for n in names]).encode())
         return Step(name, tables, there["facts"], digest, False, 0.0)
 
@@ -155,7 +158,7 @@ class Folder:
             f"{name}.csv": self.write(f"{name}.csv", table.to_csv(index=False).encode())
             for name, table in output.tables.items()
         }
-        for name, draw in output.figures.items():
+        for name, draw in output.figures.items() if self._figures else ():
             files[f"{name}.png"] = self.write(f"{name}.png", _picture(draw))
         return files
 
@@ -174,7 +177,7 @@ class Folder:
     def _read_state(self) -> dict[str, Any]:
         try:
             state = json.loads((self.path / STATE).read_text(encoding="utf-8"))
-            return {str(name): step for name, step in state.items() if {"fingerprint", "files", "facts"} <= set(step)}
+            return {str(name): step for name, step in state.items() if set(step) == set(_KEYS)}
         except (OSError, ValueError, AttributeError, TypeError):
             return {}  # none there, or not ours: every step is made
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from trainmj.resources import shipped_folder
 from trainmj.scenario import Scenario, load, shipped, to_yaml
 from trainmj.scenario.files import read_yaml
 from trainmj.scenario.problems import Origins, Problem, from_pydantic, refuse
+from trainmj.scenario.problems import Path as Place
 from trainmj.study import Space
 from trainmj.study.arrays import FloatArray
 from trainmj.workflow.rules import broken_rules, factor_of, paths_set, targets_of
@@ -177,11 +178,12 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".", origins: Origi
     problems = [*paths_set(spec, scenario), *broken_rules(spec, scenario)]
     if problems:
         raise refuse(problems, values, origins)
-    try:
+    problems = list(_set_problems(("set",), spec.set, scenario))
+    if not problems:
         scenario = scenario.with_values(spec.set)
-        scenario.with_values(spec.check.set)
-    except InputError as error:
-        raise refuse([Problem(("set",), str(error))], values, origins) from None
+        problems = list(_set_problems(("check", "set"), spec.check.set, scenario))
+    if problems:
+        raise refuse(problems, values, origins)
     return Study(
         spec,
         scenario,
@@ -192,6 +194,24 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".", origins: Origi
         values,
         origins,
     )
+
+
+def _set_problems(at: Place, changes: Mapping[str, Any], scenario: Scenario) -> Iterator[Problem]:
+    """What is wrong with values that are set, by key where one is wrong by itself."""
+    rule = _refused(changes, scenario)
+    if rule is None:
+        return
+    alone = {name: _refused({name: value}, scenario) for name, value in changes.items()}
+    wrong = [Problem((*at, name), rule) for name, rule in alone.items() if rule is not None]
+    yield from wrong or [Problem(at, rule)]
+
+
+def _refused(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
+    try:
+        scenario.with_values(changes)
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def shipped_studies() -> dict[str, Path]:

@@ -72,7 +72,11 @@ class Watch:
 
 
 def run_study(
-    study: Study | str | Path, folder: str | Path, threads: int = 0, watch: Watch | None = None
+    study: Study | str | Path,
+    folder: str | Path,
+    threads: int = 0,
+    watch: Watch | None = None,
+    figures: bool = True,
 ) -> StudyResult:
     """Run a study from its design to the chosen and verified design.
 
@@ -84,6 +88,7 @@ def run_study(
         folder: made if it is not there.
         threads: native threads; 0 for all cores. The numbers do not depend on it.
         watch: told how it gets on.
+        figures: whether to draw them, which takes longer than most steps.
 
     Raises:
         InputError: if the file breaks a rule, too few cases of the design can be computed, a surrogate cannot be
@@ -92,7 +97,7 @@ def run_study(
     """
     study = study if isinstance(study, Study) else load_study(study)
     watch = watch or Watch()
-    files = Folder(Path(folder))
+    files = Folder(Path(folder), figures)
     with Simulator(files.path / FILE, study, threads, watch.simulated) as simulator:
         _steps(study, files, simulator, watch)
         files.finish()

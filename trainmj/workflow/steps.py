@@ -37,6 +37,7 @@ from trainmj.workflow.plan import Response, Study
 from trainmj.workflow.rules import DEFAULT
 from trainmj.workflow.simulator import Simulator, failed
 from trainmj.workflow.spec import SurrogatePart
+from trainmj.workflow.tables import read_given
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -101,15 +102,10 @@ def _design(study: Study) -> Design:
 
 def _given_table(study: Study) -> pd.DataFrame:
     """Points of a CSV file beside the study; heads are names, with or without units."""
-    import pandas as pd
-
-    path = study.folder / str(study.spec.design.file)
     try:
-        table = pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
-    except OSError as error:
-        raise study.problem(f"cannot be read ({error.strerror})", "design", "file") from None
-    except (ValueError, UnicodeDecodeError) as error:
-        raise study.problem(f"is not a CSV table ({error})", "design", "file") from None
+        table = read_given(study.folder / str(study.spec.design.file))
+    except InputError as error:
+        raise study.problem(str(error), "design", "file") from None
     return table.rename(columns=dict(zip(study.heads, study.space.names, strict=True)))
 
 

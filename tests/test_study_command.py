@@ -1,0 +1,480 @@
+"""The command study: what it leaves, what it does again and what not, and what it refuses."""
+
+import hashlib
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+from ruamel.yaml import YAML
+
+import trainmj
+
+SMALL = {
+    "scenario": "b_type",
+    "set": {"simulation.step_ms": 0.5},
+    "factors": {
+        "D": {"sets": "empty_stroke_mm", "bounds": [20, 50]},
+        "M": {"sets": "mass_t", "bounds": [30, 36]},
+    },
+    "responses": {"TS": "TS_mm", "TAMA": "TAMA_g", "S_anti": "stroke_S1_M1_anti_climber_mm"},
+    "design": {"kind": "optimal_latin_hypercube", "n": 10, "seed": 1, "resolution": {"D": 1, "M": 1}},
+    "objectives": {"TS": "minimise", "TAMA": "minimise"},
+    "constraints": {"S_anti": {"at_most": 265, "margin": 2}},
+    "optimiser": {"on": "surrogate", "seed": 1, "surrogate": {"particles": 30, "iterations": 20}},
+    "cross_validation": {"against": []},
+    "decision": {"method": "topsis"},
+}
+COUPLER = {"sets": "trains.b_type.coupler", "levels": ["coupler_c_d", "coupler_a_b"]}
+BEFORE_FRONTS = {"as it stands", "design", "simulations", "correlation", "surrogates"}
+
+
+def changed(values, path, value):
+    """A copy with one value changed, its place given with dots; None takes it away."""
+    key, _, rest = path.partition(".")
+    copy = dict(values)
+    if rest:
+        copy[key] = changed(copy.get(key, {}), rest, value)
+    elif value is None:
+        del copy[key]
+    else:
+        copy[key] = value
+    return copy
+
+
+def small(**changes):
+    values = SMALL
+    for path, value in changes.items():
+        values = changed(values, path.replace("__", "."), value)
+    return trainmj.study_of(values)
+
+
+def study_file(folder, values, name="mine.study.yaml"):
+    file = folder / name
+    with file.open("w", encoding="utf-8") as out:
+        YAML().dump(values, out)
+    return file
+
+
+def digests(folder):
+    return {
+        f.name: hashlib.sha256(f.read_bytes()).hexdigest() for f in folder.iterdir() if f.suffix in (".csv", ".png")
+    }
+
+
+def run(study, folder, **options):
+    """Without figures, which take longer than all else here; the command draws them."""
+    return trainmj.run_study(study, folder, figures=False, **options)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """A small study, finished; tests that change it work on copies of its simulations."""
+    return run(small(), tmp_path_factory.mktemp("small") / "out")
+
+
+@pytest.fixture
+def again(done, tmp_path):
+    """A copy of the finished study's folder."""
+    folder = tmp_path / "copy"
+    folder.mkdir()
+    for file in done.folder.iterdir():
+        (folder / file.name).write_bytes(file.read_bytes())
+    return folder
+
+
+# the command
+
+
+@pytest.fixture(scope="module")
+def typed(python, tmp_path_factory):
+    """The command as a user types it, on a file of their own."""
+    folder = tmp_path_factory.mktemp("typed")
+    values = changed(SMALL, "optimiser", {
+        "on": "both", "seed": 1, "resolution": {"D": 2, "M": 0.2},
+        "surrogate": {"particles": 30, "iterations": 20}, "simulator": {"particles": 12, "iterations": 4},
+    })  # fmt: skip
+    file = study_file(folder, values)
+    return folder, python("-m", "trainmj", "study", str(file), "--out", str(folder / "out"))
+
+
+def test_the_command_prints_a_summary_of_80_columns_that_tells_the_whole_story(typed):
+    _, told = typed
+    assert told.returncode in (0, 1), told.stderr
+    assert told.stderr == ""
+    assert max(map(len, told.stdout.splitlines())) <= 80
+    for words in (
+        "smallest distance", "0 failed", "left out", "Hypervolume, surrogates' front over simulator's", "Weights: TS",
+        "chosen: TOPSIS", "as it", "predicted", "simulated", "<= 265 mm", "Status of the check",
+    ):  # fmt: skip
+        assert words in told.stdout
+
+
+def test_each_step_leaves_its_table_and_figure(typed):
+    folder, _ = typed
+    names = {f.name for f in (folder / "out").iterdir()}
+    for step in (
+        "01_design", "02_simulations", "03_correlation", "04_surrogates", "05_front_surrogate_progress",
+        "06_front_simulator_progress", "07_fronts", "08_weights", "09_decision", "10_check",
+    ):  # fmt: skip
+        assert {f"{step}.csv", f"{step}.png"} <= names
+    assert {"05_front_surrogate.csv", "06_front_simulator.csv", "04_coefficients.csv", "summary.json"} <= names
+    assert not [n for n in names if n.endswith(".part")]
+
+
+def test_both_fronts_are_allowed_and_the_ratio_is_reported(typed):
+    folder, _ = typed
+    summary = json.loads((folder / "out" / "summary.json").read_text())
+    assert pd.read_csv(folder / "out" / "05_front_surrogate.csv")["S_anti_mm"].max() <= 263
+    direct = pd.read_csv(folder / "out" / "06_front_simulator.csv")
+    assert direct["S_anti_mm"].max() <= 265
+    assert np.allclose(direct["D_mm"] % 2, 0)
+    compared = summary["fronts_compared"]
+    assert 0.9 < compared["ratio_predicted"] < 1.2
+    assert 0 < compared["kept"] <= compared["points"]
+
+
+def test_json_is_the_summary_and_a_finished_study_is_only_read(typed, python):
+    folder, first = typed
+    told = python("-m", "trainmj", "study", str(folder / "mine.study.yaml"), "--out", str(folder / "out"), "--json")
+    assert told.returncode == first.returncode
+    summary = json.loads(told.stdout)
+    assert summary == json.loads((folder / "out" / "summary.json").read_text())
+    assert set(summary) >= {
+        "title", "factors", "objectives", "constraints", "design", "simulations", "correlation", "surrogates",
+        "front_on_the_surrogates", "front_on_the_simulator", "fronts_compared", "weights", "decision", "check",
+    }  # fmt: skip
+    assert set(summary["decision"]["chosen"]) == {"D_mm", "M_t", "TS_mm", "TAMA_g", "S_anti_mm"}
+    row = summary["check"]["rows"][0]
+    assert row["error_percent"] == pytest.approx(100 * (row["predicted"] - row["simulated"]) / row["simulated"])
+
+
+def test_the_shipped_study_is_found_by_name_and_by_path():
+    by_name = trainmj.load_study("b_type")
+    assert by_name.spec == trainmj.load_study("b_type.study.yaml").spec
+    assert by_name.space.names == ("D", "M")
+    assert by_name.limits[0].text == "S_anti <= 265 mm"
+
+
+# the numbers
+
+
+def test_the_api_gives_the_tables_that_are_in_the_folder(done):
+    table = pd.read_csv(done.folder / "02_simulations.csv")
+    assert list(table.columns) == ["test", "D_mm", "M_t", "status", "reason", "TS_mm", "TAMA_g", "S_anti_mm"]
+    pd.testing.assert_series_equal(table["TS_mm"], done.tables["02_simulations"]["TS_mm"])
+    cases = table[["D_mm", "M_t"]].set_axis(["empty_stroke_mm", "mass_t"], axis=1)
+    plain = trainmj.run_cases(trainmj.load("b_type", {"simulation.step_ms": 0.5}), cases)
+    np.testing.assert_array_equal(plain["TS_mm"], table["TS_mm"])
+
+
+def test_the_chosen_design_is_simulated_again(done):
+    chosen = done.summary["decision"]["chosen"]
+    changes = {"simulation.step_ms": 0.5, "empty_stroke_mm": chosen["D_mm"], "mass_t": chosen["M_t"]}
+    alone = trainmj.summarise(trainmj.run(trainmj.load("b_type", changes)))
+    row = done.summary["check"]["rows"][0]
+    assert row["simulated"] == pytest.approx(alone.TS_mm, rel=1e-9)
+    assert abs(row["error_percent"]) < 1
+
+
+def test_another_run_with_the_same_seeds_gives_the_same_tables(done, tmp_path):
+    other = run(small(), tmp_path / "other", threads=1)
+    for name, table in done.tables.items():
+        pd.testing.assert_frame_equal(table, other.tables[name])
+
+
+def test_maximising_is_minimising_the_negative(again):
+    front = run(small(objectives={"TS": "maximise", "S_anti": "minimise"}), again)
+    table = front.tables["05_front_surrogate"]
+    assert np.corrcoef(table["TS_mm"], table["S_anti_mm"])[0, 1] > 0.9
+
+
+def test_a_coarser_step_moves_TS_by_less_than_a_twentieth_of_a_per_cent():
+    """What the shipped study's step rests on."""
+    cases = pd.DataFrame({"empty_stroke_mm": [20, 35, 50], "mass_t": [30, 33, 36]})
+    shipped = trainmj.load_study("b_type")
+    fine = trainmj.run_cases(trainmj.load("b_type", {"simulation.step_ms": 0.05}), cases)
+    coarse = trainmj.run_cases(shipped.scenario, cases)
+    np.testing.assert_allclose(coarse["TS_mm"], fine["TS_mm"], rtol=5e-4)
+    np.testing.assert_allclose(coarse["TAMA_g"], fine["TAMA_g"], rtol=3e-3)
+
+
+# what is done again
+
+
+def test_nothing_is_done_again_when_nothing_has_changed(done, again):
+    second = run(small(), again)
+    assert second.computed == ()
+    assert second.simulated == 0
+    assert digests(again) == digests(done.folder)
+    assert second.summary == done.summary
+
+
+@pytest.mark.parametrize(
+    ("changes", "redone", "simulated"),
+    [
+        ({"weights": {"method": "equal"}}, {"weights", "decision", "check"}, {0, 1}),
+        ({"decision__method": "knee"}, {"decision", "check"}, {0, 1}),
+        ({"correlation": {"level": 0.9}}, {"correlation"}, {0}),
+        ({"cross_validation__against": ["linear"]}, {"surrogates"}, {0}),
+        ({"check": {"set": {"simulation.step_ms": 0.25}}}, {"check"}, {1}),
+    ],
+)
+def test_a_change_redoes_only_what_depends_on_it(again, changes, redone, simulated):
+    second = run(small(**changes), again)
+    assert set(second.computed) <= redone
+    assert next(iter(second.computed)) in redone
+    assert second.simulated in simulated
+
+
+def test_other_surrogates_need_no_new_simulations(again):
+    second = run(small(surrogates={"default": {"order": 1}}), again)
+    assert {"surrogates", "front on the surrogates"} <= set(second.computed)
+    assert not {"design", "simulations", "correlation"} & set(second.computed)
+    assert second.simulated <= 1  # the check
+
+
+def test_another_design_redoes_everything_behind_it(again):
+    second = run(small(design__seed=5), again)
+    assert set(second.computed) >= BEFORE_FRONTS - {"as it stands"} | {"front on the surrogates"}
+    assert "as it stands" not in second.computed
+
+
+def test_another_scenario_redoes_everything_with_new_simulations(again):
+    second = run(small(set={"simulation.step_ms": 0.25}), again)
+    assert "design" not in second.computed
+    assert {"as it stands", "simulations", "check"} <= set(second.computed)
+    assert second.simulated == 12
+
+
+def test_one_more_response_needs_no_new_simulations(again):
+    second = run(small(responses__S12="stroke_M1_M2_mm"), again)
+    assert second.simulated <= 1
+    assert "S12_mm" in second.tables["02_simulations"]
+
+
+def test_a_file_that_was_changed_or_lost_is_made_again(done, again):
+    (again / "03_correlation.csv").unlink()
+    (again / "02_simulations.csv").write_text("test,D_mm\n1,2\n", encoding="utf-8")
+    second = run(small(), again)
+    assert set(second.computed) == {"simulations", "correlation"}
+    assert second.simulated == 0
+    assert digests(again) == digests(done.folder)
+
+
+def test_files_of_a_step_that_is_no_longer_wanted_are_taken_away(tmp_path):
+    both = {
+        "on": "both",
+        "surrogate": {"particles": 8, "iterations": 2},
+        "simulator": {"particles": 6, "iterations": 1},
+    }
+    folder = tmp_path / "out"
+    run(small(optimiser=both), folder)
+    assert (folder / "06_front_simulator.csv").exists()
+    (folder / "notes.txt").write_text("mine", encoding="utf-8")
+    run(small(), folder)
+    assert not (folder / "06_front_simulator.csv").exists()
+    assert not (folder / "07_fronts.csv").exists()
+    assert (folder / "notes.txt").exists()
+
+
+def test_a_damaged_record_of_steps_only_costs_time(again, done):
+    (again / "steps.json").write_text("[1, 2", encoding="utf-8")
+    second = run(small(), again)
+    assert second.simulated == 0
+    assert digests(again) == digests(done.folder)
+
+
+def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
+    """Killed in the middle of its simulations; what was finished is not computed again."""
+    values = changed(SMALL, "design", {"kind": "sobol", "n": 80, "seed": 1})
+    values = changed(values, "set", {"simulation.step_ms": 0.1})
+    file = study_file(tmp_path, values)
+    words = [sys.executable, "-m", "trainmj", "study", str(file), "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    store = tmp_path / "out" / "simulations.sqlite"
+    limit = time.monotonic() + 60
+    while time.monotonic() < limit and process.poll() is None and _stored(store) < 10:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    finished = _stored(store)
+    assert 10 <= finished < 82, "not killed while simulating"
+    second = run(file, tmp_path / "out")
+    assert second.simulated == 82 - finished  # as it stands, 80 points, the check
+    whole = run(file, tmp_path / "out")
+    assert whole.computed == ()
+
+
+def _stored(file):
+    import sqlite3
+
+    if not file.exists():
+        return 0
+    try:
+        with sqlite3.connect(f"{file.as_uri()}?mode=ro", uri=True) as db:
+            return db.execute("SELECT COUNT(*) FROM cases").fetchone()[0]
+    except sqlite3.OperationalError:
+        return 0
+
+
+# cases that fail, limits that cannot be kept
+
+
+def test_cases_that_are_refused_are_reported_and_left_out(tmp_path):
+    """Below an empty stroke of 0.53 mm the shear-off ramp has no room, so these cases break a rule."""
+    study = small(factors__D={"sets": "empty_stroke_mm", "bounds": [0, 30]}, design__resolution={"D": 1})
+    result = run(study, tmp_path / "out")
+    facts = result.summary["simulations"]
+    assert facts["failed"] >= 1
+    assert "empty_stroke_mm" in facts["first_failure"]
+    assert result.summary["surrogates"]["n"] == 10 - facts["failed"]
+    assert "refused" in set(result.tables["02_simulations"]["status"])
+
+
+def test_too_few_cases_are_refused_with_the_first_reason(tmp_path):
+    study = small(factors__D={"sets": "empty_stroke_mm", "bounds": [-40, 0]}, design__resolution={"D": 1})
+    with pytest.raises(trainmj.InputError, match=r"only 0 of the 10 cases.*refused"):
+        run(study, tmp_path / "out")
+
+
+def test_limits_that_no_design_keeps_are_named(tmp_path, again):
+    with pytest.raises(trainmj.InputError, match=r"constraints.*no point.*S_anti <= 100 mm"):
+        run(small(constraints={"S_anti": {"at_most": 100}}), again)
+
+
+# other kinds of study
+
+
+def test_three_factors_one_of_them_a_choice_and_three_objectives(tmp_path):
+    values = changed(
+        SMALL, "factors.device", {"sets": "trains.b_type.coupler", "levels": ["coupler_c_d", "coupler_a_b"]}
+    )
+    values = changed(values, "design", {"kind": "full_factorial", "levels": {"D": 3, "M": 3}})
+    values = changed(values, "surrogates", {"default": {"terms": ["1", "D", "M", "device", "D*M"]}})
+    values = changed(values, "objectives.S_anti", "minimise")
+    values = changed(values, "weights", {"method": "own", "own": {"TS": 2, "TAMA": 1, "S_anti": 1}})
+    values = changed(values, "constraints", None)
+    result = run(trainmj.study_of(values), tmp_path / "out")
+    assert len(result.tables["02_simulations"]) == 18
+    assert set(result.tables["02_simulations"]["device"]) == {"coupler_c_d", "coupler_a_b"}
+    assert result.summary["weights"]["weights"] == {"TS": 0.5, "TAMA": 0.25, "S_anti": 0.25}
+    assert run(trainmj.study_of(values), tmp_path / "out").computed == ()
+
+
+def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
+    (tmp_path / "points.csv").write_text("M_t\n30\n31\n33\n35\n36\n", encoding="utf-8")
+    values = changed(SMALL, "factors.D", None)
+    values = changed(values, "design", {"kind": "table", "file": "points.csv"})
+    values = changed(values, "objectives", {"TAMA": "minimise"})
+    result = run(study_file(tmp_path, values), tmp_path / "out")
+    assert result.tables["01_design"]["M_t"].tolist() == [30, 31, 33, 35, 36]
+    assert len(result.tables["05_front_surrogate"]) == 1
+    from trainmj.workflow.report import print_study
+
+    print_study(result)
+
+
+# what is refused
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("scenario", "b_typ", ["scenario = 'b_typ'", "did you mean 'b_type'"]),
+        ("desing", {}, ["desing: unknown key", "did you mean 'design'"]),
+        ("design", None, ["design: is missing"]),
+        ("set", {"simulation.step": 1}, ["simulation.step", "step"]),
+        ("set", {"simulation.step_ms": -1}, ["set.simulation.step_ms = -1", "at least"]),
+        ("factors.D.sets", "empty_strok_mm", ["factors.D.sets", "did you mean 'empty_stroke_mm'"]),
+        ("factors.D.bounds", [50, 20], ["factors.D", "lower < upper"]),
+        ("factors.D.bounds", [20], ["factors.D.bounds", "at least 2"]),
+        ("factors.D.bounds", None, ["factors.D", "needs bounds"]),
+        ("factors.D.kind", "whole", ["factors.D.kind = 'whole'", "'integer'"]),
+        ("factors.D.levels", [1, 2], ["factors.D", "either bounds, or levels"]),
+        ("factors.E", {"sets": "mass_t", "bounds": [30, 36]}, ["factors.E.sets", "factor M already"]),
+        ("factors.a b", {"sets": "speed_km_h", "bounds": [20, 36]}, ["factors.a b", "letters, digits"]),
+        ("set.mass_t", 33, ["factors.M.sets", "fixed under set"]),
+        ("responses.D", "TS_mm", ["responses.D", "name of a factor"]),
+        ("design.n", 1, ["design.n = 1", "at least 2"]),
+        ("design.levels", {"D": 3}, ["design.levels", "does not belong to a optimal_latin_hypercube"]),
+        ("design.resolution", {"D": 7}, ["design.resolution.D = 7", "divide the range"]),
+        ("design", {"kind": "sobol"}, ["design", "needs n"]),
+        ("design", {"kind": "full_factorial"}, ["design", "needs levels for the continuous factor D"]),
+        ("surrogates", {"TSS": {}}, ["surrogates.TSS", "did you mean 'TS'"]),
+        ("surrogates", {"TS": {"terms": ["1", "Q"]}}, ["surrogates.TS.terms", "no factor 'Q'"]),
+        ("surrogates", {"TS": {"kind": "kriging", "order": 2}}, ["surrogates.TS.order = 2", "no terms"]),
+        ("objectives", {"TAM": "minimise"}, ["objectives.TAM", "did you mean 'TAMA'"]),
+        ("objectives.TS", "down", ["objectives.TS = 'down'", "'minimise' or 'maximise'"]),
+        ("constraints.S_anti", {}, ["constraints.S_anti", "needs at_most"]),
+        ("constraints.S_ant", {"at_most": 3}, ["constraints.S_ant", "did you mean 'S_anti'"]),
+        ("optimiser.simulator", {"particles": 9}, ["optimiser.simulator", "is not used"]),
+        ("optimiser.surrogate.particles", 1, ["optimiser.surrogate.particles = 1", "at least 4"]),
+        ("optimiser.seed", -1, ["optimiser.seed = -1", "at least 0"]),
+        ("weights", {"method": "own", "own": {"TS": 1}}, ["weights", "a weight for TAMA"]),
+        ("weights", {"method": "equal", "form": "paper"}, ["weights.form", "entropy"]),
+        ("decision.front", "simulator", ["decision.front", "is not searched"]),
+        ("check", {"set": {"simulation.stp": 1}}, ["check.set.simulation.stp"]),
+    ],
+)
+def test_a_wrong_study_file_is_refused_with_place_value_and_rule(tmp_path, path, value, words):
+    file = study_file(tmp_path, _without(SMALL, path, value))
+    with pytest.raises(trainmj.InputError) as caught:
+        trainmj.load_study(file)
+    said = str(caught.value)
+    assert "mine.study.yaml" in said
+    for word in words:
+        assert word in said
+
+
+def _without(values, path, value):
+    if path == "factors.a b":
+        return values | {"factors": values["factors"] | {"a b": value}}
+    if path == "set.mass_t":
+        return values | {"set": {"mass_t": value}}
+    return changed(values, path, value)
+
+
+def test_everything_wrong_is_said_at_once_with_lines(tmp_path):
+    values = changed(changed(SMALL, "objectives.TX", "minimise"), "design.resolution", {"Q": 1})
+    file = study_file(tmp_path, values)
+    with pytest.raises(trainmj.InputError) as caught:
+        trainmj.load_study(file)
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 2
+    assert all(line.startswith(f"{file}:") and line.split(":")[1].isdecimal() for line in lines)
+
+
+def test_a_response_that_no_collision_has_is_refused_after_one_simulation(tmp_path):
+    file = study_file(tmp_path, changed(SMALL, "responses.TS", "TS_m"))
+    with pytest.raises(
+        trainmj.InputError, match=r"mine\.study\.yaml:\d+:\d+: responses\.TS = 'TS_m'.*did you mean 'TS_mm'"
+    ):
+        run(file, tmp_path / "out")
+
+
+def test_too_few_points_for_the_terms_name_the_response(again):
+    with pytest.raises(trainmj.InputError, match=r"surrogates\.TS.*response TS"):
+        run(small(surrogates={"TS": {"order": 4}}), again)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("b_typ", ["b_typ", "no such file or shipped study", "did you mean 'b_type'"]),
+        ("scenarios", ["is a folder"]),
+        ("wall.yaml", ["is a scenario, not a study"]),
+    ],
+)
+def test_the_command_refuses_what_is_no_study_in_one_message(python, tmp_path, name, words):
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "wall.yaml").write_text("builds_on: b_type\ncollision: {partner: rigid_wall}\n", encoding="utf-8")
+    told = python("-m", "trainmj", "study", name, "--out", "out", cwd=tmp_path)
+    assert told.returncode == 2
+    assert "Traceback" not in told.stderr
+    for word in words:
+        assert word in told.stderr

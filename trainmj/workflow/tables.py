@@ -1,0 +1,62 @@
+"""Tables as files: those of the study itself, to the last digit, and those that people write."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from trainmj.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def read_back(file: Path) -> pd.DataFrame:
+    """A table as the study wrote it; a column that is not all numbers stays text."""
+    with file.open(newline="", encoding="utf-8") as lines:
+        return _table(csv.reader(lines))
+
+
+def read_given(file: Path) -> pd.DataFrame:
+    """A table that somebody wrote: commas, semicolons or tabs between the columns, lines with # left out.
+
+    Raises:
+        InputError: if it cannot be read or has no rows of one length.
+    """
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise InputError(f"cannot be read ({reason})") from None
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    if len(lines) < 2:
+        raise InputError("must have a line of heads and a line for each point")
+    separator = next((s for s in ";\t" if s in lines[0]), ",")
+    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    if separator != ",":
+        rows = [rows[0], *([cell.replace(",", ".") for cell in row] for row in rows[1:])]
+    short = next((n for n, row in enumerate(rows) if len(row) != len(rows[0])), None)
+    if short is not None:
+        raise InputError(f"point {short} has {len(rows[short])} values under {len(rows[0])} heads")
+    return _table(rows)
+
+
+def _table(rows: Iterable[list[str]]) -> pd.DataFrame:
+    import pandas as pd
+
+    heads, *cells = rows
+    return pd.DataFrame({head: _column([row[k] for row in cells]) for k, head in enumerate(heads)}, columns=heads)
+
+
+def _column(texts: list[str]) -> list[Any]:
+    """Whole numbers, numbers with nan for what is empty, or text."""
+    if any(texts):
+        for number in (int, lambda text: float(text) if text else math.nan):
+            try:
+                return [number(text) for text in texts]
+            except ValueError:
+                continue
+    return list(texts)
