@@ -1,6 +1,6 @@
 """How the results of the standard collision settle as the step gets smaller: the study behind the default step.
 
-    python benchmarks/convergence.py [SCENARIO]
+python benchmarks/convergence.py [SCENARIO]
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import sys
 import time
 
 import trainmj
-from trainmj.simulation import largest_step
+from trainmj.chain import largest_step
 
 STEPS_MS = (0.5, 0.25, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005)
 

@@ -29,7 +29,7 @@ class PythonLaw:
         net = [0.0] * len(v)
         for k, interface in enumerate(self.chain.interfaces):
             u, rate = q[k] - q[k + 1], v[k] - v[k + 1]
-            force, self.plastic[k] = interface.envelope.respond(u, rate, self.plastic[k])
+            force, self.plastic[k] = interface.envelope.respond(u, rate, self.plastic[k], self.most[k])
             self.most[k] = max(self.most[k], u)
             net[k] -= force
             net[k + 1] += force
@@ -138,7 +138,6 @@ def bare_loop(
             ahead = 0.0
             if i < m:
                 u, rate = q[i] - q[i + 1], v[i] - v[i + 1]
-                most[i] = max(most[i], u)
                 elastic = stiffness[i] * (u - plastic[i])
                 if elastic > 0.0:
                     k = segment[i]
@@ -153,6 +152,9 @@ def bare_loop(
                         plastic[i] = u - crush / stiffness[i]
                     else:
                         ahead = max(0.0, elastic + damping[i] * rate)
+                        if u > most[i]:
+                            ahead = min(ahead, crush)
+                most[i] = max(most[i], u)
             net = behind - ahead
             behind = ahead
             friction = min(limit[i], max(-limit[i], -(mass[i] * v[i] / step + net)))

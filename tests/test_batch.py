@@ -107,7 +107,7 @@ def test_an_unknown_column_is_refused_before_anything_runs():
 
 
 def test_an_unknown_response_is_refused():
-    with pytest.raises(trainmj.InputError, match="TSmm.*did you mean 'TS_mm'"):
+    with pytest.raises(trainmj.InputError, match=r"TSmm.*did you mean 'TS_mm'"):
         chosen(["TS_mm", "TAMA_g"], ["TSmm"])
 
 

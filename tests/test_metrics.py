@@ -10,11 +10,11 @@ from builders import chain, envelope, joined, scenario, values
 from scipy.signal import butter, freqz, sosfilt, sosfreqz
 
 from trainmj.batch import run_chains
-from trainmj.chain import Chain, line_up
+from trainmj.chain import Chain, largest_step, line_up
 from trainmj.metrics import WINDOWS, Summary, cfc60_peak, measure, summarise
 from trainmj.result import Result, Tally
 from trainmj.scenario import Scenario, load
-from trainmj.simulation import largest_step, run
+from trainmj.simulation import run
 
 
 def collide(case: Chain) -> Summary:

@@ -17,11 +17,12 @@ from mujoco.batch import Batch
 
 from trainmj import native
 from trainmj.chain import WALL, Chain
+from trainmj.errors import EngineError
 from trainmj.layout import Car, Head, Layout
 from trainmj.metrics import Summary, measure
 from trainmj.model import build
 from trainmj.result import Tally
-from trainmj.simulation import n_records, record_times
+from trainmj.simulation import LAW_NOT_CALLED, n_records, record_times
 
 PLACES = 128
 """Simulations that run side by side: enough for the cost of a call into MuJoCo to vanish among them."""
@@ -152,6 +153,8 @@ class _Engine(Generic[Key]):
                 places = np.sort(list(begun))
                 self._batch.set_const(ids=places)  # MuJoCo keeps inertias that follow from the masses
                 self._advance(places, 1)  # the law sees the start
+                if (self._blocks[places, Head.TIME] < 0.0).any():
+                    raise EngineError(LAW_NOT_CALLED)
             if not under_way:
                 return
             ids = np.sort(list(under_way))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trainmj.device import Array, Device, Envelope, Stage, in_series
+from trainmj.errors import InputError
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, G
 
@@ -170,6 +171,37 @@ def line_up(scenario: Parts) -> Chain:
         s.time_limit_s,
         s.integrator,
     )
+
+
+def largest_step(chain: Chain) -> float:
+    """Largest stable step of a chain [s].
+
+    For an oscillator of circular frequency w and damping ratio z the semi-implicit Euler step with an explicit
+    dashpot is stable below 2 (sqrt(1 + z2) - z) / w. The bound takes each interface on its elastic branch between its
+    two vehicles, both of them held by another interface as stiff.
+    """
+    steps = []
+    mass = chain.mass
+    for interface in chain.interfaces:
+        inverse = 1.0 / mass[interface.left] + (1.0 / mass[interface.right] if interface.right >= 0 else 0.0)
+        w2 = 2.0 * interface.envelope.stiffness * inverse
+        damping = interface.envelope.damping * inverse  # half of 2 c / m
+        steps.append(float(2.0 / (damping + np.sqrt(damping**2 + w2))))
+    return min(steps)
+
+
+def check_step(chain: Chain) -> None:
+    """Refuse a step at which the integration is not stable.
+
+    Raises:
+        InputError: naming the largest step.
+    """
+    limit = largest_step(chain)
+    if chain.step > limit:
+        raise InputError(
+            f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and "
+            "damping of these devices and the mass of these vehicles, or the integration is unstable"
+        )
 
 
 def _vehicle(name: str, car: Car, speed_km_h: float) -> Vehicle:

@@ -19,11 +19,10 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from trainmj.batch import run_chains
-from trainmj.chain import Chain, line_up
+from trainmj.chain import Chain, check_step, line_up
 from trainmj.errors import InputError, close_match
 from trainmj.metrics import Summary
 from trainmj.scenario import Scenario
-from trainmj.simulation import check_step
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -255,7 +255,7 @@ def _interface(interface: Interface, tally: Tally, k: int, side: int) -> Interfa
         stroke_mm=stroke / MM,
         permanent_mm=max(0.0, stroke - given_back) / MM,
         peak_force_kN=float(tally.force_max[k]) / KN,
-        energy_kJ=share * (float(tally.work[k]) - _elastic(interface, tally, k)) / KJ,
+        energy_kJ=share * float(tally.dissipated[k]) / KJ,
         peak_time_s=float(tally.stroke_max_time[k]),
         stages=tuple(
             StageUse(s.name, s.stroke(stroke) / MM, s.limit / MM if np.isfinite(s.limit) else None)

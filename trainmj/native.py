@@ -21,7 +21,7 @@ from __future__ import annotations
 import ctypes
 import logging
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from typing import Any, NamedTuple, cast
@@ -72,13 +72,16 @@ def installed() -> Iterator[None]:
     Raises:
         EngineError: if the running MuJoCo does not have the fields the law needs.
     """
-    law = _callbacks()
     global _users, _before
     with _lock:
         if _users == 0:
             _before = [get() for get, _ in _SLOTS]
-            for (_, put), function in zip(_SLOTS, law, strict=True):
-                put(function)
+            try:
+                _put([None] * len(_SLOTS))  # MuJoCo compiles no model, not even a probe, under a Python callback
+                _put(_callbacks())
+            except BaseException:
+                _put(_before)
+                raise
         _users += 1
     try:
         yield
@@ -86,8 +89,12 @@ def installed() -> Iterator[None]:
         with _lock:
             _users -= 1
             if _users == 0:
-                for (_, put), function in zip(_SLOTS, _before, strict=True):
-                    put(function)
+                _put(_before)
+
+
+def _put(functions: Sequence[Any]) -> None:
+    for (_, put), function in zip(_SLOTS, functions, strict=True):
+        put(function)
 
 
 _SLOTS: tuple[tuple[Callable[[], Any], Callable[[Any], None]], ...] = (
@@ -231,6 +238,8 @@ def _passive(offsets: Offsets) -> Any:
                             s[j + j_plastic * m] = u - crush / stiffness
                         else:
                             ahead = max(0.0, elastic + s[j + j_damping * m] * rate)
+                            if u > s[j + j_most * m]:  # first loading does not pass the envelope
+                                ahead = min(ahead, crush)
                         if ahead > 0.0:
                             active = True
                             if s[j + j_first * m] < 0.0:
@@ -291,8 +300,7 @@ def _sensor(offsets: Offsets) -> Any:
     at_nuserdata, at_userdata, at_sensordata = offsets.nuserdata, offsets.userdata, offsets.sensordata
     magic, n_head, n_car = MAGIC, len(Head), len(Car)
     h_vehicles, h_interfaces = int(Head.N_VEHICLE), int(Head.N_INTERFACE)
-    j_force, j_work, j_stroke = int(Joint.FORCE), int(Joint.WORK), int(Joint.STROKE)
-    j_plastic, j_stiffness = int(Joint.PLASTIC), int(Joint.STIFFNESS)
+    j_force, j_dissipated = int(Joint.FORCE), int(Joint.DISSIPATED)
     last_stage = int(mujoco.mjtStage.mjSTAGE_ACC)
 
     def sensor(model: Any, data: Any, stage: int) -> None:
@@ -306,9 +314,8 @@ def _sensor(offsets: Offsets) -> Any:
         out = _at(data, at_sensordata)
         for i in range(m):
             j = n_head + n_car * int(s[h_vehicles]) + i
-            spring = max(0.0, s[j + j_stroke * m] - s[j + j_plastic * m])
             out[i] = s[j + j_force * m]
-            out[m + i] = s[j + j_work * m] - 0.5 * s[j + j_stiffness * m] * spring * spring
+            out[m + i] = s[j + j_dissipated * m]
 
     return sensor
 

@@ -8,13 +8,15 @@ import mujoco
 import numpy as np
 
 from trainmj import native
-from trainmj.chain import Chain, line_up
+from trainmj.chain import Chain, check_step, line_up
 from trainmj.device import Array
-from trainmj.errors import EngineError, InputError
+from trainmj.errors import EngineError
 from trainmj.layout import Head, Layout
 from trainmj.model import build, split_sensors
 from trainmj.result import Result, Tally
 from trainmj.scenario import Scenario
+
+LAW_NOT_CALLED = "the device law was not called: something replaced MuJoCo's passive callback"
 
 
 def run(scenario: Scenario) -> Result:
@@ -35,9 +37,9 @@ def run(scenario: Scenario) -> Result:
     chain = line_up(scenario)
     check_step(chain)
     layout = Layout.of(chain)
-    model = build(chain, layout)
-    data = start(model, chain, layout)
     with native.installed():
+        model = build(chain, layout)
+        data = start(model, chain, layout)
         logged = _log(model, data, chain)
     return Result(
         scenario,
@@ -55,37 +57,6 @@ def start(model: mujoco.MjModel, chain: Chain, layout: Layout) -> mujoco.MjData:
     mujoco.mj_resetDataKeyframe(model, data, 0)
     data.userdata[:] = layout.block(chain)
     return data
-
-
-def largest_step(chain: Chain) -> float:
-    """Largest stable step of a chain [s].
-
-    For an oscillator of circular frequency w and damping ratio z the semi-implicit Euler step with an explicit
-    dashpot is stable below 2 (sqrt(1 + z2) - z) / w. The bound takes each interface on its elastic branch between its
-    two vehicles, both of them held by another interface as stiff.
-    """
-    steps = []
-    mass = chain.mass
-    for interface in chain.interfaces:
-        inverse = 1.0 / mass[interface.left] + (1.0 / mass[interface.right] if interface.right >= 0 else 0.0)
-        w2 = 2.0 * interface.envelope.stiffness * inverse
-        damping = interface.envelope.damping * inverse  # half of 2 c / m
-        steps.append(float(2.0 / (damping + np.sqrt(damping**2 + w2))))
-    return min(steps)
-
-
-def check_step(chain: Chain) -> None:
-    """Refuse a step at which the integration is not stable.
-
-    Raises:
-        InputError: naming the largest step.
-    """
-    limit = largest_step(chain)
-    if chain.step > limit:
-        raise InputError(
-            f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and "
-            "damping of these devices and the mass of these vehicles, or the integration is unstable"
-        )
 
 
 def versions() -> dict[str, str]:
@@ -119,7 +90,7 @@ def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
         mujoco.mj_step(model, data)
         rows[n] = data.sensordata
         if data.userdata[Head.TIME] < 0.0:
-            raise EngineError("the device law was not called: something replaced MuJoCo's passive callback")
+            raise EngineError(LAW_NOT_CALLED)
         if data.userdata[Head.OVER] or not np.isfinite(data.userdata[Head.IMPULSE]):
             return rows[: n + 1]
     return rows

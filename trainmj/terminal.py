@@ -7,16 +7,17 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich import box
 from rich import progress as bars
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from trainmj.chain import Chain, Interface
+from trainmj.chain import Chain, Interface, largest_step
+from trainmj.device import Device
 from trainmj.metrics import InterfaceMetrics, Summary
 from trainmj.scenario import Scenario
-from trainmj.simulation import largest_step
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     table = new_table("Interface", "device", "stiffness\nkN/mm", "dashpot\nkN s/m", "points", "stages (limit mm)")
     notes = []
     for i in chain.interfaces:
-        stages = "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < 1e9 else s.name for s in i.devices[0].stages)
+        stages = " + ".join(dict.fromkeys(_stages(device) for device in i.devices))
         e = i.envelope
         table.add_row(
             i.name, _names(i), f"{e.stiffness / KN_PER_MM:g}", f"{e.damping / KN_S_PER_M:g}", str(e.stroke.size), stages
@@ -140,6 +141,10 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
         markup=False,
         highlight=False,
     )
+
+
+def _stages(device: Device) -> str:
+    return "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < np.inf else s.name for s in device.stages)
 
 
 def _names(interface: Interface) -> str:

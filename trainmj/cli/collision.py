@@ -38,7 +38,7 @@ def run(scenario: str, changes: dict[str, Any], out: Path | None, as_json: bool)
 
         write_run(result, summary, out)
     if as_json:
-        click.echo(json.dumps(_finite(summary.as_dict()), indent=2))
+        click.echo(json.dumps(summary.as_dict(), indent=2))
     else:
         terminal.print_summary(loaded, summary)
         if out is not None:
@@ -53,8 +53,7 @@ def check(scenario: str, changes: dict[str, Any]) -> None:
     """Check a scenario and print what would run, without running it."""
     loaded = load_scenario(scenario, changes)
     from trainmj import terminal
-    from trainmj.chain import line_up
-    from trainmj.simulation import check_step
+    from trainmj.chain import check_step, line_up
 
     chain = line_up(loaded)
     terminal.print_chain(loaded, chain)
@@ -99,14 +98,3 @@ def _make_folder(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"--out {out}: cannot be made a folder ({error.strerror})") from None
-
-
-def _finite(value: Any) -> Any:
-    """The same with None for numbers that JSON cannot hold."""
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    if isinstance(value, float) and value - value != 0.0:
-        return None
-    return value

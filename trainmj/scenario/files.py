@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
@@ -67,6 +68,7 @@ def to_yaml(scenario: Scenario) -> str:
     yaml.default_flow_style = None
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     yaml.width = 120
+    yaml.representer.ignore_aliases = lambda *_: True  # every value in full where it stands
     yaml.dump(scenario.values(), text)
     return text.getvalue()
 
@@ -187,6 +189,8 @@ def _parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+    if _brackets(text) > _DEEPEST:
+        raise InputError(f"{name}: is nested too deeply")
     try:
         tree = YAML(typ="rt").load(text)
     except MarkedYAMLError as error:
@@ -202,6 +206,15 @@ def _parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
     origins: dict[Path, str] = {(): name}
     values: dict[str, Any] = _plain(tree, (), name, origins)
     return values, origins
+
+
+def _brackets(text: str) -> int:
+    """How deep brackets are nested; the YAML parser would take seconds to fail on thousands of them."""
+    depth = most = 0
+    for mark in re.findall(r"[\[\]{}]", text):
+        depth += 1 if mark in "[{" else -1
+        most = max(most, depth)
+    return most
 
 
 def _plain(node: Any, path: Path, name: str, origins: dict[Path, str]) -> Any:
