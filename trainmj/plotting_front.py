@@ -52,7 +52,7 @@ def fronts(
         if not kept.all():
             axes.plot(simulated[~kept, i], simulated[~kept, j], "x", ms=4, color=GREY, zorder=4,
                       label="the same, beyond a limit")  # fmt: skip
-    panels[0][0].legend(loc="best")
+    _legend(figure, panels)
     title = "Hypervolume of the surrogates' front over that of the simulator's:\n"
     title += f"{facts['ratio_predicted']:.3f} predicted, {facts['ratio_simulated']:.3f} simulated"
     figure.suptitle(title, x=0.01, ha="left", fontsize=9)
@@ -81,7 +81,7 @@ def decision(study: Study, values: FloatArray, best: int, others: Mapping[str, i
         axes.plot(*values[best, [i, j]], "o", ms=8, color=ORANGE, label=f"chosen: {method}", zorder=4)
         for (name, k), marker in zip(others.items(), ("s", "^"), strict=False):
             axes.plot(*values[k, [i, j]], marker, ms=11, mfc="none", mec=BLUE, mew=1.2, ls="none", label=name, zorder=5)
-    panels[0][0].legend(loc="best", labelspacing=0.9)
+    _legend(figure, panels)
     return figure
 
 
@@ -99,6 +99,15 @@ def check(study: Study, table: pd.DataFrame) -> Figure:
         panels[1].axvline(100, color=ORANGE, linewidth=1.4)
         panels[1].set(title="Simulated, chosen design", xlabel="part of the limit (%)")
     return figure
+
+
+def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
+    """One legend: within a single panel, below several."""
+    axes = panels[0][0]
+    if len(panels) == 1:
+        axes.legend(loc="best", labelspacing=0.9)
+    else:
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
 def _bars(axes: Axes, names: list[str], values: FloatArray, colour: str, form: str) -> None:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 BLUE, SKY, ORANGE, GREEN, GREY = "#0072B2", "#8CC8EE", "#D55E00", "#009E73", "0.45"
 _COLUMNS = 3  # panels side by side
+_LONG = 6  # letters of a level's name that fit beside the next
 _GRID = 61  # points along each side of a surface
 
 
@@ -197,3 +198,5 @@ def name_axis(axes: Axes, which: str, factor: Factor) -> None:
     if factor.kind == "choice":
         ticks = axes.set_xticks if which == "x" else axes.set_yticks
         ticks(range(len(factor.levels)), [str(level) for level in factor.levels])
+        if which == "x" and max(len(str(level)) for level in factor.levels) > _LONG:
+            axes.tick_params(axis="x", labelrotation=15)

@@ -17,7 +17,8 @@ from trainmj.workflow.folder import Output
 from trainmj.workflow.lattice import Lattice
 from trainmj.workflow.plan import Study
 from trainmj.workflow.simulator import Simulator, failed
-from trainmj.workflow.steps import fit_all, points_of, usable, with_factors
+from trainmj.workflow.steps import points_of, usable, with_factors
+from trainmj.workflow.surrogates import fit_all
 
 if TYPE_CHECKING:
     import pandas as pd

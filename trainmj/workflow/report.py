@@ -109,17 +109,20 @@ def _surrogates(rows: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def _fronts(study: Study, facts: Mapping[str, Any]) -> Table:
-    names = [r.name for r in study.objectives]
-    heads = [f"{r.name}\n{r.unit}" for r in study.objectives]
-    table = new_table("Front found on", "designs", "evaluations", *heads, title="Fronts")
-    for said, front in _searches(facts).items():
-        extent = [f"{front['extent'][n][0]:.5g} .. {front['extent'][n][1]:.5g}" for n in names]
-        table.add_row(said, str(front["points"]), str(front["evaluations"]), *extent)
+    searches = _searches(facts)
+    heads = [f"{said}\n{end}" for said in searches for end in ("from", "to")]
+    table = new_table("Objective", *heads, title="Fronts: extent")
+    for r in study.objectives:
+        ends = [end for front in searches.values() for end in front["extent"][r.name]]
+        table.add_row(f"{r.name} {r.unit}", *[_number(end, ".5g") for end in ends])
     return table
 
 
 def _front_notes(facts: Mapping[str, Any]) -> list[str]:
-    notes = [f"On the {said}: {front['status']}" for said, front in _searches(facts).items()]
+    notes = [
+        f"On the {said}: {front['points']} designs of {front['evaluations']} evaluations; {front['status']}"
+        for said, front in _searches(facts).items()
+    ]
     if "fronts_compared" in facts:
         c = facts["fronts_compared"]
         notes.append(

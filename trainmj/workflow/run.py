@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import close_match
 from trainmj.scenario.problems import Problem, refuse
-from trainmj.workflow import choice, fronts, steps
+from trainmj.workflow import choice, fronts, steps, surrogates
 from trainmj.workflow.folder import Folder, Output, Step
 from trainmj.workflow.plan import Study, load_study
 from trainmj.workflow.simulator import FILE, Simulator
@@ -132,7 +132,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     step(
         "surrogates",
         [models, _plain(spec.cross_validation), _plain(spec.constraints)],
-        lambda: steps.surrogates(study, simulations.table),
+        lambda: surrogates.surrogates(study, simulations.table),
     )
     found: dict[str, Step] = {}
     if spec.optimiser.on != "simulator":
