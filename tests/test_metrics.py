@@ -11,7 +11,8 @@ from scipy.signal import butter, freqz, sosfilt, sosfreqz
 
 from trainmj.batch import run_chains
 from trainmj.chain import Chain, largest_step, line_up
-from trainmj.metrics import WINDOWS, Summary, cfc60_peak, measure, summarise
+from trainmj.deceleration import cfc60_peak
+from trainmj.metrics import WINDOWS, Summary, measure, summarise
 from trainmj.result import Result, Tally
 from trainmj.scenario import Scenario, load
 from trainmj.simulation import run

@@ -12,7 +12,7 @@ from builders import chain, envelope, step_once
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trainmj import native
+from trainmj import native, offsets
 from trainmj.chain import Chain
 from trainmj.errors import EngineError
 from trainmj.layout import Car, Head, Joint, Layout
@@ -259,7 +259,7 @@ def test_places_of_fields_are_those_of_this_mujoco():
     """Each place, read as raw memory, holds what MuJoCo's own Python says."""
     import ctypes
 
-    o = native.field_offsets()
+    o = offsets.field_offsets()
     case = walled()
     model = build(case)
     data = mujoco.MjData(model)
@@ -274,24 +274,24 @@ def test_places_of_fields_are_those_of_this_mujoco():
     assert ctypes.c_void_p.from_address(data._address + o.inertia).value == data.M.ctypes.data
 
 
-@pytest.mark.parametrize("field", native.Offsets._fields)
+@pytest.mark.parametrize("field", offsets.Offsets._fields)
 def test_a_field_that_is_not_where_it_was_found_is_an_error(monkeypatch, field):
     """Going on with a wrong place would read and write foreign memory."""
-    probe = native._probe
+    probe = offsets._probe
 
     def disagree(n: int, *args):
         found = probe(n, *args)
         return found | {field: {8 * n}}
 
-    monkeypatch.setattr(native, "_probe", disagree)
+    monkeypatch.setattr(offsets, "_probe", disagree)
     with pytest.raises(EngineError, match=rf"keeps {field} where it was not found.*mujoco 4\.0"):
-        native.field_offsets.__wrapped__()
+        offsets.field_offsets.__wrapped__()
 
 
 def test_a_field_that_cannot_be_found_at_all_is_an_error(monkeypatch):
-    monkeypatch.setattr(native, "_probe", lambda *args: {name: set() for name in native.Offsets._fields})
+    monkeypatch.setattr(offsets, "_probe", lambda *args: {name: set() for name in offsets.Offsets._fields})
     with pytest.raises(EngineError, match="this version is not supported"):
-        native.field_offsets.__wrapped__()
+        offsets.field_offsets.__wrapped__()
 
 
 @pytest.mark.parametrize("name", ["mjINT_RK4"])
@@ -320,9 +320,9 @@ def test_accepted_integrators_call_the_law_once_a_step(ours, name):
 CACHED = """
 import ctypes, numba, sys
 from trainmj import native
-from trainmj.native import Offsets
+from trainmj.offsets import Offsets, field_offsets
 wrong = Offsets(*range(800, 1520, 80))
-right = native.field_offsets()
+right = field_offsets()
 for offsets in {order}:
     native._compile(native._passive, "void(voidptr, voidptr)", offsets)
 from trainmj.metrics import summarise

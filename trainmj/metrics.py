@@ -1,8 +1,6 @@
 """From a computed collision to what a crashworthiness engineer reads: strokes, energies, accelerations, TS, TAMA.
 
-Everything comes from the tally of every step, except what needs a history: mean decelerations and the channel
-filter, which use the recorded speeds. A mean deceleration is a difference of speeds over a time, so no peak between
-two records is missed.
+Everything comes from the tally of every step, except what :mod:`trainmj.deceleration` takes from recorded speeds.
 """
 
 from __future__ import annotations
@@ -14,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from trainmj.chain import Chain, Interface
+from trainmj.deceleration import cfc60_peak, mean_deceleration, window_peak
 from trainmj.device import Array
 from trainmj.result import Result, Tally
 from trainmj.units import KJ, KM_H, KN, MM, TONNE, G
@@ -23,11 +22,6 @@ WINDOWS = (0.030, 0.100)
 
 UNSTABLE = 1e-3
 """An energy balance that is further off, relative to the initial kinetic energy, makes a run unstable."""
-
-_J211 = (
-    2.0775  # SAE J211: design frequency of a channel filter is 2.0775 times its class, so that -3 dB is at CFC / 0.6
-)
-_SILENCE = 0.05  # around a signal, by which the filter has died away [s]
 
 
 @dataclass(frozen=True)
@@ -289,8 +283,9 @@ def _elastic(interface: Interface, tally: Tally, k: int) -> float:
 
 
 def _vehicles(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Iterator[VehicleMetrics]:
-    mean = _mean_deceleration(chain, tally, time, velocity)
-    windows = [_window_peak(time, velocity, w) for w in WINDOWS]
+    first, last = tally.first_force_time[chain.front], tally.last_force_time[chain.front]
+    mean = mean_deceleration(float(first), float(last), time, velocity)
+    windows = [window_peak(w, time, velocity) for w in WINDOWS]
     filtered = cfc60_peak(time, velocity)
     n = len(chain.vehicles)
     for i in [*range(chain.front, -1, -1), *range(chain.n_moving, n)]:
@@ -308,61 +303,6 @@ def _vehicles(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Itera
             final_speed_km_h=float(tally.speed[i]) / KM_H,
             balance_time_s=float(tally.stroke_max_time[ahead]),
         )
-
-
-def _mean_deceleration(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Array:
-    """(n_vehicle,) |change of speed| from first to last force at the front, over that time [m/s2]."""
-    first, last = tally.first_force_time[chain.front], tally.last_force_time[chain.front]
-    if first < 0 or last <= first:
-        return np.zeros(velocity.shape[1])
-    change = np.abs(_at(last, time, velocity) - _at(first, time, velocity))
-    return np.asarray(change / (last - first))
-
-
-def _at(instant: float, time: Array, velocity: Array) -> Array:
-    """(n_vehicle,) speeds between two records [m/s]."""
-    k = min(int(np.searchsorted(time, instant, side="right")), len(time) - 1)
-    share = (instant - time[k - 1]) / (time[k] - time[k - 1]) if k else 0.0
-    return np.asarray(velocity[k - 1] + share * (velocity[k] - velocity[k - 1]) if k else velocity[0])
-
-
-def _window_peak(time: Array, velocity: Array, window: float) -> Array:
-    """(n_vehicle,) largest |mean acceleration| over a moving window [m/s2]; after the end speeds are held."""
-    if len(time) < 2:
-        return np.zeros(velocity.shape[1])
-    shift = window / (time[1] - time[0])
-    whole = round(shift)
-    if abs(shift - whole) < 1e-6:
-        later = velocity[np.minimum(np.arange(len(time)) + whole, len(time) - 1)]
-    else:
-        later = np.column_stack([np.interp(time + window, time, v) for v in velocity.T])
-    return np.asarray(np.abs(later - velocity).max(axis=0) / window)
-
-
-def cfc60_peak(time: Array, velocity: Array) -> Array:
-    """Largest |acceleration| behind the channel filter CFC 60 of SAE J211: 100 Hz, four poles, no phase.
-
-    The filter, a two-pole Butterworth run forward and back, acts on the mean acceleration between records; running it
-    twice multiplies the spectrum by the square of its gain. Before the impact and behind the end there is silence.
-
-    Args:
-        time: (n_sample,) [s], evenly spaced.
-        velocity: (n_sample, n_vehicle) [m/s].
-
-    Returns:
-        (n_vehicle,) [m/s2]; NaN if the records are too far apart for the filter, more than 1/600 s.
-    """
-    if len(time) < 2:
-        return np.zeros(velocity.shape[1])
-    interval = float(time[1] - time[0])
-    if interval > 1 / 600:
-        return np.full(velocity.shape[1], np.nan)
-    n = len(time) - 1 + 2 * int(np.ceil(_SILENCE / interval))
-    n = 1 << (n - 1).bit_length()
-    corner = np.tan(np.pi * 60 * _J211 * interval)
-    gain = 1.0 / (1.0 + (np.tan(np.pi * np.fft.rfftfreq(n)) / corner) ** 4)
-    spectrum = np.fft.rfft(np.diff(velocity.T) / interval, n)
-    return np.asarray(np.abs(np.fft.irfft(spectrum * gain, n)).max(axis=1))
 
 
 def _balance(chain: Chain, tally: Tally) -> Balance:
