@@ -7,8 +7,12 @@ memory depends on the places, not on the number of cases.
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from threading import Event, Lock
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -25,10 +29,10 @@ from trainmj.result import Tally
 from trainmj.simulation import LAW_NOT_CALLED, n_records, record_times
 
 PLACES = 128
-"""Simulations that run side by side: enough for the cost of a call into MuJoCo to vanish among them."""
+"""Simulations side by side in a thread: the cost of a call into MuJoCo vanishes among them, and they fit its cache."""
 
 _LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
-_HISTORY_BYTES = 64 * 2**20  # recorded speeds of all places together
+_HISTORY_BYTES = 32 * 2**20  # recorded speeds of all places of a thread
 _POINTS = 16  # room for envelope points grows in these steps, so that few models are compiled
 _ENGINES = 8  # kept for sizes that come again
 
@@ -68,51 +72,99 @@ def run_chains(
     Every number equals that of a single run, bit for bit, whatever the threads, places and order.
 
     Args:
-        cases: a key of the caller's and the chain, taken as they are needed.
-        threads: native threads; 0 for all cores.
-        places: simulations side by side.
+        cases: a key of the caller's and the chain, taken as they are needed, by one thread at a time.
+        threads: 0 for all cores.
+        places: simulations side by side in each thread.
 
     Yields:
         The key and the numbers of each case, in the order in which they end.
     """
+    threads = threads or n_cores()
     queue = _Queue(cases)
-    engines: dict[_Size, _Engine[Key]] = {}
     with native.installed():
-        while (size := queue.fullest()) is not None:
-            if size not in engines:
-                if len(engines) == _ENGINES:
-                    del engines[next(iter(engines))]
-                engines[size] = _Engine(queue.first(size), size, places, threads)
-            yield from engines[size].run(queue.take(size))
+        if threads == 1:
+            yield from _work(queue, places)
+        else:
+            yield from _in_threads(threads, queue, places)
+
+
+def n_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _work(queue: _Queue[Key], places: int) -> Iterator[tuple[Key, Summary]]:
+    """Compute what is in a queue, one size after the other."""
+    engines: dict[_Size, _Engine[Key]] = {}
+    while (found := queue.fullest()) is not None:
+        size, chain = found
+        if size not in engines:
+            if len(engines) == _ENGINES:
+                del engines[next(iter(engines))]
+            engines[size] = _Engine(chain, size, places)
+        yield from engines[size].run(queue.take(size))
+
+
+def _in_threads(threads: int, queue: _Queue[Key], places: int) -> Iterator[tuple[Key, Summary]]:
+    """The same in several threads: while MuJoCo steps in one, Python prepares and measures in another."""
+    ended: SimpleQueue[tuple[Key, Summary] | None] = SimpleQueue()
+    stop = Event()
+
+    def work() -> None:
+        try:
+            for case in _work(queue, places):
+                ended.put(case)
+                if stop.is_set():
+                    return
+        finally:
+            ended.put(None)
+
+    with ThreadPoolExecutor(threads, "trainmj") as pool:
+        workers = [pool.submit(work) for _ in range(threads)]
+        try:
+            while threads:
+                case = ended.get()
+                if case is None:
+                    threads -= 1
+                else:
+                    yield case
+            for worker in workers:
+                worker.result()  # raises what stopped it
+        finally:
+            stop.set()
 
 
 class _Queue(Generic[Key]):
-    """Cases sorted by size as they come, a limited number ahead."""
+    """Cases sorted by size as they come, a limited number ahead; for several threads."""
 
     def __init__(self, cases: Iterable[tuple[Key, Chain]]) -> None:
         self._source = iter(cases)
         self._waiting: dict[_Size, deque[tuple[Key, Chain]]] = {}
+        self._lock = Lock()
 
-    def fullest(self) -> _Size | None:
-        """The size with the most cases waiting; None when there is no case left."""
-        if not self._waiting:
-            self._read()
-        return max(self._waiting, key=lambda size: len(self._waiting[size]), default=None)
-
-    def first(self, size: _Size) -> Chain:
-        """The chain of that size that is next."""
-        return self._waiting[size][0][1]
+    def fullest(self) -> tuple[_Size, Chain] | None:
+        """The size with the most cases waiting, and one of them; None when there is no case left."""
+        with self._lock:
+            if not self._waiting and not self._read():
+                return None
+            size = max(self._waiting, key=lambda size: len(self._waiting[size]))
+            return size, self._waiting[size][0][1]
 
     def take(self, size: _Size) -> Iterator[tuple[Key, Chain]]:
         """Cases of one size, until too many of others have come by."""
-        while True:
-            line = self._waiting.get(size)
-            if line:
-                yield line.popleft()
-                if not line:
-                    del self._waiting[size]
-            elif sum(len(other) for other in self._waiting.values()) >= _LOOK_AHEAD or not self._read():
-                return
+        while (case := self._next(size)) is not None:
+            yield case
+
+    def _next(self, size: _Size) -> tuple[Key, Chain] | None:
+        with self._lock:
+            while size not in self._waiting:
+                if sum(len(line) for line in self._waiting.values()) >= _LOOK_AHEAD or not self._read():
+                    return None
+            line = self._waiting[size]
+            case = line.popleft()
+            if not line:
+                del self._waiting[size]
+            return case
 
     def _read(self) -> bool:
         """Take one more case from the source, if there is one."""
@@ -123,15 +175,15 @@ class _Queue(Generic[Key]):
 
 
 class _Engine(Generic[Key]):
-    """A batch of MuJoCo for cases of one size."""
+    """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
-    def __init__(self, chain: Chain, size: _Size, places: int, threads: int) -> None:
+    def __init__(self, chain: Chain, size: _Size, places: int) -> None:
         self.layout = Layout.of(chain, size.n_point)
         self._stride = size.steps_per_record
         self._most = size.n_records
         row = self._most * size.n_vehicle * np.dtype(float).itemsize
         self._places = max(1, min(places, _HISTORY_BYTES // row))
-        self._batch = Batch(build(chain, self.layout, bare=True), self._places, threads)
+        self._batch = Batch(build(chain, self.layout, bare=True), self._places, 1)
         self._mass = self._batch.expand("body_mass")
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")

@@ -13,6 +13,7 @@ with its status and reason; the others go on.
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
 from functools import cache
@@ -85,7 +86,7 @@ def case_rows(scenario: Scenario, cases: Iterable[tuple[int, Case]], threads: in
         cases: number and changes of each; taken as they are needed.
         threads: native threads; 0 for all cores.
     """
-    refused: list[tuple[int, Row]] = []
+    refused: deque[tuple[int, Row]] = deque()
 
     def prepared() -> Iterator[tuple[int, Chain]]:
         for number, changes in cases:
@@ -100,7 +101,7 @@ def case_rows(scenario: Scenario, cases: Iterable[tuple[int, Case]], threads: in
     for number, summary in run_chains(prepared(), threads):
         yield number, responses_of(summary)
         while refused:
-            yield refused.pop(0)
+            yield refused.popleft()
     yield from refused
 
 

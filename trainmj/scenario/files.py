@@ -153,12 +153,13 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str,
     where = origins[(BUILDS_ON,)]
     if not isinstance(base, str):
         raise InputError(f"{where}: {BUILDS_ON}: must be the name of a scenario file")
-    beside = path.parent / base
-    if not beside.is_file() and base not in shipped():
-        raise InputError(
-            f"{where}: {BUILDS_ON} = {base!r}: there is no such file beside it{close_match(base, shipped())}"
-        )
-    under, under_origins = _read_built(beside if beside.is_file() else shipped()[base], (*before, path.resolve()))
+    beside, known = path.parent / base, shipped()
+    ships = known.get(base.removesuffix(".yaml"))
+    if not beside.is_file() and ships is None:
+        raise InputError(f"{where}: {BUILDS_ON} = {base!r}: there is no such file beside it{close_match(base, known)}")
+    under, under_origins = _read_built(
+        beside if ships is None or beside.is_file() else ships, (*before, path.resolve())
+    )
     return _merged(under, values), under_origins | origins
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, get_args, get_origin
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from trainmj.errors import InputError, close_match
 
+Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
 Origins = Mapping[Path, str]
 """Where each value stands: ``"my.yaml:12:5"`` or ``"--set"``, by path."""
@@ -91,6 +92,18 @@ _RULES = {
     "union_tag_invalid": "must be a name, points or a list of these",
 }
 _TAGS = frozenset({"name", "points", "list", "count", "str", "list[str]", "[key]"})
+
+
+def validated(model: type[Model], values: Any, origins: Origins) -> Model:
+    """The model that plain values make.
+
+    Raises:
+        InputError: listing every key and value that is wrong.
+    """
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        raise refuse(from_pydantic(error, model), values, origins) from None
 
 
 def from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Problem]:

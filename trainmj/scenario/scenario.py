@@ -6,11 +6,11 @@ import copy
 from collections.abc import Mapping
 from typing import Any, Self
 
-from pydantic import PrivateAttr, ValidationError
+from pydantic import PrivateAttr
 
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.paths import changed, find
-from trainmj.scenario.problems import Origins, from_pydantic, refuse
+from trainmj.scenario.problems import Origins, refuse, validated
 from trainmj.scenario.rules import broken_rules
 
 
@@ -32,10 +32,7 @@ class Scenario(Parts):
             InputError: listing every key, value and rule that is broken.
         """
         origins = origins or {}
-        try:
-            scenario = cls.model_validate(values)
-        except ValidationError as error:
-            raise refuse(from_pydantic(error, Parts), values, origins) from None
+        scenario = validated(cls, values, origins)
         problems = list(broken_rules(scenario))
         if problems:
             raise refuse(problems, values, origins)

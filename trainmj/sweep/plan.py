@@ -13,13 +13,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from trainmj.errors import InputError
 from trainmj.experiment import check_columns
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.scenario.files import read_value, read_yaml
-from trainmj.scenario.problems import Problem, from_pydantic, refuse
+from trainmj.scenario.problems import Problem, refuse, validated
+from trainmj.tables import read_given
 
 MAX_CASES = 10_000_000
 
@@ -233,10 +234,7 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
     """
     path = Path(file)
     values, origins = read_yaml(path)
-    try:
-        spec = SweepFile.model_validate(values)
-    except ValidationError as error:
-        raise refuse(from_pydantic(error, SweepFile), values, origins) from None
+    spec = validated(SweepFile, values, origins)
     problems = list(_problems(spec))
     if problems:
         raise refuse(problems, values, origins)
@@ -271,20 +269,15 @@ def _problems(spec: SweepFile) -> Iterator[Problem]:
 
 def _table(path: Path) -> dict[str, list[Any]]:
     """Columns of a CSV file of cases."""
-    import pandas as pd
-
     try:
-        table = pd.read_csv(path, sep=None, engine="python", comment="#", skipinitialspace=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not a CSV table ({error})") from None
-    if table.empty:
-        raise InputError(f"{path}: has no cases")
-    if table.isna().any(axis=None):
-        row, column = next(zip(*np.nonzero(table.isna().to_numpy()), strict=True))
-        raise InputError(f"{path}: row {row + 1}: {table.columns[column]} is empty")
-    return {str(name): table[name].tolist() for name in table.columns}
+        table = read_given(path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    for name in table:
+        for row, value in enumerate(table[name], start=1):
+            if value == "" or value != value:
+                raise InputError(f"{path}: row {row}: {name} is empty")
+    return {str(name): table[name].tolist() for name in table}
 
 
 def _length(block: Mapping[str, Sequence[Any]]) -> int:

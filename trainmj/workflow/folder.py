@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import OutputError
-from trainmj.workflow.tables import read_back
+from trainmj.tables import read_back
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from trainmj.errors import InputError, close_match
 from trainmj.resources import shipped_folder
 from trainmj.scenario import Scenario, load, shipped, to_yaml
 from trainmj.scenario.files import read_yaml
-from trainmj.scenario.problems import Origins, Problem, from_pydantic, refuse
+from trainmj.scenario.problems import Origins, Problem, refuse, validated
 from trainmj.scenario.problems import Path as Place
 from trainmj.study import Space
 from trainmj.study.arrays import FloatArray
@@ -170,10 +169,7 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".", origins: Origi
         InputError: listing every key, value and rule that is broken.
     """
     origins = origins or {}
-    try:
-        spec = StudyFile.model_validate(values)
-    except ValidationError as error:
-        raise refuse(from_pydantic(error, StudyFile), values, origins) from None
+    spec = validated(StudyFile, values, origins)
     scenario = _scenario(spec, Path(folder), values, origins)
     problems = [*paths_set(spec, scenario), *broken_rules(spec, scenario)]
     if problems:

@@ -20,11 +20,11 @@ from trainmj.study import (
     sobol,
 )
 from trainmj.study.arrays import FloatArray
+from trainmj.tables import read_given
 from trainmj.workflow.folder import Output
 from trainmj.workflow.lattice import Lattice
 from trainmj.workflow.plan import Study
 from trainmj.workflow.simulator import Simulator, failed
-from trainmj.workflow.tables import read_given
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,4 +1,4 @@
-"""Tables as files: those of the study itself, to the last digit, and those that people write."""
+"""Tables in CSV files: those trainmj wrote, to the last digit, and those that people write."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def read_back(file: Path) -> pd.DataFrame:
-    """A table as the study wrote it; a column that is not all numbers stays text."""
+    """A table as trainmj wrote it; a column that is not all numbers stays text."""
     with file.open(newline="", encoding="utf-8") as lines:
         return _table(csv.reader(lines))
 
@@ -33,14 +33,14 @@ def read_given(file: Path) -> pd.DataFrame:
         raise InputError(f"cannot be read ({reason})") from None
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:
-        raise InputError("must have a line of heads and a line for each point")
+        raise InputError("must have a line of heads and a line for each case or point")
     separator = next((s for s in ";\t" if s in lines[0]), ",")
     rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
     if separator != ",":
         rows = [rows[0], *([cell.replace(",", ".") for cell in row] for row in rows[1:])]
     short = next((n for n, row in enumerate(rows) if len(row) != len(rows[0])), None)
     if short is not None:
-        raise InputError(f"point {short} has {len(rows[short])} values under {len(rows[0])} heads")
+        raise InputError(f"row {short} has {len(rows[short])} values under {len(rows[0])} heads")
     return _table(rows)
 
 
