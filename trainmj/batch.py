@@ -22,11 +22,11 @@ from mujoco.batch import Batch
 from trainmj import native
 from trainmj.chain import WALL, Chain
 from trainmj.errors import EngineError
-from trainmj.layout import Car, Head, Layout
+from trainmj.layout import Head, Layout
 from trainmj.metrics import Summary, measure
 from trainmj.model import build
 from trainmj.result import Tally
-from trainmj.simulation import LAW_NOT_CALLED, n_records, record_times
+from trainmj.simulation import LAW_NOT_CALLED
 
 PLACES = 128
 """Simulations side by side in a thread: the cost of a call into MuJoCo vanishes among them, and they fit its cache."""
@@ -34,6 +34,7 @@ PLACES = 128
 _LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
 _HISTORY_BYTES = 32 * 2**20  # recorded speeds of all places of a thread
 _POINTS = 16  # room for envelope points grows in these steps, so that few models are compiled
+_RING = 8  # records that the law takes by itself between two calls
 _ENGINES = 8  # kept for sizes that come again
 
 Key = TypeVar("Key")
@@ -60,7 +61,7 @@ class _Size(NamedTuple):
             chain.step,
             chain.steps_per_record,
             chain.integrator,
-            n_records(chain),
+            chain.n_records,
         )
 
 
@@ -178,19 +179,19 @@ class _Engine(Generic[Key]):
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
     def __init__(self, chain: Chain, size: _Size, places: int) -> None:
-        self.layout = Layout.of(chain, size.n_point)
-        self._stride = size.steps_per_record
-        self._most = size.n_records
-        row = self._most * size.n_vehicle * np.dtype(float).itemsize
-        self._places = max(1, min(places, _HISTORY_BYTES // row))
+        self.layout = Layout.of(chain, size.n_point, _RING)
+        self._steps = _RING * size.steps_per_record
+        rings = -(-size.n_records // _RING)
+        bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
+        self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
         self._batch = Batch(build(chain, self.layout, bare=True), self._places, 1)
         self._mass = self._batch.expand("body_mass")
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._fresh_row = self._batch.state[0].copy()
-        self._speeds = self.layout.car(self._blocks, Car.SPEED)
-        self._history = np.empty((self._places, self._most, size.n_vehicle))
-        self._recorded = np.zeros(self._places, dtype=int)
+        self._ring = self.layout.ring(self._blocks)
+        self._history = np.empty((self._places, rings, _RING, size.n_vehicle))
+        self._read = np.zeros(self._places, dtype=int)  # rings of each place that are in its history
 
     def run(self, cases: Iterator[tuple[Key, Chain]]) -> Iterator[tuple[Key, Summary]]:
         """Compute cases of this engine's size."""
@@ -202,17 +203,13 @@ class _Engine(Generic[Key]):
                 for place, (_, chain) in begun.items():
                     self._load(place, chain)
                 under_way |= begun
-                places = np.sort(list(begun))
-                self._batch.set_const(ids=places)  # MuJoCo keeps inertias that follow from the masses
-                self._advance(places, 1)  # the law sees the start
-                if (self._blocks[places, Head.TIME] < 0.0).any():
-                    raise EngineError(LAW_NOT_CALLED)
+                self._batch.set_const(ids=np.sort(list(begun)))  # MuJoCo keeps inertias that follow from the masses
             if not under_way:
                 return
             ids = np.sort(list(under_way))
             free = [place for place in range(self._places) if place not in under_way]
-            while (ended := self._ended(ids)).size == 0:
-                self._advance(ids, self._stride)
+            while (ended := self._advance(ids)).size == 0:
+                pass
             for place in ended.tolist():
                 key, chain = under_way.pop(place)
                 free.append(place)
@@ -224,22 +221,18 @@ class _Engine(Generic[Key]):
         self._qpos[place] = chain.start
         self._qvel[place] = chain.speed
         self._blocks[place] = self.layout.block(chain)
-        self._recorded[place] = 0
+        self._read[place] = 0
 
-    def _advance(self, ids: npt.NDArray[np.intp], steps: int) -> None:
-        """Step some simulations and record their speeds."""
-        self._batch.step(ids=ids, nstep=steps)
-        self._history[ids, self._recorded[ids]] = self._speeds[ids]
-        self._recorded[ids] += 1
-
-    def _ended(self, ids: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
-        """Those that are over, out of time, or no longer finite."""
-        over = self._blocks[ids, Head.OVER] != 0.0
-        spent = self._recorded[ids] >= self._most
-        ended = over | spent | ~np.isfinite(self._blocks[ids, Head.IMPULSE])
-        return np.asarray(ids[ended])
+    def _advance(self, ids: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
+        """Step some simulations through one ring of records, keep it, and return those that are done."""
+        self._batch.step(ids=ids, nstep=self._steps)
+        if (self._blocks[ids, Head.TIME] < 0.0).any():
+            raise EngineError(LAW_NOT_CALLED)
+        self._history[ids, self._read[ids]] = self._ring[ids]
+        self._read[ids] += 1
+        return np.asarray(ids[self._blocks[ids, Head.DONE] != 0.0])
 
     def _measure(self, place: int, chain: Chain) -> Summary:
-        n = int(self._recorded[place])
-        tally = Tally.of(self.layout, self._blocks[place])
-        return measure(chain, tally, record_times(n, chain), self._history[place, :n])
+        n = int(self._blocks[place, Head.RECORDS])
+        velocity = self._history[place].reshape(-1, self.layout.n_vehicle)[:n]
+        return measure(chain, Tally.of(self.layout, self._blocks[place]), chain.record_times(n), velocity)

@@ -35,6 +35,12 @@ class Head(_Count):
     TIME = auto()  # of the last evaluation; -1 before the first
     OVER = auto()  # 1 when no interface carries force or comes closer
     IMPULSE = auto()  # of rail friction and wall on all vehicles [N s]
+    STRIDE = auto()  # evaluations from one record of the speeds to the next; 0 for no records
+    DUE = auto()  # evaluations until the next record
+    RECORDS = auto()  # taken so far
+    MOST = auto()  # records after which the simulation is done
+    DONE = auto()  # 1 when, at a record, it was over, out of records or not finite: the law rests from then on
+    N_RING = auto()  # records that are kept
 
 
 class Car(_Count):
@@ -74,17 +80,19 @@ class Layout:
         n_vehicle: vehicles.
         n_interface: interfaces; as many as vehicles if there is a wall, else one less.
         n_point: room for the points of each envelope.
+        n_ring: latest records of the speeds that the law keeps; with 0 it takes none and never rests.
     """
 
     n_vehicle: int
     n_interface: int
     n_point: int
+    n_ring: int = 0
 
     @classmethod
-    def of(cls, chain: Chain, n_point: int = 0) -> Layout:
+    def of(cls, chain: Chain, n_point: int = 0, n_ring: int = 0) -> Layout:
         """The layout for a chain, with room for n_point points or for those it has."""
         most = max(i.envelope.stroke.size for i in chain.interfaces)
-        return cls(len(chain.vehicles), len(chain.interfaces), max(n_point, most))
+        return cls(len(chain.vehicles), len(chain.interfaces), max(n_point, most), n_ring)
 
     @property
     def _joints(self) -> int:
@@ -95,9 +103,13 @@ class Layout:
         return self._joints + len(Joint) * self.n_interface
 
     @property
+    def _ring(self) -> int:
+        return self._curves + 3 * self.n_interface * self.n_point
+
+    @property
     def size(self) -> int:
         """Length of the block."""
-        return self._curves + 3 * self.n_interface * self.n_point
+        return self._ring + self.n_ring * self.n_vehicle
 
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
@@ -109,6 +121,10 @@ class Layout:
         start = self._joints + field * self.n_interface
         return block[..., start : start + self.n_interface]
 
+    def ring(self, block: Array) -> Array:
+        """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
+        return block[..., self._ring :].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
+
     def block(self, chain: Chain) -> Array:
         """(size,) the block of a chain before its first step."""
         block = np.zeros(self.size)
@@ -119,6 +135,8 @@ class Layout:
             self.n_point,
             -1.0,
         )
+        if self.n_ring:
+            block[[Head.STRIDE, Head.MOST, Head.N_RING]] = chain.steps_per_record, chain.n_records, self.n_ring
         self.car(block, Car.FRICTION_LIMIT)[:] = chain.friction
         self.car(block, Car.SPEED)[:] = chain.speed
         envelopes = [i.envelope for i in chain.interfaces]
@@ -126,7 +144,7 @@ class Layout:
         self.joint(block, Joint.STIFFNESS)[:] = [e.stiffness for e in envelopes]
         self.joint(block, Joint.DAMPING)[:] = [e.damping for e in envelopes]
         self.joint(block, Joint.FIRST)[:] = -1.0
-        curves = block[self._curves :].reshape(self.n_interface, 3, self.n_point)
+        curves = block[self._curves : self._ring].reshape(self.n_interface, 3, self.n_point)
         curves[:, 0] = np.inf
         for rows, e in zip(curves, envelopes, strict=True):
             rows[:, : e.stroke.size] = e.stroke, e.force, e.slope

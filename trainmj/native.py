@@ -160,6 +160,8 @@ def _passive(offsets: Offsets) -> Any:
     n_head, n_car, n_joint = len(Head), len(Car), len(Joint)
     h_vehicles, h_interfaces, h_points = int(Head.N_VEHICLE), int(Head.N_INTERFACE), int(Head.N_POINT)
     h_time, h_over, h_impulse = int(Head.TIME), int(Head.OVER), int(Head.IMPULSE)
+    h_stride, h_due, h_records = int(Head.STRIDE), int(Head.DUE), int(Head.RECORDS)
+    h_most, h_done, h_ring = int(Head.MOST), int(Head.DONE), int(Head.N_RING)
     c_limit, c_speed, c_friction = int(Car.FRICTION_LIMIT), int(Car.SPEED), int(Car.FRICTION)
     c_work, c_device, c_total = int(Car.FRICTION_WORK), int(Car.DEVICE_PEAK), int(Car.TOTAL_PEAK)
     j_stiffness, j_damping, j_plastic = int(Joint.STIFFNESS), int(Joint.DAMPING), int(Joint.PLASTIC)
@@ -173,6 +175,8 @@ def _passive(offsets: Offsets) -> Any:
             return
         s = _at(data, at_userdata)
         if s[0] != magic:
+            return
+        if s[h_done] != 0.0:
             return
         n = int(s[h_vehicles])
         m = int(s[h_interfaces])
@@ -273,6 +277,17 @@ def _passive(offsets: Offsets) -> Any:
             s[h_time] = time
             s[h_over] = 1.0 if still or not active else 0.0
             s[h_impulse] += impulse
+            if s[h_stride] > 0.0:
+                if s[h_due] == 0.0:
+                    ring = curves + 3 * room * m + n * (int(s[h_records]) % int(s[h_ring]))
+                    for i in range(n):
+                        s[ring + i] = qvel[i]
+                    s[h_records] += 1.0
+                    s[h_due] = s[h_stride]
+                    finite = s[h_impulse] - s[h_impulse] == 0.0
+                    if s[h_over] != 0.0 or s[h_records] == s[h_most] or not finite:
+                        s[h_done] = 1.0
+                s[h_due] -= 1.0
 
     return passive
 

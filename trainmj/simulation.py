@@ -45,7 +45,7 @@ def run(scenario: Scenario) -> Result:
         scenario,
         chain,
         Tally.of(layout, data.userdata),
-        time=record_times(len(logged), chain),
+        time=chain.record_times(len(logged)),
         **split_sensors(chain, logged),
         versions=versions(),
     )
@@ -64,23 +64,13 @@ def versions() -> dict[str, str]:
     return {name: version(name) for name in ("trainmj", "mujoco", "numba", "numpy")}
 
 
-def n_records(chain: Chain) -> int:
-    """Most samples a run of a chain can record."""
-    return int(np.ceil(chain.time_limit / (chain.step * chain.steps_per_record) - 1e-9)) + 1
-
-
-def record_times(n: int, chain: Chain) -> Array:
-    """(n,) times of the first n samples of a run [s]."""
-    return np.asarray(np.arange(n) * (chain.step * chain.steps_per_record))
-
-
 def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
     """Step to the end and return (n_sample, n_sensordata).
 
     A step evaluates forces and sensors, then moves on: after 1 step the sensors show the start, after 1 + k steps
     the k-th. Between records the sensors are switched off.
     """
-    rows = np.empty((n_records(chain), model.nsensordata))
+    rows = np.empty((chain.n_records, model.nsensordata))
     off = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     for n in range(len(rows)):
         if n and chain.steps_per_record > 1:
