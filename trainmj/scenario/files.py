@@ -36,7 +36,7 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    values, origins = _read_built(_find(file), ())
+    values, origins = _read_built(find_file(file, str(file), shipped(), "scenario"), ())
     scenario = Scenario.from_values(values, origins)
     return scenario.with_values(changes) if changes else scenario
 
@@ -125,18 +125,28 @@ def _optional(part: Any) -> Any:
     return {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
 
 
-def _find(file: str | FilePath) -> FilePath:
+def find_file(file: str | FilePath, name: str, known: Mapping[str, FilePath], what: str) -> FilePath:
+    """The file of a path, or the shipped one of a name.
+
+    Args:
+        file: what the user wrote.
+        name: what it would be called if it were a shipped one.
+        known: the shipped ones by name.
+        what: scenario or study, for messages.
+
+    Raises:
+        InputError: if there is neither.
+    """
     path = FilePath(file)
     try:
         if path.is_file():
             return path
     except (OSError, ValueError):
         raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
-    known = shipped()
-    if str(file) in known:
-        return known[str(file)]
-    kind = "is a folder, not a scenario file" if path.is_dir() else "there is no such file or shipped scenario"
-    raise InputError(f"{file}: {kind}{close_match(path.stem, known)}")
+    if name in known:
+        return known[name]
+    kind = f"is a folder, not a {what} file" if path.is_dir() else f"there is no such file or shipped {what}"
+    raise InputError(f"{file}: {kind}{close_match(FilePath(name).stem, known)}")
 
 
 def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str, Any], dict[Path, str]]:

@@ -12,7 +12,7 @@ import numpy as np
 from trainmj.errors import InputError, close_match
 from trainmj.resources import shipped_folder
 from trainmj.scenario import Scenario, load, shipped, to_yaml
-from trainmj.scenario.files import read_yaml
+from trainmj.scenario.files import find_file, read_yaml
 from trainmj.scenario.problems import Origins, Problem, refuse, validated
 from trainmj.scenario.problems import Path as Place
 from trainmj.study import Space
@@ -148,7 +148,7 @@ def load_study(file: str | Path) -> Study:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    path = _find(file)
+    path = find_file(file, str(file).removesuffix(_ENDING), shipped_studies(), "study")
     values, origins = read_yaml(path)
     if "factors" not in values and {"devices", "trains", "builds_on", "collision"} & set(values):
         raise InputError(
@@ -213,21 +213,6 @@ def _refused(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
 def shipped_studies() -> dict[str, Path]:
     """Names and paths of the studies that ship with trainmj."""
     return {path.name.removesuffix(_ENDING): path for path in sorted(shipped_folder("scenarios").glob(f"*{_ENDING}"))}
-
-
-def _find(file: str | Path) -> Path:
-    path = Path(file)
-    try:
-        if path.is_file():
-            return path
-    except (OSError, ValueError):
-        raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
-    known = shipped_studies()
-    name = str(file).removesuffix(_ENDING)
-    if name in known:
-        return known[name]
-    kind = "is a folder, not a study file" if path.is_dir() else "there is no such file or shipped study"
-    raise InputError(f"{file}: {kind}{close_match(name, known)}")
 
 
 def _scenario(spec: StudyFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:
