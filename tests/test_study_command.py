@@ -68,7 +68,7 @@ def digests(folder):
 
 def run(study, folder, **options):
     """Without figures, which take longer than all else here; the command draws them."""
-    return trainmj.run_study(study, folder, figures=False, **options)
+    return trainmj.run_study(study, folder, figures=(), **options)
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,21 @@ from trainmj.result import Result
 from trainmj.scenario import to_yaml
 
 
-def write_run(result: Result, summary: Summary, folder: Path) -> None:
-    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and collision.png into a folder.
+def write_run(
+    result: Result,
+    summary: Summary,
+    folder: Path,
+    formats: Sequence[plotting.Format] = ("png",),
+    width: plotting.Width = "page",
+) -> None:
+    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figure into a folder.
+
+    Args:
+        result: of the collision.
+        summary: of the same.
+        folder: where.
+        formats: of the figure, collision.png and so on.
+        width: of the figure.
 
     Raises:
         OutputError: if a file cannot be written.
@@ -26,9 +39,9 @@ def write_run(result: Result, summary: Summary, folder: Path) -> None:
         result.table().to_csv(folder / "histories.csv", index=False, float_format="%.9g")
         _write_table(summary.interfaces, folder / "interfaces.csv", left_out={"stages"})
         _write_table(summary.vehicles, folder / "vehicles.csv")
-        plotting.collision(result).savefig(folder / "collision.png", dpi=150)
     except OSError as error:
         raise OutputError(f"{error.filename or folder}: cannot be written ({error.strerror})") from None
+    plotting.save(plotting.collision(result, width), folder / "collision", formats)
 
 
 def _write_table(

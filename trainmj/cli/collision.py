@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from trainmj.cli.options import load_scenario, takes_scenario
+from trainmj.cli.options import load_scenario, takes_figures, takes_scenario
 from trainmj.errors import OutputError
+
+if TYPE_CHECKING:
+    from trainmj.plotting import Format, Width
 
 
 @click.command()
@@ -18,8 +21,16 @@ from trainmj.errors import OutputError
 @click.option(
     "--out", type=click.Path(path_type=Path), help="Folder for the result, tables and figure; made if needed."
 )
+@takes_figures
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
-def run(scenario: str, changes: dict[str, Any], out: Path | None, as_json: bool) -> None:
+def run(
+    scenario: str,
+    changes: dict[str, Any],
+    out: Path | None,
+    figures: tuple[Format, ...],
+    figure_width: Width,
+    as_json: bool,
+) -> None:
     """Compute one collision and print its interfaces, vehicles, criteria and balances.
 
     Exit code: 0 when computed (the status says how it ended), 1 if unstable, 2 for wrong input.
@@ -36,7 +47,7 @@ def run(scenario: str, changes: dict[str, Any], out: Path | None, as_json: bool)
     if out is not None:
         from trainmj.output import write_run
 
-        write_run(result, summary, out)
+        write_run(result, summary, out, figures, figure_width)
     if as_json:
         click.echo(json.dumps(summary.as_dict(), indent=2))
     else:

@@ -25,6 +25,25 @@ def takes_scenario(function: F) -> F:
     return click.argument("scenario")(function)
 
 
+def takes_figures(function: F) -> F:
+    """The options --figures and --figure-width, given as a tuple of formats and a width."""
+    function = click.option(
+        "--figures",
+        default="png",
+        show_default=True,
+        metavar="FORMATS",
+        callback=_formats,
+        help="Formats of figures, such as png,svg,pdf; none for no figures.",
+    )(function)
+    return click.option(
+        "--figure-width",
+        type=click.Choice(["column", "page"]),
+        default="page",
+        show_default=True,
+        help="Width of figures: 84 mm or 174 mm, a journal's column or page.",
+    )(function)
+
+
 def load_scenario(scenario: str, changes: dict[str, Any]) -> Scenario:
     """The scenario of a file or name, changed."""
     from trainmj.scenario import load
@@ -55,3 +74,16 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
         path, value = split_assignment("--set", text, "mass_t=33")
         changes[path] = read_value(value, f"--set {text}")
     return changes
+
+
+def _formats(context: click.Context, parameter: click.Parameter, text: str) -> tuple[str, ...]:
+    """The formats of --figures."""
+    from trainmj.plotting.style import FORMATS
+
+    names = tuple(dict.fromkeys(name.strip().lower() for name in text.split(",")))
+    if names == ("none",):
+        return ()
+    for name in names:
+        if name not in FORMATS:
+            raise InputError(f"--figures {text}: {name!r} is not a format of figures; known: {', '.join(FORMATS)}")
+    return names

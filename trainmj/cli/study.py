@@ -5,16 +5,23 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+from trainmj.cli.options import takes_figures
+
+if TYPE_CHECKING:
+    from trainmj.plotting import Format, Width
 
 
 @click.command()
 @click.argument("study")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_figures
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
-def study(study: str, out: Path, threads: int, as_json: bool) -> None:
+def study(study: str, out: Path, threads: int, figures: tuple[Format, ...], figure_width: Width, as_json: bool) -> None:
     """Go from a scenario with free values to one chosen and verified design.
 
     STUDY is a study file, or the name of one that ships with trainmj, such as b_type. Each step leaves its tables and
@@ -29,7 +36,7 @@ def study(study: str, out: Path, threads: int, as_json: bool) -> None:
 
     screen = report.Screen()
     try:
-        result = run_study(loaded, out, threads, screen)
+        result = run_study(loaded, out, threads, screen, figures, figure_width)
     except KeyboardInterrupt:
         screen.stop()
         click.echo(f"Stopped. What was finished is in {out}; the same command goes on.", err=True)

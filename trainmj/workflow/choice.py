@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj import plotting_front as plotting
 from trainmj.errors import InputError
+from trainmj.plotting import study_front as plotting
 from trainmj.study import (
     Ranking,
     Weights,

@@ -7,18 +7,18 @@ whatever stops a study leaves either the old or the new one.
 from __future__ import annotations
 
 import hashlib
-import io
 import json
-import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trainmj.atomic import write_bytes
 from trainmj.errors import OutputError
+from trainmj.plotting.style import Format, Width, encode, styled
 from trainmj.tables import read_back
 
 if TYPE_CHECKING:
@@ -75,16 +75,19 @@ class Folder:
 
     Args:
         path: made if it is not there.
-        figures: whether figures are drawn.
+        figures: formats in which figures are drawn; none for no figures.
+        width: of figures.
 
     Raises:
         OutputError: if it cannot be made.
     """
 
-    def __init__(self, path: Path, figures: bool = True) -> None:
+    def __init__(self, path: Path, figures: Sequence[Format] = ("png",), width: Width = "page") -> None:
         """Make the folder, or see what is in it."""
         self.path = path
-        self._figures = figures
+        self._figures = list(figures)
+        self._width = width
+        self._drawn = [width, *figures] if figures else []
         self.steps: list[Step] = []
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -107,7 +110,7 @@ class Folder:
             output = make()
             files = self._write(output)
             self._forget(name, files)
-            values = (fingerprint, files, dict(output.facts), self._figures)
+            values = (fingerprint, files, dict(output.facts), self._drawn)
             self._state[name] = dict(zip(_KEYS, values, strict=True))
             self._write_state()
             digest = _digest(json.dumps([files[f"{t}.csv"] for t in output.tables]).encode())
@@ -129,21 +132,16 @@ class Folder:
             OutputError: if it cannot be written.
         """
         file = self.path / name
-        part = file.with_name(f".{file.name}.part")
         try:
-            with part.open("wb") as out:
-                out.write(content)
-                out.flush()
-                os.fsync(out.fileno())
-            os.replace(part, file)
-        except OSError as error:
-            raise OutputError(f"{file}: cannot be written ({error.strerror}); finished steps are kept") from None
+            write_bytes(file, content)
+        except OutputError as error:
+            raise OutputError(f"{error}; finished steps are kept") from None
         return _digest(content)
 
     def _done(self, name: str, fingerprint: str) -> Step | None:
         """The step as the folder has it; None if it must be made."""
         there = self._state.get(name)
-        if there is None or there["fingerprint"] != fingerprint or (self._figures and not there["figures"]):
+        if there is None or there["fingerprint"] != fingerprint or (self._figures and self._drawn != there["figures"]):
             return None
         files: dict[str, str] = there["files"]
         if any(self._digest_of(file) != digest for file, digest in files.items()):
@@ -159,7 +157,10 @@ class Folder:
             for name, table in output.tables.items()
         }
         for name, draw in output.figures.items() if self._figures else ():
-            files[f"{name}.png"] = self.write(f"{name}.png", _picture(draw))
+            with styled(self._width):
+                picture = draw()
+            for form in self._figures:
+                files[f"{name}.{form}"] = self.write(f"{name}.{form}", encode(picture, form))
         return files
 
     def _forget(self, name: str, kept: Mapping[str, str]) -> None:
@@ -177,24 +178,12 @@ class Folder:
     def _read_state(self) -> dict[str, Any]:
         try:
             state = json.loads((self.path / STATE).read_text(encoding="utf-8"))
-            return {str(name): step for name, step in state.items() if set(step) == set(_KEYS)}
+            return {str(n): s for n, s in state.items() if set(s) == set(_KEYS) and isinstance(s["figures"], list)}
         except (OSError, ValueError, AttributeError, TypeError):
             return {}  # none there, or not ours: every step is made
 
     def _write_state(self) -> None:
         self.write(STATE, json.dumps(self._state, indent=1).encode())
-
-
-def _picture(draw: Callable[[], Figure]) -> bytes:
-    """A figure as PNG, in the style of all figures."""
-    import matplotlib as mpl
-
-    from trainmj.plotting import STYLE
-
-    content = io.BytesIO()
-    with mpl.rc_context(STYLE):
-        draw().savefig(content, format="png", dpi=150)
-    return content.getvalue()
 
 
 @cache

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import close_match
+from trainmj.plotting.style import Format, Width
 from trainmj.scenario.problems import Problem, refuse
 from trainmj.workflow import choice, fronts, steps, surrogates
 from trainmj.workflow.folder import Folder, Output, Step
@@ -76,7 +77,8 @@ def run_study(
     folder: str | Path,
     threads: int = 0,
     watch: Watch | None = None,
-    figures: bool = True,
+    figures: Sequence[Format] = ("png",),
+    figure_width: Width = "page",
 ) -> StudyResult:
     """Run a study from its design to the chosen and verified design.
 
@@ -88,7 +90,8 @@ def run_study(
         folder: made if it is not there.
         threads: native threads; 0 for all cores. The numbers do not depend on it.
         watch: told how it gets on.
-        figures: whether to draw them, which takes longer than most steps.
+        figures: formats to draw them in (png, svg, pdf); none saves time, for they take longer than most steps.
+        figure_width: of the figures, that of a column or of the page of a journal.
 
     Raises:
         InputError: if the file breaks a rule, too few cases of the design can be computed, a surrogate cannot be
@@ -97,7 +100,7 @@ def run_study(
     """
     study = study if isinstance(study, Study) else load_study(study)
     watch = watch or Watch()
-    files = Folder(Path(folder), figures)
+    files = Folder(Path(folder), figures, figure_width)
     with Simulator(files.path / FILE, study, threads, watch.simulated) as simulator:
         _steps(study, files, simulator, watch)
         files.finish()

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj import plotting_study as plotting
 from trainmj.errors import InputError
+from trainmj.plotting import study as plotting
 from trainmj.study import (
     Design,
     central_composite,

@@ -1,6 +1,6 @@
 """Figures of a study's first steps: design, responses, correlation, surrogates.
 
-Draw and save them within ``matplotlib.rc_context(trainmj.plotting.STYLE)``, as every figure of trainmj.
+Draw them under :func:`trainmj.plotting.styled`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trainmj.plotting.style import BLUE, GREY, ORANGE, figure, grid, set_width
 from trainmj.study import Correlation, Factor, Space, Surrogate
 from trainmj.study.arrays import FloatArray
 
@@ -20,16 +21,15 @@ if TYPE_CHECKING:
 
     from trainmj.workflow.plan import Study
 
-BLUE, SKY, ORANGE, GREEN, GREY = "#0072B2", "#8CC8EE", "#D55E00", "#009E73", "0.45"
-_COLUMNS = 3  # panels side by side
 _LONG = 6  # letters of a level's name that fit beside the next
+_CELL = 20  # width of a coefficient with its interval [mm]
 _GRID = 61  # points along each side of a surface
 
 
 def design(space: Space, points: FloatArray) -> Figure:
     """The points (n, d) of a design, each pair of factors against each other."""
     pairs = list(itertools.combinations(range(space.d), 2)) or [(0, 0)]
-    figure, panels = grid(len(pairs), 2.5 if len(pairs) > 1 else 3.4, 2.3 if len(pairs) > 1 else 3.0)
+    picture, panels = grid(len(pairs), 56.0 if len(pairs) > 1 else 76.0)
     for axes, (i, j) in zip(panels, pairs, strict=True):
         y = points[:, j] if i != j else np.zeros(len(points))
         axes.scatter(points[:, i], y, s=18, color=BLUE, zorder=3, clip_on=False)
@@ -38,35 +38,31 @@ def design(space: Space, points: FloatArray) -> Figure:
             name_axis(axes, "y", space.factors[j])
         else:
             axes.set_yticks([])
-    figure.suptitle(f"Design: {len(points)} points", x=0.01, ha="left", fontsize=9, fontweight="bold")
-    return figure
+    picture.suptitle(f"Design: {len(points)} points", x=0.01, ha="left", fontweight="bold")
+    return picture
 
 
 def responses(space: Space, points: FloatArray, values: FloatArray, labels: Sequence[str]) -> Figure:
     """Responses (n, r) against each factor of the points (n, d)."""
-    figure, _ = grid(0)
-    figure.set_size_inches(max(3.2, 0.6 + 2.1 * space.d), 0.5 + 1.45 * len(labels))
-    axes = figure.subplots(len(labels), space.d, sharex="col", sharey="row", squeeze=False)
+    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(labels))
+    axes = picture.subplots(len(labels), space.d, sharex="col", sharey="row", squeeze=False)
     for k, label in enumerate(labels):
         for i, factor in enumerate(space.factors):
             axes[k, i].scatter(points[:, i], values[:, k], s=12, color=BLUE, zorder=3, clip_on=False)
             if k == len(labels) - 1:
                 name_axis(axes[k, i], "x", factor)
         axes[k, 0].set_ylabel(label)
-    figure.align_ylabels(axes[:, 0])
-    return figure
+    picture.align_ylabels(axes[:, 0])
+    return picture
 
 
 def correlations(found: Sequence[Correlation]) -> Figure:
     """Coefficients of each response with each factor, their confidence intervals below."""
     rows, columns = found[0].r.shape
-    wide = columns > rows * 2
-    figure, _ = grid(0)
-    height = 0.5 + 0.42 * rows
-    figure.set_size_inches(
-        (1.6 + 0.72 * columns, 0.4 + height * len(found)) if wide else (1.4 + len(found) * 0.9 * columns, 0.5 + height)
-    )
-    panels = figure.subplots(len(found), 1, squeeze=False) if wide else figure.subplots(1, len(found), squeeze=False)
+    wide = columns > rows * 2 or len(found) * columns * _CELL > set_width()
+    height = 13 + 11 * rows
+    picture = figure(None, height * len(found) if wide else height)
+    panels = picture.subplots(len(found), 1, squeeze=False) if wide else picture.subplots(1, len(found), squeeze=False)
     image = None
     for axes, c in zip(panels.ravel(), found, strict=True):
         image = axes.imshow(c.r, vmin=-1, vmax=1, cmap="RdBu_r", aspect="auto")
@@ -78,8 +74,8 @@ def correlations(found: Sequence[Correlation]) -> Figure:
         for i, k in itertools.product(range(rows), range(columns)):
             _cell(axes, k, i, c)
     if image is not None:
-        figure.colorbar(image, ax=panels.ravel().tolist(), label="r", fraction=0.04, pad=0.02, ticks=[-1, 0, 1])
-    return figure
+        picture.colorbar(image, ax=panels.ravel().tolist(), label="r", fraction=0.04, pad=0.02, ticks=[-1, 0, 1])
+    return picture
 
 
 def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
@@ -97,7 +93,7 @@ def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
 
 def parity(values: FloatArray, predicted: FloatArray, labels: Sequence[str]) -> Figure:
     """Each point predicted by the surrogate fitted without it, against its simulation; both (n, r)."""
-    figure, panels = grid(len(labels), 2.4, 2.2)
+    picture, panels = grid(len(labels), 56.0)
     for k, (axes, label) in enumerate(zip(panels, labels, strict=True)):
         both = np.concatenate([values[:, k], predicted[:, k]])
         ends = np.array([both.min(), both.max()])
@@ -107,8 +103,8 @@ def parity(values: FloatArray, predicted: FloatArray, labels: Sequence[str]) -> 
         axes.set(xlim=ends, ylim=ends, title=label, xlabel="simulated", ylabel="predicted")
         axes.locator_params(nbins=5)
         axes.set_aspect("equal")
-    figure.suptitle("Surrogates: points predicted from the others", x=0.01, ha="left", fontsize=9)
-    return figure
+    picture.suptitle("Surrogates: points predicted from the others", x=0.01, ha="left")
+    return picture
 
 
 def surfaces(study: Study, models: Mapping[str, Surrogate], points: FloatArray) -> Figure:
@@ -122,18 +118,17 @@ def surfaces(study: Study, models: Mapping[str, Surrogate], points: FloatArray) 
     space = study.space
     if space.d == 2 and not any(f.kind == "choice" for f in space.factors):
         return _contours(study, models, points)
-    figure, _ = grid(0)
-    figure.set_size_inches(max(3.2, 0.6 + 2.1 * space.d), 0.5 + 1.45 * len(models))
-    axes = figure.subplots(len(models), space.d, sharex="col", sharey="row", squeeze=False)
+    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(models))
+    axes = picture.subplots(len(models), space.d, sharex="col", sharey="row", squeeze=False)
     for k, response in enumerate(study.responses):
         for i, factor in enumerate(space.factors):
             _effect(axes[k, i], space, i, models[response.name])
             if k == len(models) - 1:
                 name_axis(axes[k, i], "x", factor)
         axes[k, 0].set_ylabel(response.label)
-    figure.align_ylabels(axes[:, 0])
-    figure.suptitle("Surrogates, other factors at their centre", x=0.01, ha="left", fontsize=9)
-    return figure
+    picture.align_ylabels(axes[:, 0])
+    picture.suptitle("Surrogates, other factors at their centre", x=0.01, ha="left")
+    return picture
 
 
 def _effect(axes: Axes, space: Space, i: int, model: Surrogate) -> None:
@@ -145,7 +140,7 @@ def _effect(axes: Axes, space: Space, i: int, model: Surrogate) -> None:
 
 
 def _contours(study: Study, models: Mapping[str, Surrogate], points: FloatArray) -> Figure:
-    figure, panels = grid(len(study.responses), 2.5, 2.2)
+    picture, panels = grid(len(study.responses), 56.0)
     first, second = study.space.factors
     a, b = np.meshgrid(np.linspace(first.lower, first.upper, _GRID), np.linspace(second.lower, second.upper, _GRID))
     x = np.stack([a.ravel(), b.ravel()], axis=1)
@@ -167,23 +162,8 @@ def _contours(study: Study, models: Mapping[str, Surrogate], points: FloatArray)
         name_axis(axes, "x", first)
         name_axis(axes, "y", second)
     title = "Surrogates; dots: simulated" + ("; shaded: beyond the limit" if study.limits else "")
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9)
-    return figure
-
-
-def grid(n: int, width: float = 2.5, height: float = 2.2) -> tuple[Figure, list[Axes]]:
-    """A figure with n panels of a size in inches; none for n = 0."""
-    from matplotlib.figure import Figure
-
-    columns = min(n, _COLUMNS)
-    rows = -(-n // _COLUMNS)
-    if n == 0:
-        return Figure(layout="constrained"), []
-    figure = Figure(figsize=(max(3.2, 0.3 + width * columns), 0.3 + height * rows), layout="constrained")
-    panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for spare in panels[n:]:
-        spare.remove()
-    return figure, list(panels[:n])
+    picture.suptitle(title, x=0.01, ha="left")
+    return picture
 
 
 def name_axis(axes: Axes, which: str, factor: Factor) -> None:

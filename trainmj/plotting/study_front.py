@@ -1,4 +1,4 @@
-"""Figures of a study's last steps: search, fronts, weights, decision, check; see :mod:`trainmj.plotting_study`."""
+"""Figures of a study's last steps: search, fronts, weights, decision, check; see :mod:`trainmj.plotting.study`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.plotting_study import BLUE, GREEN, GREY, ORANGE, SKY, grid
+from trainmj.plotting.style import BLUE, GREEN, GREY, ORANGE, SKY, grid
 from trainmj.study import Weights
 from trainmj.study.arrays import FloatArray
 
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 def progress(history: pd.DataFrame, where: str) -> Figure:
     """Growth of the front and share of allowed points over the search."""
-    figure, (volume, share) = grid(2, 2.9, 2.2)
+    figure, (volume, share) = grid(2, 58.0)
     most = history["hypervolume"].max()
     volume.plot(history["evaluations"], history["hypervolume"] / (most if most > 0 else 1.0), color=BLUE)
     volume.set(title="Hypervolume, part of the last", xlabel="evaluations", ylim=(None, 1.02))
     share.plot(history["evaluations"], 100 * history["feasible"], color=GREEN)
     share.set(title="Points that keep the limits (%)", xlabel="evaluations", ylim=(-2, 102))
-    figure.suptitle(f"Search on the {where}", x=0.01, ha="left", fontsize=9)
+    figure.suptitle(f"Search on the {where}", x=0.01, ha="left")
     return figure
 
 
@@ -55,13 +55,13 @@ def fronts(
     _legend(figure, panels)
     title = "Hypervolume of the surrogates' front over that of the simulator's:\n"
     title += f"{facts['ratio_predicted']:.3f} predicted, {facts['ratio_simulated']:.3f} simulated"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9)
+    figure.suptitle(title, x=0.01, ha="left")
     return figure
 
 
 def weights(found: Weights) -> Figure:
     """The weights of the objectives as bars."""
-    figure, (axes,) = grid(1, 4.0, 0.7 + 0.28 * len(found.names))
+    figure, (axes,) = grid(1, 18.0 + 7 * len(found.names))
     place = np.arange(len(found.names))[::-1]
     bars = axes.barh(place, found.weight, height=0.6, color=BLUE)
     axes.bar_label(bars, [f"{w:.4f}" for w in found.weight], padding=3, fontsize=7)
@@ -88,8 +88,8 @@ def decision(study: Study, values: FloatArray, best: int, others: Mapping[str, i
 def check(study: Study, table: pd.DataFrame) -> Figure:
     """Errors of the prediction at the chosen design, and how much of each limit it uses."""
     limited = [limit for limit in study.limits if limit.value != 0]
-    height = 0.7 + 0.24 * max(len(table), len(limited))
-    figure, panels = grid(2 if limited else 1, 3.4, height)
+    height = 18.0 + 6 * max(len(table), len(limited))
+    figure, panels = grid(2 if limited else 1, height, narrowest=80.0)
     _bars(panels[0], table["response"].tolist(), table["error_percent"].to_numpy(), BLUE, "{:+.2f}")
     panels[0].set(title="Predicted less simulated", xlabel="part of the simulated value (%)")
     if limited:
@@ -125,7 +125,7 @@ def _bars(axes: Axes, names: list[str], values: FloatArray, colour: str, form: s
 def _pairs(study: Study, of_responses: bool = True) -> tuple[Figure, list[tuple[Axes, int, int]]]:
     """A panel for each pair of objectives, with the columns of the two among the responses or the objectives."""
     pairs = list(itertools.combinations(study.objectives, 2))
-    figure, panels = grid(len(pairs), *((4.6, 3.3) if len(pairs) == 1 else (2.8, 2.5)))
+    figure, panels = grid(len(pairs), 66.0)
     columns = study.responses if of_responses else study.objectives
     result = []
     for axes, (a, b) in zip(panels, pairs, strict=True):

@@ -1,0 +1,53 @@
+"""Files that are replaced whole: whatever stops a program leaves the old file or the new one, never a torn one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from trainmj.errors import OutputError
+
+
+@contextmanager
+def replacing(file: str | Path) -> Iterator[Path]:
+    """A path beside the file to write to; it takes the file's place when the block ends without an error.
+
+    ::
+
+        with replacing("table.csv") as part:
+            part.write_text(text)
+
+    Args:
+        file: what is made or replaced.
+
+    Yields:
+        Where to write; taken away if the block fails or is interrupted.
+
+    Raises:
+        OutputError: if something cannot be written, such as on a full disk.
+    """
+    file = Path(file)
+    part = file.with_name(f".{file.name}.{os.getpid()}.part")
+    try:
+        yield part
+        with part.open("rb+") as written:
+            os.fsync(written.fileno())
+        os.replace(part, file)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_bytes(file: str | Path, content: bytes) -> None:
+    """Make or replace a file with this content.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    with replacing(file) as part:
+        part.write_bytes(content)

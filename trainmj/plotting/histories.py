@@ -1,0 +1,114 @@
+"""The figure of a collision: speeds, strokes, forces and energies over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trainmj.chain import Chain
+from trainmj.plotting.style import Width, grid, styled
+from trainmj.result import Result
+from trainmj.units import KJ, KM_H, KN, MM
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+
+_MOST_LABELS = 14  # more lines than this are not named: the shades run from the head backwards
+
+
+def collision(result: Result, width: Width = "page") -> Figure:
+    """Speeds, strokes, forces and energies of one collision over time, in four panels.
+
+    The front interface is shown for one train, as the tables are, where both trains bring the same devices.
+
+    Args:
+        result: of the collision.
+        width: of the figure; in a column the panels stand one below the other.
+    """
+    chain = result.chain
+    with styled(width):
+        figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
+        if result.scenario.title:
+            figure.suptitle(result.scenario.title, x=0.01, ha="left", wrap=True)
+        _speeds(axes[0], result)
+        share = np.array([_side_share(chain, k) for k in range(len(chain.interfaces))])
+        own = _own_interfaces(chain)
+        _lines(axes[1], result, "Stroke", result.stroke[:, own] * share[own] / MM, "mm", own)
+        _lines(axes[2], result, "Force", result.force[:, own] / KN, "kN", own)
+        _lines(axes[3], result, "Absorbed energy", result.energy[:, own] * share[own] / KJ, "kJ", own)
+        axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
+        half = (len(own) + 1) // 2
+        _legend(axes[1], [axes[1].lines[:half], axes[1].lines[half:]])  # the colours are the same in all three
+        for axis in axes:
+            axis.set_xlim(0, result.time[-1])
+        for axis in axes[2:] if width == "page" else axes[3:]:
+            axis.set_xlabel("Time (s)")
+    return figure
+
+
+def _own_interfaces(chain: Chain) -> list[int]:
+    """The front interface and those of the moving train, from the front backwards."""
+    return list(range(chain.front, -1, -1))
+
+
+def _side_share(chain: Chain, k: int) -> float:
+    interface = chain.interfaces[k]
+    return (
+        0.5
+        if len(interface.devices) == 2 and np.allclose(interface.left_stroke * 2, interface.envelope.stroke)
+        else 1.0
+    )
+
+
+def _speeds(axes: Axes, result: Result) -> None:
+    from matplotlib import colormaps
+
+    chain = result.chain
+    sides = (
+        ("moving train", range(chain.front, -1, -1), colormaps["Blues_r"]),
+        ("partner", range(chain.n_moving, len(chain.vehicles)), colormaps["Oranges_r"]),
+    )
+    for _, indices, colours in sides:
+        for place, i in enumerate(indices):
+            shade = 0.1 + 0.6 * place / max(1, len(indices) - 1)
+            axes.plot(result.time, result.velocity[:, i] / KM_H, color=colours(shade), label=chain.vehicles[i].name)
+    axes.set_title("Speed")
+    axes.set_ylabel("km/h")
+    _legend(axes, [axes.lines[: chain.n_moving], axes.lines[chain.n_moving :]])
+
+
+def _lines(axes: Axes, result: Result, title: str, values: np.ndarray, unit: str, interfaces: list[int]) -> None:
+    from matplotlib import colormaps
+
+    colours = colormaps["viridis"]
+    for place, k in enumerate(interfaces):
+        name = result.chain.interfaces[k].name
+        axes.plot(result.time, values[:, place], color=colours(0.9 * place / max(1, len(interfaces) - 1)), label=name)
+    axes.set_title(title)
+    axes.set_ylabel(unit)
+
+
+def _legend(axes: Axes, rows: Sequence[Sequence[Line2D]]) -> None:
+    """Names above the panel, clear of the lines, in rows."""
+    from matplotlib.lines import Line2D
+
+    if sum(map(len, rows)) > _MOST_LABELS:
+        return
+    columns = max(map(len, rows))
+    empty = Line2D([], [], linestyle="none", label=" ")
+    filled = [[*row, *[empty] * (columns - len(row))] for row in rows]
+    axes.legend(
+        handles=[row[k] for k in range(columns) for row in filled],  # matplotlib fills column by column
+        ncols=columns,
+        loc="lower right",
+        bbox_to_anchor=(1.01, 0.99),
+        borderaxespad=0.0,
+        handlelength=1.0,
+        handletextpad=0.4,
+        columnspacing=0.8,
+        labelspacing=0.25,
+    )

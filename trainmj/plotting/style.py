@@ -1,0 +1,162 @@
+"""The one look of every figure: sizes that fit a page of a journal, colours that all eyes tell apart, fonts that stay.
+
+Draw under :func:`styled`, take the figure from :func:`figure` or :func:`grid`, write it with :func:`save`::
+
+    with styled("column"):
+        picture = figure(height=60)
+        axes = picture.subplots()
+        axes.plot(time, force, color=BLUE)
+    save(picture, "out/force", ["png", "svg", "pdf"])
+
+The same figure gives the same bytes: no file carries a date or a random name.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from trainmj.atomic import write_bytes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Width = Literal["column", "page"]
+Format = Literal["png", "svg", "pdf"]
+
+WIDTHS: dict[Width, float] = {"column": 84.0, "page": 174.0}
+"""Widths of a figure [mm]: a column, or the page, of the narrower journals (Springer's; Elsevier has 90 and 190)."""
+
+FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
+"""What figures can be written as."""
+
+DPI = 300
+"""Resolution of a PNG, the least that most journals take for line art with text."""
+
+BLUE, SKY, ORANGE, GREEN, GREY = "#0072B2", "#8CC8EE", "#D55E00", "#009E73", "0.45"
+VERMILION, YELLOW, PURPLE = ORANGE, "#E69F00", "#CC79A7"
+
+PALETTE = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "0.25")
+"""Okabe and Ito's colours (https://jfly.uni-koeln.de/color), told apart by colour-blind eyes; in order of use."""
+
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+"""Beside the colours, so that lines are told apart in black and white too; in order of use."""
+
+_STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib, so that a figure looks the same on every machine
+    "font.size": 8,
+    "axes.titlesize": 8.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "figure.titlesize": 9,
+    "grid.color": "0.9",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4,
+    "legend.frameon": False,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "savefig.dpi": DPI,
+    "pdf.fonttype": 42,  # TrueType, which journals ask for and editors can change
+    "svg.fonttype": "path",  # letters as shapes: right where the font is missing
+    "svg.hashsalt": "trainmj",  # names inside the file do not change from run to run
+}
+_NO_DATE: dict[Format, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_MM = 1 / 25.4
+
+
+@contextmanager
+def styled(width: Width = "page") -> Iterator[None]:
+    """Draw in the look of trainmj, at a width; also a decorator: ``@styled("column")``.
+
+    Args:
+        width: that figures take if they are not told another one.
+    """
+    import matplotlib as mpl
+    from cycler import cycler
+
+    size = (WIDTHS[width] * _MM, WIDTHS[width] * _MM * 0.62)
+    with mpl.rc_context(_STYLE | {"figure.figsize": size, "axes.prop_cycle": cycler(color=PALETTE)}):
+        yield
+
+
+def figure(width: Width | None = None, height: float | None = None) -> Figure:
+    """An empty figure of a width, laid out so that nothing overlaps.
+
+    Args:
+        width: by default that of :func:`styled`.
+        height: [mm]; by default 0.62 of the width.
+    """
+    from matplotlib.figure import Figure
+
+    wide = set_width() if width is None else WIDTHS[width]
+    high = 0.62 * wide if height is None else height
+    return Figure(figsize=(wide * _MM, high * _MM), layout="constrained")
+
+
+def set_width() -> float:
+    """The width that figures take now [mm], from :func:`styled`."""
+    import matplotlib as mpl
+
+    return float(mpl.rcParams["figure.figsize"][0]) / _MM
+
+
+def grid(n: int, height: float, most: int = 3, narrowest: float = 50.0) -> tuple[Figure, list[Axes]]:
+    """A figure with n panels, as many side by side as the width holds; a single one is a column wide.
+
+    Args:
+        n: panels.
+        height: of each [mm].
+        most: panels side by side.
+        narrowest: least width of a panel [mm].
+    """
+    columns = max(1, min(n, most, int(set_width() / narrowest)))
+    rows = -(-n // columns)
+    picture = figure("column" if n == 1 else None, height * rows)
+    panels = picture.subplots(rows, columns, squeeze=False).ravel()
+    for spare in panels[n:]:
+        spare.remove()
+    return picture, list(panels[:n])
+
+
+def encode(picture: Figure, form: Format) -> bytes:
+    """A figure as the bytes of a file.
+
+    Args:
+        picture: what is written.
+        form: one of FORMATS.
+    """
+    content = io.BytesIO()
+    with styled():
+        picture.savefig(content, format=form, metadata=_NO_DATE[form])
+    return content.getvalue()
+
+
+def save(picture: Figure, path: str | Path, formats: Sequence[Format] = ("png",)) -> list[Path]:
+    """Write a figure in each format, whole or not at all.
+
+    Args:
+        picture: what is written.
+        path: where, without ending.
+        formats: endings.
+
+    Returns:
+        The files.
+
+    Raises:
+        OutputError: if one cannot be written.
+    """
+    files = [Path(f"{path}.{form}") for form in formats]
+    for file, form in zip(files, formats, strict=True):
+        write_bytes(file, encode(picture, form))
+    return files
