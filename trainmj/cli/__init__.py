@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from trainmj.cli import collision, sweep
+from trainmj.cli.identify import identify
 from trainmj.cli.study import study
 from trainmj.errors import TrainmjError
 
@@ -46,5 +47,6 @@ for command in (
     collision.scenarios,
     sweep.sweep,
     study,
+    identify,
 ):
     main.add_command(command)

@@ -1,0 +1,47 @@
+"""The command identify."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("targets")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
+@click.option("--resume", is_flag=True, help="Use the trials in the folder; none of them is simulated again.")
+@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
+def identify(targets: str, out: Path, resume: bool, threads: int, as_json: bool) -> None:
+    """Find the values of a scenario that make its responses meet values from a test or a table.
+
+    TARGETS is a targets file, or the name of one that ships with trainmj, such as b_type. The folder gets the values
+    found as a scenario, how well the data determine them, and every deviation. The result depends on the file alone:
+    a search that was stopped goes on with --resume to the same end.
+
+    Exit code: 0 when done, 1 if a bar that the file states is not kept, 2 for wrong input.
+    """
+    from trainmj.identify.plan import load_targets
+
+    plan = load_targets(targets)
+    from trainmj.identify import screen
+    from trainmj.identify.run import identify as find
+
+    line = screen.Screen()
+    try:
+        found = find(plan, out, threads, resume, line.watch, line.trials)
+    except KeyboardInterrupt:
+        line.stop()
+        click.echo(f"Stopped. What was computed is in {out}; the same command with --resume goes on.", err=True)
+        sys.exit(130)
+    finally:
+        line.stop()
+    if as_json:
+        click.echo(json.dumps(found.summary, indent=2))
+    else:
+        screen.print_found(found)
+    if not found.kept:
+        sys.exit(1)

@@ -1,0 +1,16 @@
+"""Identification: the values of a scenario that make its responses meet values from any source.
+
+::
+
+    plan = trainmj.identify.load_targets("b_type")
+    found = trainmj.identify.identify(plan, "out")
+    print(found.parameters)
+
+A targets file states the scenario, the parameters sought with their bounds and constraints, the targets, tables of
+values for them, and tables that are held out to check. docs/identification.md explains every key.
+"""
+
+from trainmj.identify.plan import Identification, identification_of, load_targets, shipped_targets
+from trainmj.identify.run import Found, identify
+
+__all__ = ["Found", "Identification", "identification_of", "identify", "load_targets", "shipped_targets"]

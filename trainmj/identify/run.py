@@ -1,0 +1,253 @@
+"""Run an identification: search, say what was found and how well it is known, check it against what was held out."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trainmj.atomic import write_bytes
+from trainmj.batch import run_chains
+from trainmj.chain import Chain, check_step, line_up
+from trainmj.errors import InputError, OutputError, close_match
+from trainmj.experiment import responses_of
+from trainmj.identify import tables
+from trainmj.identify.found import found_yaml
+from trainmj.identify.misfit import Misfit
+from trainmj.identify.plan import Identification
+from trainmj.identify.search import Place, Progress, Watch, search
+from trainmj.identify.store import FILE, TrialStore
+from trainmj.identify.trials import Trials
+from trainmj.identify.uncertainty import Uncertainty, uncertainty
+from trainmj.identify.unknowns import Point, rounded
+from trainmj.scenario import Scenario, to_yaml
+from trainmj.simulation import versions
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_DIGITS = 6  # of the values found
+BASE = "scenario.yaml"
+FOUND = "found.yaml"
+
+
+@dataclass(frozen=True)
+class Found:
+    """What an identification found.
+
+    Attributes:
+        plan: what was sought.
+        point: the values found.
+        scenario: with these values.
+        known: how well.
+        fit: a row for each target.
+        residuals: a row for each value that was wanted.
+        parameters: a row for each parameter.
+        correlations: between their errors.
+        directions: combinations of parameters, worst determined first.
+        way: of the search.
+        summary: numbers and words, JSON only.
+        folder: where the files are.
+        simulated: trials simulated now.
+        there: trials that were in the folder before.
+        seconds: wall time.
+    """
+
+    plan: Identification
+    point: Point
+    scenario: Scenario
+    known: Uncertainty
+    fit: pd.DataFrame
+    residuals: pd.DataFrame
+    parameters: pd.DataFrame
+    correlations: pd.DataFrame
+    directions: pd.DataFrame
+    way: tuple[Progress, ...]
+    summary: dict[str, Any]
+    folder: Path
+    simulated: int
+    there: int
+    seconds: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether every bar of the fitted targets is kept."""
+        rows = self.fit[self.fit["role"] == "fitted"]
+        return not any(kept is False for kept in rows["kept"])
+
+
+def identify(
+    plan: Identification,
+    folder: str | Path,
+    threads: int = 0,
+    resume: bool = False,
+    watch: Watch = lambda progress: None,
+    progress: Callable[[int], None] = lambda trials: None,
+) -> Found:
+    """Find the values of an identification and write what there is to know of them into a folder.
+
+    Every trial is kept in the folder as it ends; whatever stops the search, with resume the same one goes on and ends
+    at the same values. The result depends on the targets file alone, not on threads or interruptions.
+
+    Args:
+        plan: what is sought.
+        folder: made if it is not there.
+        threads: native threads; 0 for all cores.
+        resume: use the trials in the folder; without any there, begin.
+        watch: told of each generation and iteration.
+        progress: told how many trials were just finished.
+
+    Raises:
+        InputError: if trials are there and resume is not asked for, or they are of another scenario; if a response
+            does not exist, or the start values cannot be simulated.
+        OutputError: if the folder or a file cannot be written.
+    """
+    folder, began = Path(folder), time.monotonic()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    if (folder / FILE).exists() and not resume:
+        raise InputError(f"{folder}: has an identification already: go on with --resume, or take another folder")
+    _check_start(plan, threads)
+    with TrialStore(folder / FILE) as store:
+        store.agree({"format": "trainmj identification 1", "scenario": to_yaml(plan.scenario), **_versions()})
+        there = len(store)
+        trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
+        place, way = search(plan, trials, watch)
+        point = _final(plan, place)
+        misfit = Misfit(plan, trials, plan.spec.method.refine.step_ms)
+        known = uncertainty(misfit, point, 2 * plan.spec.method.refine.difference)
+        changes = plan.unknowns.changes(point.value)
+        samples = {"fitted": (plan.fitted, plan.found(plan.fitted, trials([changes])[0]))}
+        if len(plan.held_out):
+            apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads)
+            samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes])[0]))
+        simulated = trials.simulated
+    residuals = tables.residual_table(plan, samples)
+    fit = tables.fit_table(plan, residuals)
+    result = Found(
+        plan,
+        point,
+        plan.scenario.with_values(changes),
+        known,
+        fit,
+        residuals,
+        tables.parameter_table(plan, known),
+        tables.correlation_table(plan, known),
+        tables.direction_table(plan, known),
+        tuple(way),
+        _summary(plan, point, known, fit),
+        folder,
+        simulated,
+        there,
+        time.monotonic() - began,
+    )
+    write(result)
+    return result
+
+
+def write(found: Found) -> None:
+    """Write scenario, found values and tables into the folder of an identification.
+
+    Raises:
+        OutputError: if a file cannot be written.
+    """
+    import pandas as pd
+
+    from trainmj.identify import figures
+    from trainmj.plotting import save, styled
+
+    plan, folder = found.plan, found.folder
+    base = plan.scenario
+    title = f"{base.title}: {plan.title}" if base.title and base.title != plan.title else plan.title
+    texts = {
+        BASE: to_yaml(base),
+        FOUND: found_yaml(base, plan.unknowns.changes(found.point.value), BASE, title),
+        "summary.json": json.dumps(found.summary, indent=2) + "\n",
+    }
+    search_way = pd.DataFrame(found.way, columns=Progress._fields)
+    for name, table in (
+        ("fit", found.fit),
+        ("residuals", found.residuals),
+        ("parameters", found.parameters),
+        ("correlations", found.correlations),
+        ("directions", found.directions),
+        ("search", search_way),
+    ):
+        texts[f"{name}.csv"] = table.to_csv(index=False, float_format="%.9g")
+    for file, text in texts.items():
+        write_bytes(folder / file, text.encode())
+    with styled():
+        for name, picture in figures.all_of(found).items():
+            save(picture, folder / name)
+
+
+def _check_start(plan: Identification, threads: int) -> None:
+    """Refuse start values that cannot be simulated in every case, and responses that do not exist."""
+    changes = plan.unknowns.changes(plan.unknowns.start().value)
+    cases = [*plan.fitted.cases, *plan.held_out.cases]
+
+    def chains() -> Iterator[tuple[int, Chain]]:
+        for n, case in enumerate(cases):
+            try:
+                chain = line_up(plan.scenario.with_values({**changes, **case}))
+                check_step(chain)
+            except InputError as error:
+                raise InputError(f"start values, case {dict(case)}: {error}") from None
+            yield n, chain
+
+    rows = {n: responses_of(summary) for n, summary in run_chains(chains(), threads)}
+    for n, case in enumerate(cases):
+        row = rows[n]
+        if row["status"] == "unstable":
+            raise InputError(f"start values, case {dict(case)}: unstable: {row['reason']}")
+        for target in plan.targets:
+            for column in target.terms:
+                if column not in row or column in ("status", "reason"):
+                    offered = set(row) - {"status", "reason"}
+                    rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, offered)}"
+                    raise plan.problem(rule, "targets", target.name, "response")
+
+
+def _final(plan: Identification, place: Place) -> Point:
+    """The values of a place to the digits that are written."""
+    values = plan.unknowns.point(place.unit).value
+    point = plan.unknowns.solved(np.array([rounded(v, _DIGITS) for v in values]))
+    return point._replace(value=np.array([rounded(v, _DIGITS + 2) for v in point.value]))
+
+
+def _versions() -> dict[str, str]:
+    return {f"version_{name}": version for name, version in versions().items()}
+
+
+def _summary(plan: Identification, point: Point, known: Uncertainty, fit: pd.DataFrame) -> dict[str, Any]:
+    """Numbers and words for the summary, JSON only."""
+    loose = [tables.in_words(d, plan.unknowns.names) for d in known.directions if not d.determined]
+    return {
+        "title": plan.title,
+        "seed": plan.spec.method.seed,
+        "sought": len(plan.unknowns.free),
+        "values": len(plan.fitted),
+        "cases": len(plan.fitted.cases),
+        "chi2_per_degree_of_freedom": _json(known.chi2),
+        "degrees_of_freedom": known.freedom,
+        "parameters": {name: _json(value) for name, value in zip(plan.unknowns.names, point.value, strict=True)},
+        "constraints": tables.constraint_rows(plan, point),
+        "not_determined": loose,
+        "at_bounds": [p for p, bound in zip(plan.unknowns.names, known.at_bound, strict=True) if bound],
+        "fit": [{k: _json(v) for k, v in row.items()} for row in fit.to_dict("records")],
+        "versions": versions(),
+    }
+
+
+def _json(value: Any) -> Any:
+    """A value as JSON holds it."""
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not np.isfinite(value) else value

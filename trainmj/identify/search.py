@@ -1,0 +1,182 @@
+"""The search: everywhere between the bounds by an evolution strategy, then downhill by least squares.
+
+CMA-ES (Hansen and Ostermeier 2001, doi 10.1162/106365601750190398; the package cma) needs no derivatives and crosses
+the small jumps of the responses; each of its populations is one batch. The refinement is scipy's trust region for
+bounded least squares (Branch, Coleman and Li 1999, doi 10.1137/S1064827595289108), derivatives by differences, again
+one batch. Everything follows from the seed; a search that is begun again finds its trials computed and goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from trainmj.device import Array
+from trainmj.identify.misfit import Misfit
+from trainmj.identify.plan import Identification
+from trainmj.identify.spec import ExplorePart
+from trainmj.identify.trials import Trials
+
+_APART = 0.05  # least distance in any direction between two places that count as distinct
+_SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
+
+
+class Place(NamedTuple):
+    """A place of the unit cube and its cost."""
+
+    cost: float
+    unit: Array
+
+
+class Progress(NamedTuple):
+    """How far a search is.
+
+    Attributes:
+        phase: explore, refine or finish.
+        done: trials of the exploration, or iterations.
+        of: how many there may be.
+        cost: smallest so far.
+    """
+
+    phase: str
+    done: int
+    of: int
+    cost: float
+
+
+Watch = Callable[[Progress], None]
+
+
+def search(plan: Identification, trials: Trials, watch: Watch = lambda progress: None) -> tuple[Place, list[Progress]]:
+    """The best place that the method of an identification finds, and the way to it.
+
+    Args:
+        plan: what is sought, and how.
+        trials: simulates the fitted cases.
+        watch: told of each generation and iteration.
+    """
+    way: list[Progress] = []
+
+    def note(progress: Progress) -> None:
+        way.append(progress)
+        watch(progress)
+
+    method = plan.spec.method
+    coarse = Misfit(plan, trials, method.explore.step_ms)
+    found = explore(plan, coarse, method.explore, method.seed, note)
+    fine = Misfit(plan, trials, method.refine.step_ms)
+    starts = _distinct(found, method.refine.starts)
+    if method.refine.iterations:
+        part = method.refine
+        ends = [refine(fine, place.unit, part.iterations, part.difference, "refine", note) for place in starts]
+    else:
+        ends = [Place(float(fine.cost([place.unit])[0]), place.unit) for place in starts]
+    best = min(ends, key=lambda place: place.cost)
+    if method.finish is not None:
+        high = Misfit(plan, trials, method.refine.step_ms, method.finish.norm)
+        best = refine(high, best.unit, method.finish.iterations, method.refine.difference, "finish", note)
+    return best, way
+
+
+def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, watch: Watch) -> list[Place]:
+    """Places that an evolution strategy finds, the best of each generation and the first, best first.
+
+    Args:
+        plan: what is sought.
+        misfit: at the step of this search.
+        part: how long and wide.
+        seed: of its random numbers.
+        watch: told of each generation.
+    """
+    unknowns = plan.unknowns
+    start = unknowns.place(unknowns.start().value) if part.start == "start" else np.full(len(unknowns.free), 0.5)
+    places = [Place(float(misfit.cost([start])[0]), start)]
+    if part.trials == 0:
+        return places
+    import cma
+
+    rng = np.random.default_rng(seed)
+    n = start.size
+    size = part.population or 4 + int(3 * np.log(n))
+    options = {
+        "bounds": [0, 1],
+        "popsize": size,
+        "seed": np.nan,  # leaves numpy's global state alone: all random numbers come from randn
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "verbose": -9,
+        "verb_log": 0,
+        "verb_disp": 0,
+        "tolfun": 1e-9,
+        "tolx": 1e-6,
+    }
+    # cma refuses to work along a single axis: it gets a second one that does nothing
+    padded = np.append(start, 0.5) if n == 1 else start
+    strategy = cma.CMAEvolutionStrategy(padded, part.spread, options)
+    done = 1
+    while done + size <= part.trials and not strategy.stop():
+        asked = strategy.ask()
+        units = [np.asarray(x, dtype=float)[:n] for x in asked]
+        costs = misfit.cost(units)
+        strategy.tell(asked, costs.tolist())
+        done += size
+        k = int(np.argmin(costs))
+        places.append(Place(float(costs[k]), units[k]))
+        watch(Progress("explore", done, part.trials, min(place.cost for place in places)))
+    return sorted(places, key=lambda place: place.cost)
+
+
+def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phase: str, watch: Watch) -> Place:
+    """The place to which least squares lead from one.
+
+    Args:
+        misfit: what is made small.
+        unit: where it begins (n_free,).
+        iterations: at most.
+        difference: for derivatives, as part of the range.
+        phase: for watch.
+        watch: told of each iteration.
+    """
+    from scipy.optimize import least_squares
+
+    best = Place(float(misfit.cost([unit])[0]), unit)
+    done = 0
+
+    def residuals(x: Array) -> Array:
+        nonlocal best
+        found: Array = misfit.residuals([x])[0]
+        cost = float(0.5 * np.sum(found**2))
+        if cost < best.cost:
+            best = Place(cost, x.copy())
+        return found
+
+    def jacobian(x: Array) -> Array:
+        nonlocal done
+        result = misfit.jacobian(x, difference)
+        done += 1
+        watch(Progress(phase, done, iterations, best.cost))
+        return result
+
+    least_squares(
+        residuals,
+        np.clip(unit, 1e-9, 1 - 1e-9),
+        jacobian,
+        bounds=(0.0, 1.0),
+        ftol=_SMALL,
+        xtol=_SMALL,
+        gtol=None,
+        max_nfev=iterations + 1,
+    )
+    return best
+
+
+def _distinct(places: Sequence[Place], count: int) -> list[Place]:
+    """The best places that are not close to a better one."""
+    chosen: list[Place] = []
+    for place in places:
+        if len(chosen) == count:
+            break
+        if all(np.abs(place.unit - other.unit).max() >= _APART for other in chosen):
+            chosen.append(place)
+    return chosen

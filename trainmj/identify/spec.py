@@ -1,0 +1,147 @@
+"""The targets file as checked parts: what each key may hold, before names are looked up in scenario and tables.
+
+Names of parameters, targets and data are the user's; a response is a sum of columns of :func:`trainmj.run_cases`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
+Percent = Annotated[str, Field(pattern=r"^\s*\d+(\.\d+)?\s*%\s*$", max_length=20)]
+Amount = Positive | Percent
+"""In the unit of the response, or "1 %" of the value that is wanted."""
+
+Cell = Number | str
+MAX_PARAMETERS = 200
+
+
+class Part(BaseModel):
+    """A group of the targets file: its keys are all known, its values fixed once read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class SetPart(Part):
+    """A value of the scenario as a straight line over a parameter: factor * parameter + offset."""
+
+    path: str = Field(description="parameter or path of the scenario")
+    factor: Number = 1.0
+    offset: Number = 0.0
+
+
+class ParameterPart(Part):
+    """A value that is sought, and what it sets."""
+
+    sets: str | SetPart | Annotated[list[str | SetPart], Field(min_length=1)] = Field(
+        description="parameter or path of the scenario, or several; each may have a factor and an offset"
+    )
+    bounds: Annotated[list[Number], Field(min_length=2, max_length=2)]
+    start: Number | None = Field(default=None, description="by default the value that the scenario has now")
+    scale: Literal["linear", "log"] = "linear"
+    above: str | None = Field(default=None, description="another parameter that this one never falls below")
+    gap: NotNegative = Field(0.0, description="by how much it stays above")
+    unit: str | None = Field(default=None, description="by default from the end of the path's name")
+
+
+class AreaPart(Part):
+    """An equality that every trial meets: the area under a curve, by one of the parameters."""
+
+    of: str = Field(description="path of the curve, such as curves.buffer")
+    from_mm: NotNegative = 0.0
+    to_mm: Positive
+    area_kJ: Positive
+    by: str = Field(description="the parameter that is solved for, and so no longer sought")
+    tolerance: Amount = Field("0.1 %", description="what a miss counts where that parameter ends at a bound")
+
+
+class BarsPart(Part):
+    """What the fit of a target must keep."""
+
+    each: Amount | None = Field(default=None, description="largest deviation of any value; the search is held to it")
+    rms: Amount | None = Field(default=None, description="largest root of the mean square of the deviations")
+    bias: Amount | None = Field(default=None, description="largest mean of the deviations")
+
+
+class TargetPart(Part):
+    """A response that has values to meet."""
+
+    response: str = Field(description="a column of the simulation's results, or a sum such as TS_mm - stroke_M1_M2_mm")
+    tolerance: Amount = Field(description="standard deviation of a value, in its unit or as in 1 %")
+    weight: NotNegative = Field(1.0, description="counts this much more than its tolerance says; 0 is only reported")
+    bars: BarsPart = BarsPart()
+
+
+class DataPart(Part):
+    """Where values come from: a table with a row for each case, or several joined by the columns of the cases."""
+
+    table: str | Annotated[list[str], Field(min_length=1)] | None = Field(
+        default=None, description="CSV file beside this one, or a published table that ships with trainmj"
+    )
+    rows: Annotated[list[dict[str, Cell | None]], Field(min_length=1)] | None = None
+    where: dict[str, Cell | list[Cell]] = Field(default_factory=dict, description="rows taken, by values of columns")
+    leave_out: dict[str, Cell | list[Cell]] = Field(default_factory=dict, description="rows not taken, likewise")
+    cases: dict[str, str] = Field(default_factory=dict, description="column: parameter or path of the scenario")
+    set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case of this table")
+    values: Annotated[dict[Name, str], Field(min_length=1)] = Field(
+        description="target: column, or a sum of columns such as TS_mm - coupler_mm"
+    )
+
+
+class ExplorePart(Part):
+    """The search everywhere between the bounds: a covariance matrix adaptation evolution strategy (CMA-ES)."""
+
+    trials: Annotated[int, Field(ge=0, le=10_000_000, description="at most; 0 for none")] = 2000
+    population: Annotated[int, Field(ge=4, le=10_000)] | None = None
+    spread: Annotated[float, Field(gt=0, le=1, description="first standard deviation, as part of the range")] = 0.25
+    start: Literal["start", "middle"] = Field(
+        default="start", description="first mean: start values, or middle of the bounds"
+    )
+    step_ms: Step | None = Field(default=None, description="of this search; by default the scenario's")
+
+
+class RefinePart(Part):
+    """The refinement: least squares by a trust region, derivatives by differences."""
+
+    iterations: Annotated[int, Field(ge=0, le=10_000, description="at most; 0 for none")] = 30
+    starts: Annotated[int, Field(ge=1, le=100, description="best distinct trials of the exploration refined")] = 1
+    difference: Annotated[float, Field(ge=1e-6, le=0.1, description="for derivatives, as part of the range")] = 2e-3
+    step_ms: Step | None = None
+
+
+class FinishPart(Part):
+    """A second refinement in a higher norm, which makes the largest deviations smaller and all others larger."""
+
+    norm: Annotated[float, Field(gt=2, le=32)] = 8.0
+    iterations: Annotated[int, Field(ge=1, le=10_000)] = 20
+
+
+class MethodPart(Part):
+    """How long and how finely is searched."""
+
+    seed: Annotated[int, Field(ge=0)] = 0
+    explore: ExplorePart = ExplorePart()
+    refine: RefinePart = RefinePart()
+    finish: FinishPart | None = None
+    bar_weight: NotNegative = Field(default=10.0, description="residual of a value that is a whole bars.each beyond it")
+
+
+class TargetsFile(Part):
+    """A targets file: which values of a scenario are sought so that its responses meet which values."""
+
+    title: str = ""
+    notes: str = ""
+    scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
+    set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
+    parameters: Annotated[dict[Name, ParameterPart], Field(min_length=1, max_length=MAX_PARAMETERS)]
+    constraints: dict[Name, AreaPart] = Field(default_factory=dict)
+    targets: Annotated[dict[Name, TargetPart], Field(min_length=1)]
+    data: Annotated[dict[Name, DataPart], Field(min_length=1)]
+    held_out: dict[Name, DataPart] = Field(default_factory=dict, description="likewise; reported, never fitted")
+    method: MethodPart = MethodPart()
