@@ -5,6 +5,10 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+_LONGEST = 100  # characters of a word for which near ones are looked for
+_MOST_NAMES = 500  # that it is compared with
+_MOST_SAID = 30
+
 
 class TrainmjError(Exception):
     """Root of every error that trainmj raises on purpose; the command line exits with 2 on it."""
@@ -33,7 +37,8 @@ def close_match(word: str, known: Iterable[str]) -> str:
         ``"; did you mean 'mass_t'?"`` or ``"; known: a, b, c"``; empty if there is nothing to offer.
     """
     names = sorted(known)
-    near = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    near = difflib.get_close_matches(word, names[:_MOST_NAMES], n=1, cutoff=0.6) if len(word) <= _LONGEST else []
     if near:
         return f"; did you mean {near[0]!r}?"
-    return f"; known: {', '.join(names)}" if names else ""
+    more = f" and {len(names) - _MOST_SAID} more" if len(names) > _MOST_SAID else ""
+    return f"; known: {', '.join(names[:_MOST_SAID])}{more}" if names else ""

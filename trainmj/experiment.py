@@ -170,15 +170,17 @@ def ordered(names: Iterable[str]) -> list[str]:
     return sorted(names, key=_place)
 
 
-_WHOLE = ("status", "reason", "TS_mm", "TAMA_g", "duration_s", "absorbed_kJ", "energy_error", "momentum_error")
+WHOLE = ("status", "reason", "TS_mm", "TAMA_g", "duration_s", "absorbed_kJ", "energy_error", "momentum_error")
+"""Columns that belong to the whole collision."""
+
 _PART = re.compile(r"_(?:(S1_M1|M1_wall)(_partner)?|([MS])(\d+)_[MS]\d+|([MS])(\d+))_")
 _WHAT = ("stroke", "permanent", "force", "energy", *(name.rpartition("_")[0] for name in _VEHICLE))
 
 
 def _place(name: str) -> tuple[int, str, int, int, str]:
     """Sort key of a column: what it belongs to, train, place in the train, kind."""
-    if name in _WHOLE:
-        return 0, "", _WHOLE.index(name), 0, name
+    if name in WHOLE:
+        return 0, "", WHOLE.index(name), 0, name
     found = _PART.search(name)
     if found is None:
         return 3, "", 0, 0, name

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError
+from trainmj.text import HIDDEN, read_text
 
 if TYPE_CHECKING:
     import pandas as pd
+
+_MOST_BYTES = 50_000_000
 
 
 def read_back(file: Path) -> pd.DataFrame:
@@ -24,24 +27,38 @@ def read_given(file: Path) -> pd.DataFrame:
     """A table that somebody wrote: commas, semicolons or tabs between the columns, lines with # left out.
 
     Raises:
-        InputError: if it cannot be read or has no rows of one length.
+        InputError: if it cannot be read or has no rows of one length; without the name of the file.
     """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise InputError(f"cannot be read ({reason})") from None
+    text = read_text(file, _MOST_BYTES)
+    found = HIDDEN.search(text)
+    if found:
+        raise InputError(f"has the character {found[0]!a}: it is not plain text")
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if len(lines) < 2:
         raise InputError("must have a line of heads and a line for each case or point")
     separator = next((s for s in ";\t" if s in lines[0]), ",")
-    rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
+    rows = [[cell.strip() for cell in row] for row in rows_of(lines, separator)]
     if separator != ",":
         rows = [rows[0], *([cell.replace(",", ".") for cell in row] for row in rows[1:])]
     short = next((n for n, row in enumerate(rows) if len(row) != len(rows[0])), None)
     if short is not None:
         raise InputError(f"row {short} has {len(rows[short])} values under {len(rows[0])} heads")
+    double = {head for head in rows[0] if rows[0].count(head) > 1}
+    if double:
+        raise InputError(f"has two columns {min(double)!r}")
     return _table(rows)
+
+
+def rows_of(lines: Iterable[str], separator: str) -> Iterator[list[str]]:
+    """The cells of each line of a CSV text.
+
+    Raises:
+        InputError: if a cell is too long or its quotes do not close.
+    """
+    try:
+        yield from csv.reader(lines, delimiter=separator, strict=True)
+    except csv.Error as error:
+        raise InputError(f"is not a table of comma-separated values ({error})") from None
 
 
 def _table(rows: Iterable[list[str]]) -> pd.DataFrame:

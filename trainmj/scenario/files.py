@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
-import re
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
@@ -13,13 +11,13 @@ from typing import Any
 from trainmj.errors import InputError, OutputError, close_match
 from trainmj.resources import shipped_folder
 from trainmj.scenario.parts import MAX_POINTS, Parts
-from trainmj.scenario.problems import Path, dotted
+from trainmj.scenario.problems import Path
+from trainmj.scenario.reading import MOST_BYTES, parse
 from trainmj.scenario.scenario import Scenario
+from trainmj.tables import rows_of
+from trainmj.text import beside, read_text
 
 BUILDS_ON = "builds_on"
-_MOST_BYTES = 5_000_000
-_MOST_NODES = 200_000
-_DEEPEST = 30
 _LONGEST_CHAIN = 10
 
 
@@ -75,7 +73,7 @@ def to_yaml(scenario: Scenario) -> str:
 
 def from_yaml(text: str, name: str = "scenario") -> Scenario:
     """The scenario that a self-contained YAML text states; name stands for the file in messages."""
-    values, origins = _parse(text, name)
+    values, origins = parse(text, name)
     return Scenario.from_values(values, origins)
 
 
@@ -85,7 +83,7 @@ def read_yaml(path: FilePath) -> tuple[dict[str, Any], dict[Path, str]]:
     Raises:
         InputError: if the file cannot be read or is not a YAML group of keys and values.
     """
-    return _parse(_text(path), str(path))
+    return parse(_text(path), str(path))
 
 
 def read_value(text: str, said: str) -> Any:
@@ -94,7 +92,7 @@ def read_value(text: str, said: str) -> Any:
     Raises:
         InputError: if it is not valid YAML; said says where it stands.
     """
-    values, _ = _parse(f"value: {text}", said)
+    values, _ = parse(f"value: {text}", said)
     if set(values) != {"value"}:
         raise InputError(f"{said}: must be a single value")
     return values["value"]
@@ -149,6 +147,25 @@ def find_file(file: str | FilePath, name: str, known: Mapping[str, FilePath], wh
     raise InputError(f"{file}: {kind}{close_match(FilePath(name).stem, known)}")
 
 
+def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
+    """The scenario that another file names: beside that file, or a shipped one.
+
+    Args:
+        folder: of the file that names it.
+        name: as it stands there.
+        said: where it stands, for messages.
+
+    Raises:
+        InputError: if there is neither, or the name leads out of the folder.
+    """
+    known = shipped()
+    ships = known.get(name.removesuffix(".yaml"))
+    found = beside(folder, name, said) or ships
+    if found is None:
+        raise InputError(f"{said}: there is no such file beside it or shipped scenario{close_match(name, known)}")
+    return found
+
+
 def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str, Any], dict[Path, str]]:
     """Values and origins of a file merged over those of the file it builds on."""
     if path.resolve() in before:
@@ -163,13 +180,9 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str,
     where = origins[(BUILDS_ON,)]
     if not isinstance(base, str):
         raise InputError(f"{where}: {BUILDS_ON}: must be the name of a scenario file")
-    beside, known = path.parent / base, shipped()
-    ships = known.get(base.removesuffix(".yaml"))
-    if not beside.is_file() and ships is None:
-        raise InputError(f"{where}: {BUILDS_ON} = {base!r}: there is no such file beside it{close_match(base, known)}")
-    under, under_origins = _read_built(
-        beside if ships is None or beside.is_file() else ships, (*before, path.resolve())
-    )
+    said = f"{where}: {BUILDS_ON} = {base[:200]!a}"
+    below = find_beside(path.parent, base, said)
+    under, under_origins = _read_built(below, (*before, path.resolve()))
     return _merged(under, values), under_origins | origins
 
 
@@ -186,80 +199,9 @@ def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
 
 def _text(path: FilePath) -> str:
     try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{path}: is larger than {_MOST_BYTES // 10**6} MB")
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text (byte {error.start}): save it as UTF-8") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-
-
-def _parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
-    """Plain values of a YAML text, and the line and column of each."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
-
-    if _brackets(text) > _DEEPEST:
-        raise InputError(f"{name}: is nested too deeply")
-    try:
-        tree = YAML(typ="rt").load(text)
-    except MarkedYAMLError as error:
-        mark = error.problem_mark
-        place = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
-        raise InputError(f"{name}{place}: is not valid YAML: {error.problem}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        raise InputError(
-            f"{name}: is not valid YAML: {str(error).splitlines()[0] if str(error) else 'too deep'}"
-        ) from None
-    if not isinstance(tree, dict):
-        raise InputError(f"{name}: must be a group of keys and values such as 'devices:'")
-    origins: dict[Path, str] = {(): name}
-    values: dict[str, Any] = _plain(tree, (), name, origins)
-    return values, origins
-
-
-def _brackets(text: str) -> int:
-    """How deep brackets are nested; the YAML parser would take seconds to fail on thousands of them."""
-    depth = most = 0
-    for mark in re.findall(r"[\[\]{}]", text):
-        depth += 1 if mark in "[{" else -1
-        most = max(most, depth)
-    return most
-
-
-def _plain(node: Any, path: Path, name: str, origins: dict[Path, str]) -> Any:
-    """A YAML node as dict, list, str, int, float, bool or None, noting where each child stands."""
-    if len(path) > _DEEPEST or len(origins) > _MOST_NODES:
-        raise InputError(f"{name}: is nested too deeply or has too many values")
-    if isinstance(node, dict):
-        result = {}
-        for key, value in node.items():
-            if not isinstance(key, str):
-                raise InputError(f"{origins[path]}: key {ascii(key)[:60]} must be text")
-            origins[(*path, key)] = _place(node, key, name, origins[path])
-            result[str(key)] = _plain(value, (*path, key), name, origins)
-        return result
-    if isinstance(node, list):
-        items = []
-        for i, value in enumerate(node):
-            origins[(*path, i)] = _place(node, i, name, origins[path])
-            items.append(_plain(value, (*path, i), name, origins))
-        return items
-    for kind in (bool, int, float, str):
-        if isinstance(node, kind):
-            return kind(node)
-    if node is None:
-        return None
-    raise InputError(
-        f"{origins[path]}: {dotted(path)}: must be a number, text, list or group, not a {type(node).__name__}"
-    )
-
-
-def _place(node: Any, key: str | int, name: str, around: str) -> str:
-    """File, line and column of a child of a YAML node; of the node itself for what came in by an anchor."""
-    mark = (node.lc.data or {}).get(key)
-    return f"{name}:{mark[0] + 1}:{mark[1] + 1}" if mark else around
+        return read_text(path, MOST_BYTES)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: Path = ()) -> None:
@@ -275,11 +217,9 @@ def _read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: 
 
 def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float]]:
     """Points of a CSV file with columns stroke_mm and force_kN; commas, semicolons or tabs between them."""
-    path = folder / name
-    said = f"{where}: file = {name!a}"
-    if "\0" in name or not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{said}: must be in the folder of the scenario")
-    if not path.is_file():
+    said = f"{where}: file = {name[:200]!a}"
+    path = beside(folder, name, said)
+    if path is None:
         raise InputError(f"{said}: there is no such file{close_match(name, [p.name for p in folder.glob('*.csv')])}")
     text = _text(path)
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
@@ -294,11 +234,18 @@ def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float
         raise InputError(f"{path}: has more than {MAX_POINTS} points")
     stroke, force = heads.index("stroke_mm"), heads.index("force_kN")
     points: dict[str, list[float]] = {"stroke_mm": [], "force_kN": []}
-    for n, row in enumerate(csv.reader(lines[1:], delimiter=separator), start=2):
+    for n, row in enumerate(_rows(lines[1:], separator, path), start=1):
         for key, column in (("stroke_mm", stroke), ("force_kN", force)):
             cell = row[column].strip() if column < len(row) else ""
-            points[key].append(_number(cell, separator, f"{path}: point {n - 1}: {key}"))
+            points[key].append(_number(cell, separator, f"{path}: point {n}: {key}"))
     return points
+
+
+def _rows(lines: list[str], separator: str, path: FilePath) -> list[list[str]]:
+    try:
+        return list(rows_of(lines, separator))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _number(cell: str, separator: str, said: str) -> float:

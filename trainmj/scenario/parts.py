@@ -13,15 +13,21 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 RIGID_WALL = "rigid_wall"
 MAX_VEHICLES = 400
 MAX_POINTS = 2000
+MAX_DEVICE_POINTS = 4000
+MAX_NAMES = 1000
+MAX_STAGES = 20
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# Far beyond every vehicle and device; a slip of units or a broken file comes to more, and overflows none of the numbers
+# that are made from these.
+Stroke = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+Force = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+Stiffness = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
+Damping = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
 Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
 Key = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40)]
-Points = Annotated[list[NotNegative], Field(max_length=MAX_POINTS)]
 
 
 class _Part(BaseModel):
@@ -31,8 +37,12 @@ class _Part(BaseModel):
 class Curve(_Part):
     """Points of a crush curve: two lists, or a CSV file beside the scenario with these two columns."""
 
-    stroke_mm: Points | None = Field(None, description="strokes [mm], always growing")
-    force_kN: Points | None = Field(None, description="crush force at each stroke [kN]")
+    stroke_mm: Annotated[list[Stroke], Field(max_length=MAX_POINTS)] | None = Field(
+        None, description="strokes [mm], always growing"
+    )
+    force_kN: Annotated[list[Force], Field(max_length=MAX_POINTS)] | None = Field(
+        None, description="crush force at each stroke [kN]"
+    )
     file: str | None = Field(None, description="CSV file with columns stroke_mm and force_kN, instead of the lists")
 
 
@@ -53,29 +63,35 @@ _CURVE_DOC = "the name of a curve, points, or a list of these that is read as on
 class ShearOff(_Part):
     """Bolts that fail at the end of a curve: the force rises to force_kN, then drops to zero."""
 
-    force_kN: Positive = Field(description="force at which the bolts shear [kN]")
-    ramp_mm: Positive = Field(0.25, description="stroke of the rise, and again of the drop [mm]")
+    force_kN: Force = Field(description="force at which the bolts shear [kN]")
+    ramp_mm: Annotated[Stroke, Field(ge=1e-3)] = Field(
+        0.25, description="stroke of the rise, and again of the drop [mm]"
+    )
 
 
 class StageSpec(_Part):
     """One part of a device, from the stroke at which it engages."""
 
     curve: CurveRef = Field(description=_CURVE_DOC)
-    empty_stroke_mm: NotNegative = Field(0.0, description="travel without force before the stage engages [mm]")
+    empty_stroke_mm: Stroke = Field(0.0, description="travel without force before the stage engages [mm]")
     shear_off: ShearOff | None = None
-    stroke_limit_mm: Positive | None = Field(None, description="largest stroke the design allows the stage [mm]")
+    stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
+        None, description="largest stroke the design allows the stage [mm]"
+    )
 
 
 class DeviceSpec(_Part):
     """A device: one curve, or stages that act one after the other; and how it unloads."""
 
     curve: CurveRef | None = Field(None, description=_CURVE_DOC)
-    empty_stroke_mm: NotNegative = Field(0.0, description="travel without force before the device engages [mm]")
+    empty_stroke_mm: Stroke = Field(0.0, description="travel without force before the device engages [mm]")
     shear_off: ShearOff | None = None
-    stroke_limit_mm: Positive | None = Field(None, description="largest stroke the design allows [mm]")
-    stages: Annotated[dict[Key, StageSpec], Field(min_length=1)] | None = None
-    stiffness_kN_per_mm: Positive = Field(description="unloading stiffness [kN/mm]")
-    damping_kN_s_per_m: NotNegative = Field(0.0, description="dashpot on the elastic branch [kN s/m]")
+    stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
+        None, description="largest stroke the design allows [mm]"
+    )
+    stages: Annotated[dict[Key, StageSpec], Field(min_length=1, max_length=MAX_STAGES)] | None = None
+    stiffness_kN_per_mm: Stiffness = Field(description="unloading stiffness [kN/mm]")
+    damping_kN_s_per_m: Damping = Field(0.0, description="dashpot on the elastic branch [kN s/m]")
 
     def all_stages(self) -> dict[str, StageSpec]:
         """The stages by name; a device without any is its own single stage."""
@@ -147,7 +163,7 @@ class Collision(_Part):
     partner: str = Field(description=f"another train, the same one again, or {RIGID_WALL}")
     partner_speed_km_h: Speed = 0.0
     partner_end: Literal["front", "rear"] = Field("front", description="the end of the partner that is struck")
-    gap_mm: NotNegative = Field(0.0, description="distance between the two when the clock starts [mm]")
+    gap_mm: Stroke = Field(0.0, description="distance between the two when the clock starts [mm]")
     rail_friction: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
         0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
     )
@@ -170,14 +186,16 @@ class Simulation(_Part):
 class Parts(_Part):
     """All parts of a scenario together."""
 
-    title: str = ""
-    notes: str = ""
+    title: Annotated[str, Field(max_length=200)] = ""
+    notes: Annotated[str, Field(max_length=20_000)] = ""
     parameters: dict[Key, str | list[str]] = Field(
-        default_factory=dict, description="short names for values further down: a path, or several that move together"
+        default_factory=dict,
+        max_length=MAX_NAMES,
+        description="short names for values further down: a path, or several that move together",
     )
-    curves: dict[Key, Curve] = Field(default_factory=dict)
-    devices: dict[Key, DeviceSpec]
-    trains: dict[Key, TrainSpec]
+    curves: dict[Key, Curve] = Field(default_factory=dict, max_length=MAX_NAMES)
+    devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES)
+    trains: dict[Key, TrainSpec] = Field(max_length=MAX_NAMES)
     collision: Collision
     simulation: Simulation = Simulation()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -16,7 +17,9 @@ Origins = Mapping[Path, str]
 """Where each value stands: ``"my.yaml:12:5"`` or ``"--set"``, by path."""
 
 _SHOWN = 60  # characters of a value in a message
+_LONGEST = 300  # characters of a path in a message
 _MOST = 20  # problems in one message
+_MOST_ERRORS = 200  # that are put into words; several may be one problem
 
 
 @dataclass(frozen=True)
@@ -29,15 +32,15 @@ class Problem:
 
 def refuse(problems: Iterable[Problem], values: Any, origins: Origins) -> InputError:
     """The error that lists problems, each with its place and value."""
-    listed = list(problems)
+    listed = list(islice(problems, _MOST + 1))
     lines = [_line(p, values, origins) for p in listed[:_MOST]]
     if len(listed) > _MOST:
-        lines.append(f"and {len(listed) - _MOST} more")
+        lines.append("and more")
     return InputError("\n".join(lines))
 
 
 def _line(problem: Problem, values: Any, origins: Origins) -> str:
-    key = dotted(problem.path)
+    key = dotted(problem.path)[:_LONGEST]
     found, value = _value(values, problem.path)
     shown = f" = {_short(value)}" if found and not isinstance(value, (dict, list)) else ""
     where = _origin(problem.path, origins)
@@ -109,7 +112,7 @@ def validated(model: type[Model], values: Any, origins: Origins) -> Model:
 def from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     """Problems from a failed validation of a model, in the words of this project."""
     problems: dict[Path, Problem] = {}
-    for e in error.errors(include_url=False, include_input=False):
+    for e in error.errors(include_url=False, include_input=False)[:_MOST_ERRORS]:
         path = _plain(e["loc"], model)
         if e["type"] == "extra_forbidden":
             rule = "unknown key" + close_match(str(path[-1]), _keys(model, path[:-1]))

@@ -5,11 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from trainmj.errors import close_match
-from trainmj.scenario.parts import MAX_VEHICLES, RIGID_WALL, Curve, CurveRef, DeviceSpec, Parts, StageSpec
+from trainmj.scenario.parts import (
+    MAX_DEVICE_POINTS,
+    MAX_VEHICLES,
+    RIGID_WALL,
+    Curve,
+    CurveRef,
+    DeviceSpec,
+    Parts,
+    StageSpec,
+)
 from trainmj.scenario.problems import Path, Problem
 
 INTEGRATORS = ("euler", "implicitfast", "implicit")
 _MOST_STEPS = 5_000_000
+_MOST_RECORDS = 3_000_000  # of all vehicles together: 200 MB
+_MOST_POINTS = 20_000  # of all curves as they are stated, so that a written scenario can be read again
+_LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
 
 
 def broken_rules(parts: Parts) -> Iterator[Problem]:
@@ -20,8 +32,18 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
         yield from _device(("devices", name), device, parts)
     for name in parts.trains:
         yield from _train(name, parts)
+    yield from _points(parts)
     yield from _collision(parts)
     yield from _simulation(parts)
+
+
+def _points(parts: Parts) -> Iterator[Problem]:
+    refs = [device.curve for device in parts.devices.values()]
+    refs += [stage.curve for device in parts.devices.values() for stage in (device.stages or {}).values()]
+    inline = [part for ref in refs for part in (ref if isinstance(ref, list) else [ref])]
+    count = sum(len(c.stroke_mm or ()) for c in [*parts.curves.values(), *inline] if isinstance(c, Curve))
+    if count > _MOST_POINTS:
+        yield Problem(("curves",), f"{count} points in all curves, more than {_MOST_POINTS}: state fewer")
 
 
 def _curve(path: Path, curve: Curve) -> Iterator[Problem]:
@@ -40,7 +62,7 @@ def _curve(path: Path, curve: Curve) -> Iterator[Problem]:
     if n == 0:
         yield Problem(path, "has no points")
     for i, (a, b) in enumerate(zip(curve.stroke_mm, curve.stroke_mm[1:], strict=False)):
-        if b <= a:
+        if b < a + _LEAST_WIDTH:
             yield Problem(
                 (*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: a curve never goes back"
             )
@@ -54,6 +76,9 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
         for key in ("empty_stroke_mm", "shear_off", "stroke_limit_mm"):
             if key in device.model_fields_set:
                 yield Problem((*path, key), "belongs to a stage where a device has stages: move it there")
+    if len({name.casefold() for name in device.all_stages()}) < len(device.all_stages()):
+        yield Problem((*path, "stages"), "have names that differ in capitals only: columns of a table may not")
+    count = 0
     before: StageSpec | None = None
     for name, stage in device.all_stages().items():
         at = path if device.stages is None else (*path, "stages", name)
@@ -61,6 +86,7 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
         yield from broken
         if not broken:
             yield from _stage(at, stage, parts)
+            count += len(parts.curve_points(stage.curve)[0])
         if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
             yield Problem(
                 (*at, "empty_stroke_mm"),
@@ -68,6 +94,8 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
                 "stage before it rises and drops at shear-off",
             )
         before = stage
+    if count > MAX_DEVICE_POINTS:
+        yield Problem(path, f"has {count} points in all, more than {MAX_DEVICE_POINTS}")
 
 
 def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
@@ -103,7 +131,7 @@ def _joints(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
     before = 0.0
     for i, part in enumerate(ref if isinstance(ref, list) else []):
         stroke, _ = parts.curve_points(part)
-        if i and stroke and stroke[0] <= before:
+        if i and stroke and stroke[0] < before + _LEAST_WIDTH:
             yield Problem(
                 (*path, i), f"must go on from the {before:g} mm of the part before it, not from {stroke[0]:g} mm"
             )
@@ -157,8 +185,17 @@ def _collision(parts: Parts) -> Iterator[Problem]:
             ("collision", "speed_km_h"),
             f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}): the two must come closer",
         )
-    if known and sum(len(parts.trains[name].cars()) for name, _ in sides.values()) > MAX_VEHICLES:
+    if not known:
+        return
+    count = sum(len(parts.trains[name].cars()) for name, _ in sides.values())
+    if count > MAX_VEHICLES:
         yield Problem(("collision",), f"has more than {MAX_VEHICLES} vehicles in all")
+    s = parts.simulation
+    if count * s.time_limit_s * 1e3 / s.record_every_ms > _MOST_RECORDS:
+        yield Problem(
+            ("simulation", "record_every_ms"),
+            f"asks for more than {_MOST_RECORDS} records of {count} vehicles: shorten time_limit_s or take more",
+        )
 
 
 def _simulation(parts: Parts) -> Iterator[Problem]:

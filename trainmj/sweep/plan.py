@@ -7,24 +7,31 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, ValidationError
 
 from trainmj.errors import InputError
-from trainmj.experiment import check_columns
+from trainmj.experiment import WHOLE, check_columns
 from trainmj.scenario import Scenario, load, to_yaml
-from trainmj.scenario.files import read_value, read_yaml
-from trainmj.scenario.problems import Problem, refuse, validated
+from trainmj.scenario.files import find_beside, read_value, read_yaml
+from trainmj.scenario.problems import Problem, from_pydantic, refuse, validated
 from trainmj.tables import read_given
+from trainmj.text import FORMULA, HIDDEN, beside
 
 MAX_CASES = 10_000_000
+MAX_VALUES = 1_000_000
+"""Most values that one name takes, and most cells of a sample or table: they are held in memory."""
 
-Value = float | int | str | bool | list[Any] | dict[str, Any]
+_WORD = 2**63  # whole numbers from here on have no place in an SQLite file
+
+Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]
 
 
 class _Part(BaseModel):
@@ -34,9 +41,9 @@ class _Part(BaseModel):
 class Span(_Part):
     """Evenly spaced values, both ends included."""
 
-    start: Annotated[float, Field(alias="from", allow_inf_nan=False)]
-    to: Annotated[float, Field(allow_inf_nan=False)]
-    count: Annotated[int, Field(ge=2, le=MAX_CASES)]
+    start: Annotated[Number, Field(alias="from")]
+    to: Number
+    count: Annotated[int, Field(ge=2, le=MAX_VALUES)]
 
     def values(self) -> list[float]:
         """The values."""
@@ -46,10 +53,10 @@ class Span(_Part):
 class Distribution(_Part):
     """How one value scatters; exactly one of the three."""
 
-    uniform: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
-    normal: Annotated[list[float], Field(min_length=2, max_length=2, description="mean, standard deviation")] | None = (
-        None
-    )
+    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
+    normal: (
+        Annotated[list[Number], Field(min_length=2, max_length=2, description="mean, standard deviation")] | None
+    ) = None
     choice: Annotated[list[Any], Field(min_length=1)] | None = None
 
     def at(self, quantile: np.ndarray) -> list[Any]:
@@ -69,7 +76,7 @@ class Distribution(_Part):
 class Sample(_Part):
     """A random or designed sample of several values at once."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_CASES)]
+    count: Annotated[int, Field(ge=1, le=MAX_VALUES)]
     seed: Annotated[int, Field(ge=0)] = 0
     method: Literal["random", "latin_hypercube", "sobol"] = "random"
     factors: Annotated[dict[str, Distribution], Field(min_length=1)]
@@ -82,8 +89,10 @@ class Sample(_Part):
         else:
             from scipy.stats import qmc
 
-            kind = qmc.Sobol if self.method == "sobol" else qmc.LatinHypercube
-            quantiles = kind(d, rng=self.seed).random(self.count)
+            if self.method == "sobol":
+                quantiles = qmc.Sobol(d, rng=self.seed).random_base2(math.ceil(math.log2(self.count)))[: self.count]
+            else:
+                quantiles = qmc.LatinHypercube(d, rng=self.seed).random(self.count)
         return {name: f.at(quantiles[:, k]) for k, (name, f) in enumerate(self.factors.items())}
 
 
@@ -136,25 +145,30 @@ class Plan:
     def __post_init__(self) -> None:
         """Check that every name is a value of the scenario, used once, and that the numbers fit."""
         names = tuple(name for block in self.blocks for name in block)
-        double = {name for name in names if names.count(name) > 1}
-        if double:
-            raise InputError(f"{min(double)}: is varied twice")
-        check_columns(self.scenario, names)
         if not names:
             raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
+        double = [name for name, count in Counter(map(str.casefold, names)).items() if count > 1]
+        if double:  # SQLite does not tell capitals from small letters in the heads of a table
+            raise InputError(f"{min(double)}: is varied twice")
+        for name in names:
+            if name == "case" or name in WHOLE:
+                raise InputError(f"{name}: is a column of the results: give the parameter another name")
+        check_columns(self.scenario, names)
+        for block in self.blocks:
+            for name, values in block.items():
+                _check_values(name, values)
         object.__setattr__(self, "names", names)
-        if len(self) > MAX_CASES:
-            raise InputError(f"the sweep has {len(self)} cases, more than {MAX_CASES}")
+        count = math.prod(map(_length, self.blocks))  # may be more than len() can give
+        if count > MAX_CASES:
+            shown = str(count) if count < _WORD else f"2^{count.bit_length() - 1} or more"
+            raise InputError(f"the sweep has {shown} cases, more than {MAX_CASES}")
         late = [n for n in self.histories if n >= len(self)]
         if late:
             raise InputError(f"histories: there is no case {late[0]}; the last is {len(self) - 1}")
 
     def __len__(self) -> int:
         """How many cases there are."""
-        total = 1
-        for block in self.blocks:
-            total *= _length(block)
-        return total
+        return math.prod(map(_length, self.blocks))
 
     def case(self, number: int) -> dict[str, Any]:
         """The values of the case of a number, from 0."""
@@ -210,7 +224,10 @@ def grid_values(name: str, values: Any) -> list[Any]:
         numbers = [p for p in parts if isinstance(p, (int, float)) and not isinstance(p, bool)]
         if len(numbers) != 3 or not isinstance(numbers[2], int) or numbers[2] < 2:
             raise InputError(f"{said}: must be FROM:TO:COUNT with a whole COUNT of 2 or more, as in 20:50:9")
-        return Span.model_construct(start=float(numbers[0]), to=float(numbers[1]), count=numbers[2]).values()
+        try:
+            return Span.model_validate({"from": numbers[0], "to": numbers[1], "count": numbers[2]}).values()
+        except ValidationError as error:
+            raise refuse([Problem(p.path, f"{said}: {p.rule}") for p in from_pydantic(error, Span)], {}, {}) from None
     if not all(part.strip() for part in values.split(",")):
         raise InputError(f"{said}: must be values with commas between, as in 30,33,36")
     return [read_value(part, said) for part in values.split(",")]
@@ -219,7 +236,11 @@ def grid_values(name: str, values: Any) -> list[Any]:
 def is_sweep_file(file: str) -> bool:
     """Whether a name is that of a sweep file: a file that names a scenario."""
     path = Path(file)
-    return path.is_file() and "scenario" in read_yaml(path)[0]
+    try:
+        there = path.is_file()
+    except (OSError, ValueError):
+        return False  # what looks for a scenario of this name says why
+    return there and "scenario" in read_yaml(path)[0]
 
 
 def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Plan:
@@ -238,15 +259,16 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
     problems = list(_problems(spec))
     if problems:
         raise refuse(problems, values, origins)
-    beside = path.parent / spec.scenario
-    scenario = load(beside if beside.is_file() else spec.scenario, {**spec.set, **(changes or {})})
+    said = f"{origins[('scenario',)]}: scenario = {spec.scenario[:200]!a}"
+    scenario = load(find_beside(path.parent, spec.scenario, said), {**spec.set, **(changes or {})})
     blocks: list[Mapping[str, Sequence[Any]]] = []
     for name, grid in spec.vary.items():
         blocks.append({name: grid.values() if isinstance(grid, Span) else grid_values(name, grid)})
     if spec.together:
         blocks.append(spec.together)
     if spec.cases is not None:
-        blocks.append(_table(path.parent / spec.cases))
+        said = f"{origins[('cases',)]}: cases = {spec.cases[:200]!a}"
+        blocks.append(_table(beside(path.parent, spec.cases, said), said))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
     seed = spec.sample.seed if spec.sample else None
@@ -257,6 +279,10 @@ def _problems(spec: SweepFile) -> Iterator[Problem]:
     lengths = {len(v) for v in spec.together.values()}
     if len(lengths) > 1:
         yield Problem(("together",), f"needs lists of equal length; these have {', '.join(map(str, sorted(lengths)))}")
+    if spec.sample and spec.sample.count * len(spec.sample.factors) > MAX_VALUES:
+        yield Problem(
+            ("sample", "count"), f"makes more than {MAX_VALUES} values with {len(spec.sample.factors)} factors"
+        )
     for name, factor in (spec.sample.factors if spec.sample else {}).items():
         stated = [k for k in ("uniform", "normal", "choice") if getattr(factor, k) is not None]
         if len(stated) != 1:
@@ -267,17 +293,33 @@ def _problems(spec: SweepFile) -> Iterator[Problem]:
             yield Problem(("sample", "factors", name, "normal"), "must be a mean and a standard deviation above 0")
 
 
-def _table(path: Path) -> dict[str, list[Any]]:
+def _table(path: Path | None, said: str) -> dict[str, list[Any]]:
     """Columns of a CSV file of cases."""
+    if path is None:
+        raise InputError(f"{said}: there is no such file beside it")
     try:
         table = read_given(path)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        raise InputError(f"{said}: {error}") from None
+    if table.size > MAX_VALUES:
+        raise InputError(f"{said}: has {table.size} cells, more than {MAX_VALUES}")
     for name in table:
         for row, value in enumerate(table[name], start=1):
             if value == "" or value != value:
-                raise InputError(f"{path}: row {row}: {name} is empty")
+                raise InputError(f"{said}: row {row}: {name} is empty")
     return {str(name): table[name].tolist() for name in table}
+
+
+def _check_values(name: str, values: Sequence[Any]) -> None:
+    """Refuse a value that the table of results could not hold, or that would be a formula in a spreadsheet."""
+    for value in values:
+        if isinstance(value, int) and not -_WORD <= value < _WORD:
+            raise InputError(f"{name} = {str(value)[:30]}...: is too large a whole number")
+        if isinstance(value, str) and (value.startswith(FORMULA) or HIDDEN.search(value)):
+            raise InputError(
+                f"{name} = {ascii(value)[:60]}: must be printable text that does not begin with {' '.join(FORMULA)}, "
+                "which a spreadsheet takes for a formula"
+            )
 
 
 def _length(block: Mapping[str, Sequence[Any]]) -> int:

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError
 from trainmj.resources import shipped_folder
-from trainmj.scenario import Scenario, load, shipped, to_yaml
-from trainmj.scenario.files import find_file, read_yaml
+from trainmj.scenario import Scenario, load, to_yaml
+from trainmj.scenario.files import find_beside, find_file, read_yaml
 from trainmj.scenario.problems import Origins, Problem, refuse, validated
 from trainmj.scenario.problems import Path as Place
 from trainmj.study import Space
 from trainmj.study.arrays import FloatArray
+from trainmj.text import beside
 from trainmj.workflow.rules import broken_rules, factor_of, paths_set, targets_of
 from trainmj.workflow.spec import ConstraintPart, StudyFile
 from trainmj.workflow.units import head, label, unit_of
@@ -177,7 +178,7 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".", origins: Origi
     problems = list(_set_problems(("set",), spec.set, scenario))
     if not problems:
         scenario = scenario.with_values(spec.set)
-        problems = list(_set_problems(("check", "set"), spec.check.set, scenario))
+        problems = [*_set_problems(("check", "set"), spec.check.set, scenario), *_file(spec, Path(folder))]
     if problems:
         raise refuse(problems, values, origins)
     return Study(
@@ -190,6 +191,17 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".", origins: Origi
         values,
         origins,
     )
+
+
+def _file(spec: StudyFile, folder: Path) -> Iterator[Problem]:
+    """What is wrong with the file of a given design."""
+    name = spec.design.file
+    if name is not None:
+        try:
+            if beside(folder, name, "file") is None:
+                yield Problem(("design", "file"), "there is no such file beside it")
+        except InputError as error:
+            yield Problem(("design", "file"), str(error).removeprefix("file: "))
 
 
 def _set_problems(at: Place, changes: Mapping[str, Any], scenario: Scenario) -> Iterator[Problem]:
@@ -216,8 +228,6 @@ def shipped_studies() -> dict[str, Path]:
 
 
 def _scenario(spec: StudyFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:
-    beside = folder / spec.scenario
-    if not beside.is_file() and spec.scenario not in shipped():
-        rule = f"there is no such file beside it or shipped scenario{close_match(spec.scenario, shipped())}"
-        raise refuse([Problem(("scenario",), rule)], values, origins)
-    return load(beside if beside.is_file() else spec.scenario)
+    where = origins.get(("scenario",))
+    said = f"{f'{where}: ' if where else ''}scenario = {spec.scenario[:200]!a}"
+    return load(find_beside(folder, spec.scenario, said))

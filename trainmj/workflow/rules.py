@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from trainmj.errors import InputError, close_match
 from trainmj.scenario import Scenario
 from trainmj.scenario.problems import Path, Problem
 from trainmj.study import Factor, parse_terms
-from trainmj.workflow.spec import DesignPart, FactorPart, StudyFile
+from trainmj.text import FORMULA
+from trainmj.workflow.spec import MAX_POINTS, DesignPart, FactorPart, StudyFile
 from trainmj.workflow.units import unit_of
 
 DEFAULT = "default"
+
+_MOST_SPREAD = 300  # points of an optimal Latin hypercube: every exchange looks at all distances
+_MOST_CORNERED = 10  # factors of a central composite design
+_MOST_STEPS = 1e9  # of a resolution over the range of a factor
+_HIGHEST = 9  # exponent of a term
+_MOST_COMBINATIONS = 100_000  # of exponents that are gone through for the terms up to an order
+_MOST_PREDICTED = 10_000_000
+_MOST_SIMULATED = 1_000_000
 
 _DESIGN_KEYS = {
     "optimal_latin_hypercube": {"n": True, "seed": False, "placement": False},
@@ -48,6 +58,10 @@ def factor_of(name: str, part: FactorPart) -> Factor:
         raise InputError("is a choice and needs levels: the values it takes")
     if part.bounds is not None and part.levels is not None:
         raise InputError("takes either bounds, or levels, not both")
+    if any(not isinstance(level, (str, int, float)) for level in part.levels or ()):
+        raise InputError("has levels that are neither numbers nor text")
+    if any(isinstance(level, str) and level.startswith(FORMULA) for level in part.levels or ()):
+        raise InputError(f"has a level that begins with one of {' '.join(FORMULA)}, a formula to a spreadsheet")
     sets = targets_of(part)
     unit = part.unit if part.unit is not None else unit_of(sets[0])
     if part.levels is not None:
@@ -113,6 +127,10 @@ def _design(spec: StudyFile) -> Iterator[Problem]:
     yield from _names(("design", "levels"), design.levels or {}, spec.factors, "factor")
     if design.kind == "full_factorial":
         yield from _levels(spec, design)
+    if design.kind == "optimal_latin_hypercube" and (design.n or 0) > _MOST_SPREAD:
+        yield Problem(("design", "n"), f"must be at most {_MOST_SPREAD} for points spread best; sobol takes more")
+    if design.kind == "central_composite" and len(spec.factors) > _MOST_CORNERED:
+        yield Problem(("design",), f"takes at most {_MOST_CORNERED} factors, whose corners it has all")
     yield from _resolution(spec, ("design", "resolution"), design.resolution)
 
 
@@ -121,6 +139,20 @@ def _levels(spec: StudyFile, design: DesignPart) -> Iterator[Problem]:
         free = part.levels is None and part.kind in (None, "continuous")
         if free and name not in (design.levels or {}) and name not in design.resolution:
             yield Problem(("design",), f"needs levels for the continuous factor {name}, as in levels: {{{name}: 5}}")
+            return
+    count = math.prod(_count(name, part, design) for name, part in spec.factors.items())
+    if count > MAX_POINTS:
+        yield Problem(("design",), f"has more than {MAX_POINTS} points: give fewer levels")
+
+
+def _count(name: str, part: FactorPart, design: DesignPart) -> int:
+    """How many values a factor takes in a full factorial."""
+    if design.levels and name in design.levels:
+        return design.levels[name]
+    if part.levels is not None:
+        return len(part.levels)
+    lower, upper = part.bounds or [0.0, 0.0]
+    return max(0, int((upper - lower) / design.resolution.get(name, 1.0) + 0.5)) + 1
 
 
 def _resolution(spec: StudyFile, at: Path, resolution: dict[str, float]) -> Iterator[Problem]:
@@ -133,7 +165,7 @@ def _resolution(spec: StudyFile, at: Path, resolution: dict[str, float]) -> Iter
             yield Problem((*at, name), "is for continuous factors only")
             continue
         count = (part.bounds[1] - part.bounds[0]) / step
-        if count < 0.5 or abs(count - round(count)) > 1e-6:
+        if not 0.5 <= count <= _MOST_STEPS or abs(count - round(count)) > 1e-6:
             yield Problem(
                 (*at, name), f"must divide the range of {name}, from {part.bounds[0]:g} to {part.bounds[1]:g}"
             )
@@ -151,9 +183,13 @@ def _surrogates(spec: StudyFile) -> Iterator[Problem]:
             if part.order is not None:
                 yield Problem(at, "takes either order or terms, not both")
             try:
-                parse_terms(part.terms, list(spec.factors))
+                terms = parse_terms(part.terms, list(spec.factors))
+                if max(map(max, terms)) > _HIGHEST:
+                    yield Problem((*at, "terms"), f"must not have an exponent above {_HIGHEST}")
             except InputError as error:
                 yield Problem((*at, "terms"), str(error))
+        elif ((part.order or 2) + 1) ** len(spec.factors) > _MOST_COMBINATIONS:
+            yield Problem(at, f"has too many terms with {len(spec.factors)} factors: state the terms, or use kriging")
 
 
 def _criteria(spec: StudyFile) -> Iterator[Problem]:
@@ -168,7 +204,10 @@ def _criteria(spec: StudyFile) -> Iterator[Problem]:
 
 def _optimiser(spec: StudyFile) -> Iterator[Problem]:
     yield from _resolution(spec, ("optimiser", "resolution"), spec.optimiser.resolution)
-    for target in ("surrogate", "simulator"):
+    for target, most in (("surrogate", _MOST_PREDICTED), ("simulator", _MOST_SIMULATED)):
+        swarm = getattr(spec.optimiser, target)
+        if swarm.particles * swarm.iterations > most:
+            yield Problem(("optimiser", target), f"asks for more than {most} evaluations: take less of both")
         if target in spec.optimiser.model_fields_set and spec.optimiser.on not in (target, "both"):
             yield Problem(("optimiser", target), f"is not used: the search is on the {spec.optimiser.on}")
 

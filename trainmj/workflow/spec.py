@@ -9,9 +9,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
+MAX_POINTS = 5000
+"""Most points of a design: the distances between all of them are held in memory."""
+
+Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]  # sums and squares stay finite
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
-Seed = Annotated[int, Field(ge=0)]
+Seed = Annotated[int, Field(ge=0, lt=2**32)]
+Title = Annotated[str, Field(max_length=200)]
+Notes = Annotated[str, Field(max_length=20_000)]
 Resolution = dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]]
 
 
@@ -27,8 +32,10 @@ class FactorPart(Part):
     sets: str | list[str] = Field(description="parameter or path of the scenario, or several that get the same value")
     bounds: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
     kind: Literal["continuous", "integer", "choice"] | None = None
-    levels: Annotated[list[Any], Field(min_length=2)] | None = None
-    unit: str | None = Field(None, description="by default from the end of the path's name")
+    levels: Annotated[list[Any], Field(min_length=2, max_length=1000)] | None = None
+    unit: Annotated[str, Field(max_length=20)] | None = Field(
+        None, description="by default from the end of the path's name"
+    )
 
 
 class DesignPart(Part):
@@ -37,10 +44,10 @@ class DesignPart(Part):
     kind: Literal["optimal_latin_hypercube", "sobol", "full_factorial", "central_composite", "table"] = (
         "optimal_latin_hypercube"
     )
-    n: Annotated[int, Field(ge=2, le=100_000)] | None = None
+    n: Annotated[int, Field(ge=2, le=MAX_POINTS)] | None = None
     seed: Seed | None = None
     placement: Literal["edge", "centre"] | None = None
-    levels: dict[str, Annotated[int, Field(ge=2)]] | None = None
+    levels: dict[str, Annotated[int, Field(ge=2, le=MAX_POINTS)]] | None = None
     form: Literal["face", "inscribed"] | None = None
     file: str | None = None
     resolution: Resolution = Field(default_factory=dict, description="points are whole multiples of these")
@@ -58,7 +65,7 @@ class SurrogatePart(Part):
 
     kind: Literal["polynomial", "kriging"] = "polynomial"
     order: Annotated[int, Field(ge=1, le=6)] | None = None
-    terms: Annotated[list[str], Field(min_length=1)] | None = None
+    terms: Annotated[list[Annotated[str, Field(max_length=200)]], Field(min_length=1, max_length=500)] | None = None
     selection: Literal["none", "press", "bic"] = "none"
     seed: Seed = 0
 
@@ -67,7 +74,7 @@ class CrossValidationPart(Part):
     """Which kinds the chosen surrogates are compared with, all fitted afresh without the points they predict."""
 
     against: list[Literal["linear", "quadratic", "cubic", "kriging"]] = ["linear", "quadratic"]
-    folds: Annotated[int, Field(ge=2)] | None = None
+    folds: Annotated[int, Field(ge=2, le=MAX_POINTS)] | None = None
     seed: Seed = 0
 
 
@@ -76,7 +83,7 @@ class ConstraintPart(Part):
 
     at_most: Number | None = None
     at_least: Number | None = None
-    margin: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
+    margin: Annotated[Number, Field(ge=0)] = Field(
         0.0, description="how far the search on the surrogate stays inside the limits"
     )
 
@@ -87,7 +94,7 @@ class SwarmPart(Part):
     particles: Annotated[int, Field(ge=4, le=100_000)]
     iterations: Annotated[int, Field(ge=1, le=100_000)]
     archive: Annotated[int, Field(ge=4, le=5000)]
-    patience: Annotated[int, Field(ge=1)]
+    patience: Annotated[int, Field(ge=1, le=100_000)]
     tolerance: Annotated[float, Field(ge=0, lt=1)]
 
 
@@ -97,7 +104,7 @@ class SurrogateSwarm(SwarmPart):
     particles: Annotated[int, Field(ge=4, le=100_000)] = 100
     iterations: Annotated[int, Field(ge=1, le=100_000)] = 250
     archive: Annotated[int, Field(ge=4, le=5000)] = 100
-    patience: Annotated[int, Field(ge=1)] = 25
+    patience: Annotated[int, Field(ge=1, le=100_000)] = 25
     tolerance: Annotated[float, Field(ge=0, lt=1)] = 1e-4
 
 
@@ -107,7 +114,7 @@ class SimulatorSwarm(SwarmPart):
     particles: Annotated[int, Field(ge=4, le=100_000)] = 32
     iterations: Annotated[int, Field(ge=1, le=100_000)] = 30
     archive: Annotated[int, Field(ge=4, le=5000)] = 60
-    patience: Annotated[int, Field(ge=1)] = 8
+    patience: Annotated[int, Field(ge=1, le=100_000)] = 8
     tolerance: Annotated[float, Field(ge=0, lt=1)] = 1e-3
 
 
@@ -128,7 +135,7 @@ class WeightsPart(Part):
     form: Literal["paper", "textbook"] | None = None
     data: Literal["raw", "t_score", "min_max"] | None = None
     of: Annotated[Literal["design", "front"] | None, Field(description="whose values the entropy is taken of")] = None
-    own: dict[str, Annotated[float, Field(ge=0, allow_inf_nan=False)]] | None = None
+    own: dict[str, Annotated[Number, Field(ge=0)]] | None = None
 
 
 class DecisionPart(Part):
@@ -150,17 +157,17 @@ class CheckPart(Part):
 class StudyFile(Part):
     """A study file: from a scenario with free values to one chosen and verified design."""
 
-    title: str = ""
-    notes: str = ""
+    title: Title = ""
+    notes: Notes = ""
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
-    factors: Annotated[dict[Name, FactorPart], Field(min_length=1)]
-    responses: Annotated[dict[Name, str], Field(min_length=1)]
+    factors: Annotated[dict[Name, FactorPart], Field(min_length=1, max_length=20)]
+    responses: Annotated[dict[Name, str], Field(min_length=1, max_length=200)]
     design: DesignPart
     correlation: CorrelationPart = CorrelationPart()
     surrogates: dict[str, SurrogatePart] = Field(default_factory=dict, description="by response; default for the rest")
     cross_validation: CrossValidationPart = CrossValidationPart()
-    objectives: Annotated[dict[str, Literal["minimise", "maximise"]], Field(min_length=1)]
+    objectives: Annotated[dict[str, Literal["minimise", "maximise"]], Field(min_length=1, max_length=5)]
     constraints: dict[str, ConstraintPart] = Field(default_factory=dict)
     optimiser: OptimiserPart = OptimiserPart()
     weights: WeightsPart = WeightsPart()

@@ -1,0 +1,72 @@
+"""Text that comes from somebody else: read within bounds, and never a command to a terminal or a spreadsheet."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from trainmj.errors import InputError
+
+HIDDEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+"""Characters that steer a terminal, turn the direction of writing, or that XML and UTF-8 cannot hold."""
+
+FORMULA = ("=", "+", "-", "@")
+"""What a spreadsheet takes for the beginning of a formula."""
+
+
+def printable(text: str) -> str:
+    """The text with hidden characters written out, such as ``\\x1b``, so that it may be printed anywhere."""
+    return HIDDEN.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def read_text(path: Path, most_bytes: int) -> str:
+    """The text of a file of somebody else's.
+
+    Args:
+        path: a file; a device, pipe or folder is refused.
+        most_bytes: larger files are refused.
+
+    Raises:
+        InputError: saying what is wrong, without the name of the file.
+    """
+    try:
+        if not path.is_file():
+            raise InputError("is a folder, not a file" if path.is_dir() else "cannot be read (No such file)")
+        with path.open("rb") as file:
+            content = file.read(most_bytes + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not a usable file name"
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"cannot be read ({reason})") from None
+    if len(content) > most_bytes:
+        raise InputError(f"is larger than {most_bytes / 1e6:g} MB")
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise InputError(f"is not UTF-8 text (byte {error.start}): save it as UTF-8") from None
+
+
+def beside(folder: Path, name: str, said: str) -> Path | None:
+    """The file that another file names; None if there is no such file.
+
+    A file may name files of its own folder and below, after all links have been followed, and no others: so a file
+    from elsewhere reads nothing of its reader's but what came with it.
+
+    Args:
+        folder: of the file that names it.
+        name: as it stands there.
+        said: where it stands, for the message.
+
+    Raises:
+        InputError: if it is not a name of a file, or leads out of the folder.
+    """
+    path = folder / name
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+        there = path.is_file()
+    except (OSError, ValueError, RuntimeError):  # too long, with a zero byte, a circle of links
+        raise InputError(f"{said}: is not a usable file name") from None
+    if not inside:
+        raise InputError(f"{said}: must be in the folder of the file that names it, or below: copy it there")
+    return path if there else None
