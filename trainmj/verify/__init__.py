@@ -1,0 +1,1 @@
+"""Cases whose outcome is known without this program, and how well it meets them."""
