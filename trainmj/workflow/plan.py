@@ -18,9 +18,9 @@ from trainmj.scenario.problems import Path as Place
 from trainmj.study import Space
 from trainmj.study.arrays import FloatArray
 from trainmj.text import beside
+from trainmj.unit_names import head, label, unit_of
 from trainmj.workflow.rules import broken_rules, factor_of, paths_set, targets_of
 from trainmj.workflow.spec import ConstraintPart, StudyFile
-from trainmj.workflow.units import head, label, unit_of
 
 _ENDING = ".study.yaml"
 

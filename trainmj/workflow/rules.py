@@ -10,8 +10,8 @@ from trainmj.scenario import Scenario
 from trainmj.scenario.problems import Path, Problem
 from trainmj.study import Factor, parse_terms
 from trainmj.text import FORMULA
+from trainmj.unit_names import unit_of
 from trainmj.workflow.spec import MAX_POINTS, DesignPart, FactorPart, StudyFile
-from trainmj.workflow.units import unit_of
 
 DEFAULT = "default"
 
