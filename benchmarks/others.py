@@ -21,7 +21,6 @@ class PythonLaw:
         """For one simulation of a chain."""
         self.chain = chain
         self.plastic = [0.0] * len(chain.interfaces)
-        self.most = [0.0] * len(chain.interfaces)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """The passive forces of one step."""
@@ -29,8 +28,7 @@ class PythonLaw:
         net = [0.0] * len(v)
         for k, interface in enumerate(self.chain.interfaces):
             u, rate = q[k] - q[k + 1], v[k] - v[k + 1]
-            force, self.plastic[k] = interface.envelope.respond(u, rate, self.plastic[k], self.most[k])
-            self.most[k] = max(self.most[k], u)
+            force, self.plastic[k] = interface.envelope.respond(u, rate, self.plastic[k])
             net[k] -= force
             net[k + 1] += force
         for i, limit in enumerate(self.chain.friction):

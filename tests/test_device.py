@@ -18,10 +18,9 @@ STEPPED = envelope([(0, 0), (100, 500), (100, 800), (200, 800), (200.5, 0), (250
 
 def replay(e: Envelope, strokes_mm: list[float], rate: float = 0.0) -> list[tuple[float, float]]:
     """Forces [kN] and plastic strokes [mm] along a history."""
-    plastic, largest, out = 0.0, 0.0, []
+    plastic, out = 0.0, []
     for u in strokes_mm:
-        force, plastic = e.respond(u * 1e-3, rate, plastic, largest)
-        largest = max(largest, u * 1e-3)
+        force, plastic = e.respond(u * 1e-3, rate, plastic)
         out.append((force / 1e3, plastic * 1e3))
     return out
 
@@ -54,12 +53,12 @@ def test_devices_never_pull():
 
 
 def test_dashpot_acts_on_the_elastic_branch_only():
-    _, plastic = DAMPED.respond(0.060, 1.0, 0.0, 0.0)
-    assert DAMPED.respond(0.060, 1.0, 0.0, 0.0)[0] == pytest.approx(1e6), "crushing is independent of rate"
-    at_rest = DAMPED.respond(0.057, 0.0, plastic, 0.060)[0]
-    assert DAMPED.respond(0.057, 2.0, plastic, 0.060)[0] - at_rest == pytest.approx(50e3 * 2.0)
-    assert DAMPED.respond(0.057, -2.0, plastic, 0.060)[0] - at_rest == pytest.approx(-50e3 * 2.0)
-    assert DAMPED.respond(0.050, 9.0, plastic, 0.060)[0] == 0.0, "without elastic force there is no dashpot force"
+    _, plastic = DAMPED.respond(0.060, 1.0, 0.0)
+    assert DAMPED.respond(0.060, 1.0, 0.0)[0] == pytest.approx(1e6), "crushing is independent of rate"
+    at_rest = DAMPED.respond(0.057, 0.0, plastic)[0]
+    assert DAMPED.respond(0.057, 1.0, plastic)[0] - at_rest == pytest.approx(50e3 * 1.0)
+    assert DAMPED.respond(0.057, -2.0, plastic)[0] - at_rest == pytest.approx(-50e3 * 2.0)
+    assert DAMPED.respond(0.050, 9.0, plastic)[0] == 0.0, "without elastic force there is no dashpot force"
 
 
 STEEP = envelope([(0, 0), (10, 100), (10.1, 1000), (500, 1000)], 200, 50)  # rises at 9000 kN/mm, unloads at 200
@@ -72,9 +71,9 @@ def test_first_loading_never_passes_the_envelope_however_fast():
     assert forces[1:3] == pytest.approx([100 + 100 + 250, 100 + 200 + 250]), "below the envelope it acts"
 
 
-def test_a_fast_reload_may_pass_the_envelope():
-    """Below the largest stroke the dashpot adds to whatever the spring carries."""
-    assert replay(DAMPED, [60, 58, 59.9], rate=5.0)[-1][0] == pytest.approx(980 + 250)
+def test_a_fast_reload_does_not_pass_the_envelope_either():
+    forces = [f for f, _ in replay(DAMPED, [60, 58, 59.9], rate=5.0)]
+    assert forces == pytest.approx([1000, 850, 1000]), "the dashpot acts below the crush force and ends there"
 
 
 def test_a_jump_counts_with_the_force_behind_it():

@@ -321,10 +321,9 @@ def dissipated(e: Envelope, stroke: Array, rate: Array) -> tuple[float, float]:
     The work that the tally counts closes the balance of the integrator by construction (summation by parts), whatever
     the step; this account does not know the equations of motion.
     """
-    plastic, before, lost, largest = 0.0, 0.0, 0.0, 0.0
+    plastic, before, lost = 0.0, 0.0, 0.0
     for n, u in enumerate(stroke):
-        force, moved = e.respond(float(u), float(rate[n]), plastic, largest)
-        largest = max(largest, float(u))
+        force, moved = e.respond(float(u), float(rate[n]), plastic)
         if moved > plastic:
             lost += force * (moved - plastic)
         elif force > 0.0 and n:

@@ -65,7 +65,7 @@ def test_compiled_law_equals_the_readable_one_exactly(system, history):
     model, layout = system
     case = walled()
     data = start(model, case, layout)
-    plastic, largest = [0.0] * 4, [0.0] * 4
+    plastic = [0.0] * 4
     for n, row in enumerate(history):
         data.time = 0.001 * n
         data.qpos[:] = np.cumsum(row[:4][::-1])[::-1]  # a position is the sum of the strokes ahead of it
@@ -76,8 +76,7 @@ def test_compiled_law_equals_the_readable_one_exactly(system, history):
         rate = np.append(data.qvel[:-1] - data.qvel[1:], data.qvel[-1])
         forces = []
         for k, e in enumerate(ENVELOPES):
-            force, plastic[k] = e.respond(float(u[k]), float(rate[k]), plastic[k], largest[k])
-            largest[k] = max(largest[k], float(u[k]))
+            force, plastic[k] = e.respond(float(u[k]), float(rate[k]), plastic[k])
             forces.append(force)
         assert data.sensordata[:4].tolist() == forces, "forces of the compiled law differ from Envelope.respond"
         assert layout.joint(data.userdata, Joint.PLASTIC).tolist() == plastic, "plastic states differ"
@@ -89,11 +88,10 @@ def test_histories_of_that_test_reach_every_branch_of_the_law():
     """Guards the test above: its wiggles must unload, reload and pass the empty strokes."""
     rng = np.random.default_rng(1)
     for e in ENVELOPES:
-        seen, plastic, largest = set(), 0.0, 0.0
+        seen, plastic = set(), 0.0
         for u in np.abs(np.cumsum(rng.uniform(-0.012, 0.02, 400))):
             before = plastic
-            force, plastic = e.respond(u, 0.1, plastic, largest)
-            largest = max(largest, u)
+            force, plastic = e.respond(u, 0.1, plastic)
             seen.add("crush" if plastic > before else "elastic" if force > 0 else "idle")
         assert seen == {"crush", "elastic", "idle"}
 

@@ -5,12 +5,11 @@ stroke at which the force would vanish. With the unloading stiffness K and the d
 
     F_el = K (u - u_p)
     F_el >= F_env(u):   F = F_env(u), u_p = u - F / K     crushing: the state moves, energy is lost
-    0 < F_el < F_env:   F = max(0, F_el + c du/dt)        unloading and reloading
+    0 < F_el < F_env:   F = F_el + c du/dt, within [0, F_env]   unloading and reloading
     otherwise           F = 0                             devices push, they never pull
 
-Empty strokes and shear-off are parts of the envelope. Where the envelope rises faster than K it is climbed along K;
-the dashpot acts then too, but never carries the force past the envelope on first loading, where u is larger than ever
-before.
+Empty strokes and shear-off are parts of the envelope. Where the envelope rises faster than K it is climbed along K.
+The dashpot acts on the elastic branch and never carries the force past the envelope.
 This module is the readable form of the law; :mod:`trainmj.native` is the compiled one that MuJoCo calls, and the
 tests hold the two together.
 """
@@ -102,14 +101,13 @@ class Envelope:
             f[-1] = self.force[int(np.searchsorted(self.stroke, stroke, side="left"))]
         return float(np.trapezoid(f, u))
 
-    def respond(self, stroke: float, rate: float, plastic: float, largest: float) -> tuple[float, float]:
+    def respond(self, stroke: float, rate: float, plastic: float) -> tuple[float, float]:
         """Force and plastic state after one step of the law.
 
         Args:
             stroke: compression u at the end of the step [m].
             rate: du/dt [m/s].
             plastic: plastic state u_p before the step [m].
-            largest: largest stroke before the step [m].
 
         Returns:
             The force F [N] and the plastic state u_p [m] after the step.
@@ -120,8 +118,7 @@ class Envelope:
         crush = self.force_at(stroke)
         if elastic >= crush:
             return crush, stroke - crush / self.stiffness
-        force = max(0.0, elastic + self.damping * rate)
-        return (min(force, crush) if stroke > largest else force), plastic
+        return min(crush, max(0.0, elastic + self.damping * rate)), plastic
 
 
 @dataclass(frozen=True, eq=False)

@@ -222,9 +222,7 @@ def _passive(offsets: Offsets) -> Any:
                             ahead = crush
                             s[j + j_plastic * m] = u - crush / stiffness
                         else:
-                            ahead = max(0.0, elastic + s[j + j_damping * m] * rate)
-                            if u > s[j + j_most * m]:  # first loading does not pass the envelope
-                                ahead = min(ahead, crush)
+                            ahead = min(crush, max(0.0, elastic + s[j + j_damping * m] * rate))
                         if ahead > 0.0:
                             active = True
                             if s[j + j_first * m] < 0.0:
