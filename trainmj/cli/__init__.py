@@ -12,6 +12,7 @@ import click
 
 from trainmj.cli import collision, sweep
 from trainmj.cli.identify import identify
+from trainmj.cli.report import report
 from trainmj.cli.study import study
 from trainmj.errors import TrainmjError
 
@@ -47,6 +48,7 @@ for command in (
     collision.scenarios,
     sweep.sweep,
     study,
+    report,
     identify,
 ):
     main.add_command(command)

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trainmj.cli.options import load_scenario, takes_figures, takes_scenario
-from trainmj.errors import OutputError
+from trainmj.cli.report import takes_report
+from trainmj.errors import InputError, OutputError
 
 if TYPE_CHECKING:
     from trainmj.plotting import Format, Width
+    from trainmj.result import Result
 
 
 @click.command()
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     "--out", type=click.Path(path_type=Path), help="Folder for the result, tables and figure; made if needed."
 )
 @takes_figures
+@takes_report
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 def run(
     scenario: str,
@@ -29,12 +32,15 @@ def run(
     out: Path | None,
     figures: tuple[Format, ...],
     figure_width: Width,
+    with_report: bool,
     as_json: bool,
 ) -> None:
     """Compute one collision and print its interfaces, vehicles, criteria and balances.
 
     Exit code: 0 when computed (the status says how it ended), 1 if unstable, 2 for wrong input.
     """
+    if with_report and out is None:
+        raise InputError("--report: needs --out, the folder to write report.html into")
     loaded = load_scenario(scenario, changes)
     if out is not None:
         _make_folder(out)
@@ -46,16 +52,32 @@ def run(
     summary = summarise(result)
     if out is not None:
         from trainmj.output import write_run
+        from trainmj.report import write_report
 
         write_run(result, summary, out, figures, figure_width)
+        if with_report:
+            write_report(out)
     if as_json:
-        click.echo(json.dumps(summary.as_dict(), indent=2))
+        click.echo(json.dumps(summary.as_dict() | ({"repeated": again.as_dict()} if again else {}), indent=2))
     else:
         terminal.print_summary(loaded, summary)
+        for line in again.said() if again else ():
+            click.echo(line)
         if out is not None:
             click.echo(f"Written to {out}{'' if str(out).endswith('/') else '/'}")
-    if summary.status.startswith("unstable"):
+    if summary.status.startswith("unstable") or (again is not None and not again.same):
         sys.exit(1)
+
+
+def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result:
+    """The result that is computed again."""
+    if changes:
+        raise InputError(f"--set: a result is computed again as it was: change its scenario, beside {file}, instead")
+    if out is not None and out.resolve() == file.parent.resolve():
+        raise InputError(f"--out {out}: has the result that is computed again: take another folder")
+    from trainmj.result import load_result
+
+    return load_result(file)
 
 
 @click.command()

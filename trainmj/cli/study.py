@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from trainmj.cli.options import takes_figures
+from trainmj.cli.report import takes_report, write
 
 if TYPE_CHECKING:
     from trainmj.plotting import Format, Width
@@ -20,8 +21,17 @@ if TYPE_CHECKING:
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
 @takes_figures
+@takes_report
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
-def study(study: str, out: Path, threads: int, figures: tuple[Format, ...], figure_width: Width, as_json: bool) -> None:
+def study(
+    study: str,
+    out: Path,
+    threads: int,
+    figures: tuple[Format, ...],
+    figure_width: Width,
+    with_report: bool,
+    as_json: bool,
+) -> None:
     """Go from a scenario with free values to one chosen and verified design.
 
     STUDY is a study file, or the name of one that ships with trainmj, such as b_type. Each step leaves its tables and
@@ -47,5 +57,7 @@ def study(study: str, out: Path, threads: int, figures: tuple[Format, ...], figu
         click.echo(json.dumps(result.summary, indent=2))
     else:
         report.print_study(result)
+    if with_report:
+        write(out, silent=as_json)
     if not result.summary["check"]["kept"]:
         sys.exit(1)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trainmj.cli.options import load_scenario, split_assignment, takes_scenario
+from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 @click.option("--histories", metavar="NUMBERS", help="Numbers of cases (from 0) whose histories are kept as NetCDF.")
 @click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster: its scheduler's address, or 'local'.")
 @click.option("--parquet", is_flag=True, help="Write results.parquet too.")
+@takes_report
 def sweep(
     scenario: str,
     changes: dict[str, Any],
@@ -49,6 +51,7 @@ def sweep(
     histories: str | None,
     dask: str | None,
     parquet: bool,
+    with_report: bool,
 ) -> None:
     """Compute many cases of a scenario and store one row of responses for each.
 
@@ -86,6 +89,8 @@ def sweep(
     if write_parquet is not None:
         write_parquet(out)
     terminal.print_outcome(outcome)
+    if with_report:
+        write(out)
 
 
 def _numbers(text: str) -> list[int]:

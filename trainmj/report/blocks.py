@@ -144,6 +144,7 @@ class _Table(Block):
     columns: tuple[Column, ...]
     rows: tuple[tuple[Any, ...], ...]
     note: str
+    folded: bool
 
 
 @dataclass(frozen=True)
@@ -214,14 +215,15 @@ class Section:
         title: str = "",
         note: str = "",
         half: bool = False,
+        folded: bool = False,
     ) -> None:
-        """A table; a cell may be a number, text, a verdict or markup.
+        """A table; a cell may be a number, text, a verdict or markup. A folded one opens on a click on its title.
 
         Raises:
             ValueError: if a row has not one cell for each column.
         """
         cells = tuple(tuple(c.show(v) for c, v in zip(columns, row, strict=True)) for row in rows)
-        self.blocks.append(_Table(title, tuple(columns), cells, note, half=half))
+        self.blocks.append(_Table(title, tuple(columns), cells, note, folded, half=half))
 
     def code(self, text: str, title: str = "", folded: bool = False) -> None:
         """Text as it stands: a command, or a file; folded away behind its title if it is long."""
@@ -259,14 +261,14 @@ class Section:
             half: whether it takes half the width of the page, where there is room.
         """
         content = {"data": list(data), "layout": layout_of(layout) | {"height": height}}
-        self.blocks.append(Plot(_json(content), title, note, height, half=half))
+        self.blocks.append(Plot(as_json(content), title, note, height, half=half))
 
     def raw(self, markup: Markup, script: str = "") -> None:
         """Trusted markup, and a script that makes it live; a script is in the page once, however often given."""
         self.blocks.append(Raw(markup, script))
 
 
-def _json(value: Any) -> Markup:
+def as_json(value: Any) -> Markup:
     """A value as JSON that may stand within a script element; NaN and infinity as null."""
     try:
         text = json.dumps(value, separators=(",", ":"), allow_nan=False)

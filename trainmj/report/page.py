@@ -34,7 +34,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -45,7 +44,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from trainmj.errors import EngineError, OutputError
+from trainmj.atomic import replacing
+from trainmj.errors import EngineError
 from trainmj.report.blocks import Plot, Raw, Section, Verdict
 
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
@@ -96,14 +96,8 @@ class Page:
         Raises:
             OutputError: if it cannot be written.
         """
-        file = Path(file)
-        part = file.with_name(f".{file.name}.part")
-        try:
+        with replacing(file) as part:
             part.write_text(self.html(), encoding="utf-8", newline="\n")
-            os.replace(part, file)
-        except OSError as error:
-            part.unlink(missing_ok=True)
-            raise OutputError(f"{file}: cannot be written ({error.strerror})") from None
 
 
 @cache

@@ -8,26 +8,26 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PINK = (
-    "#000000",
-    "#e69f00",
-    "#56b4e9",
-    "#009e73",
-    "#f0e442",
-    "#0072b2",
-    "#d55e00",
-    "#cc79a7",
-)
-"""Colours that people who see colours differently tell apart (Okabe and Ito 2008)."""
+from trainmj.plotting.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 
-GREY = "#8a8f98"
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED, BLACK, GREY)
-"""Of lines, in turn."""
+Trace = dict[str, Any]
+"""One line, or one set of points, as plotly.js takes it."""
+
+GREY = "#7a808a"
+COLOURS = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "#404040")
+"""Of lines, in turn: those of all figures."""
 
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """From little to much."""
 
-_AXIS = {"gridcolor": "#e8eaee", "zerolinecolor": "#b9bec7", "linecolor": "#b9bec7", "automargin": True, "ticks": ""}
+_AXIS = {
+    "gridcolor": "#e8eaee",
+    "zerolinecolor": "#b9bec7",
+    "linecolor": "#b9bec7",
+    "automargin": True,
+    "ticks": "",
+    "title": {"standoff": 10},
+}
 _LAYOUT: dict[str, Any] = {
     "autosize": True,
     "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#22262e"},
@@ -81,7 +81,7 @@ def line(
     colour: str | None = None,
     width: float = 1.6,
     **more: Any,
-) -> dict[str, Any]:
+) -> Trace:
     """A line.
 
     Args:
@@ -94,7 +94,7 @@ def line(
         more: further entries of the trace.
     """
     said = f" {plain(unit)}" if unit else ""
-    trace = {
+    trace: Trace = {
         "type": "scatter",
         "mode": "lines",
         "name": plain(name),
@@ -115,7 +115,7 @@ def dots(
     size: float = 7,
     texts: Sequence[str] | None = None,
     **more: Any,
-) -> dict[str, Any]:
+) -> Trace:
     """Points.
 
     Args:
@@ -129,7 +129,7 @@ def dots(
         more: further entries of the trace.
     """
     marker: dict[str, Any] = {"size": size, "symbol": symbol} | ({"color": colour} if colour else {})
-    trace: dict[str, Any] = {
+    trace: Trace = {
         "type": "scatter",
         "mode": "markers",
         "name": plain(name),

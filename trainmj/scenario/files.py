@@ -59,6 +59,11 @@ def save(scenario: Scenario, file: str | FilePath) -> None:
 
 def to_yaml(scenario: Scenario) -> str:
     """A scenario as the text of one self-contained YAML file."""
+    return as_yaml(scenario.values())
+
+
+def as_yaml(values: Mapping[str, Any]) -> str:
+    """Plain values as the text of a YAML file."""
     from ruamel.yaml import YAML
 
     text = io.StringIO()
@@ -67,7 +72,7 @@ def to_yaml(scenario: Scenario) -> str:
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     yaml.width = 120
     yaml.representer.ignore_aliases = lambda *_: True  # every value in full where it stands
-    yaml.dump(scenario.values(), text)
+    yaml.dump(dict(values), text)
     return text.getvalue()
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import close_match
 from trainmj.plotting.style import Format, Width
+from trainmj.scenario import to_yaml
 from trainmj.scenario.problems import Problem, refuse
 from trainmj.workflow import choice, fronts, steps, surrogates
 from trainmj.workflow.folder import Folder, Output, Step
@@ -207,13 +208,18 @@ def _plain(value: Any) -> Any:
 
 
 def _summary(study: Study, done: list[Step]) -> dict[str, Any]:
-    """The facts of all steps, without what JSON has no number for."""
+    """What was asked, in full, and the facts of all steps, without what JSON has no number for."""
+    from trainmj import simulation
+
     factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
     about = {
         "title": study.title,
         "factors": factors,
         "objectives": dict(study.spec.objectives),
         "constraints": [limit.text for limit in study.limits],
+        "study": dict(study.values, scenario="scenario.yaml"),
+        "scenario": to_yaml(study.scenario),
+        "versions": simulation.versions(),
     }
     result: dict[str, Any] = _finite(about | {step.name.replace(" ", "_"): dict(step.facts) for step in done})
     return result

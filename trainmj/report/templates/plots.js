@@ -1,6 +1,6 @@
 "use strict";
 (() => {
-  const PAPER = { width: 660, height: 300 }; // of a plot in print, in pixels: two to a sheet of A4 with room for text
+  const PAPER = { width: 660, height: 250 }; // of a plot in print, in pixels: three to a sheet of A4
   const plots = [...document.querySelectorAll(".plot figure")].map((figure) => ({
     canvas: figure.querySelector(".canvas"),
     ...JSON.parse(figure.querySelector("script").textContent),

@@ -1,0 +1,152 @@
+"use strict";
+document.querySelectorAll(".animation").forEach((figure) => {
+  const SVG = "http://www.w3.org/2000/svg";
+  const WIDTH = 1000, BODY = 46, RAIL = 112, MARGIN = 14, SHORTEST = 16, FAR = 90, SLEEPER = 0.6;
+  const data = JSON.parse(figure.querySelector("script").textContent);
+  const find = (name) => figure.querySelector(name);
+  const [button, slider, clock, rate] = [".play", ".time", ".clock", ".rate"].map(find);
+  const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
+  const n = data.vehicles.length, joints = data.interfaces.length, front = data.front;
+  const end = data.time[data.time.length - 1], start = data.time[0];
+
+  // Lengths: every device as long as its largest stroke and a bit, at one scale that fills the width.
+  const largest = data.stroke.map((strokes) => Math.max(0, ...strokes));
+  const body = Math.min(BODY, (0.62 * WIDTH) / n);
+  const room = WIDTH - 2 * MARGIN - n * body - (joints + 1) * SHORTEST - (data.wall ? 20 : 0);
+  const scale = Math.min(0.2, room / Math.max(1, largest.reduce((a, b) => a + b, 0)));
+  const length = largest.map((u, k) => u * scale + SHORTEST * (k === front && !data.wall ? 2 : 1));
+
+  const add = (parent, name, attributes, text) => {
+    const element = document.createElementNS(SVG, name);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    if (text !== undefined) element.textContent = text;
+    parent.append(element);
+    return element;
+  };
+  const svg = add(find(".stage"), "svg", { viewBox: `0 26 ${WIDTH} 130`, role: "img",
+    "aria-label": `Side view of ${data.vehicles.join(", ")}` });
+  const sleepers = add(svg, "g", { class: "sleepers" });
+  const pitch = Math.max(12, SLEEPER * 1000 * scale);
+  for (let x = -2 * pitch; x < WIDTH + 2 * pitch; x += pitch) add(sleepers, "rect", { x, y: RAIL + 2, width: 5, height: 5 });
+  add(svg, "line", { class: "rail", x1: 0, x2: WIDTH, y1: RAIL, y2: RAIL });
+  const wall = data.wall ? add(svg, "rect", { class: "wall", y: 34, width: 20, height: RAIL - 34 }) : null;
+
+  const cars = data.vehicles.map((name, i) => {
+    const g = add(svg, "g", { class: i < data.moving ? "car moving" : "car standing" });
+    const w = body, head = i === data.moving - 1 ? 1 : i === data.moving ? -1 : 0, nose = 7;
+    const left = head < 0 ? `M${nose},54 Q0,58 0,98` : "M3,54 Q0,54 0,57 L0,98";
+    const right = head > 0 ? `L${w},98 Q${w},58 ${w - nose},54` : `L${w},98 L${w},57 Q${w},54 ${w - 3},54`;
+    add(g, "path", { class: "body", d: `${left} ${right} Z` });
+    const panes = Math.max(2, Math.round((w - 16) / 10)), pane = (w - 16) / panes;
+    for (let p = 0; p < panes; p++) add(g, "rect", { class: "pane", x: 8 + p * pane + 1, y: 59, width: pane - 2, height: 9 });
+    for (const x of [0.2, 0.36, 0.64, 0.8]) add(g, "circle", { class: "wheel", cx: x * w, cy: 105, r: Math.min(6, w / 8) });
+    add(g, "text", { class: "name", x: w / 2, y: 88 }, name);
+    return { g, speed: add(g, "text", { class: "speed", x: w / 2, y: 134 }) };
+  });
+
+  const device = (halves) => {
+    const g = add(svg, "g", { class: "device" });
+    const parts = Array.from({ length: halves }, () => ({
+      box: add(g, "rect", { class: "crush", y: 84, height: 14 }), folds: add(g, "path", { class: "folds" }) }));
+    return { parts, stroke: add(svg, "text", { class: "stroke", y: 44 }), energy: add(svg, "text", { class: "energy", y: 150 }) };
+  };
+  const devices = data.interfaces.map((_, k) => device(k === front && !data.wall ? 2 : 1));
+
+  const channels = data.colours.map((c) => [1, 3, 5].map((j) => parseInt(c.slice(j, j + 2), 16)));
+  const colour = (part) => {
+    const at = Math.min(Math.max(part, 0), 1) * (channels.length - 1), k = Math.min(Math.floor(at), channels.length - 2);
+    return `rgb(${channels[k].map((c, j) => Math.round(c + (at - k) * (channels[k + 1][j] - c))).join(",")})`;
+  };
+  find(".bar").style.background = `linear-gradient(to right, ${data.colours.join(",")})`;
+  find(".most").textContent = data.largest_energy.toFixed(data.largest_energy < 10 ? 2 : 0);
+
+  const fold = (part, x, width, energy) => {
+    const w = Math.max(width, 2);
+    part.box.setAttribute("x", x);
+    part.box.setAttribute("width", w);
+    part.box.setAttribute("fill", energy > 0.001 ? colour(energy / data.largest_energy) : "#ffffff");
+    part.folds.setAttribute("d", Array.from({ length: 5 }, (_, j) => `M${x + ((j + 1) * w) / 6},84 v14`).join(" "));
+  };
+
+  // One frame, between the two samples around a time; the place of the impact stays where it is on the screen.
+  const show = (time) => {
+    const span = data.time.length - 1;
+    const at = end > start ? ((time - start) / (end - start)) * span : 0;
+    const j = Math.min(Math.floor(at), Math.max(span - 1, 0)), part = at - j, next = Math.min(j + 1, span);
+    const mix = (values) => values[j] + part * (values[next] - values[j]);
+    const stroke = data.stroke.map(mix), left = data.left.map(mix), energy = data.energy.map(mix);
+    const width = stroke.map((u, k) => Math.min(length[k] - scale * u, length[k] + FAR));
+    const whole = n * body + length.reduce((a, b) => a + b, 0) + (data.wall ? 20 : 0);
+    let x = (WIDTH - whole) / 2;
+    for (let k = 0; k < front; k++) x += length[k] - width[k];
+    x += (length[front] - width[front]) / (data.wall ? 1 : 2);
+    let car = 0;
+    const place = (k) => {
+      const gap = Math.max(0, -stroke[k]) * scale, solid = width[k] - Math.min(gap, FAR);
+      const d = devices[k];
+      if (d.parts.length === 2) {
+        const own = length[k] / 2 - scale * Math.max(0, left[k]);
+        fold(d.parts[0], x, own, energy[k]);
+        fold(d.parts[1], x + width[k] - (solid - own), solid - own, energy[k]);
+      } else fold(d.parts[0], x, solid, energy[k]);
+      const middle = x + width[k] / 2;
+      d.stroke.setAttribute("x", middle);
+      d.stroke.textContent = Math.max(0, stroke[k]).toFixed(0);
+      d.energy.setAttribute("x", middle);
+      d.energy.textContent = energy[k].toFixed(0);
+      x += width[k];
+    };
+    for (const { g, speed } of cars) {
+      g.setAttribute("transform", `translate(${x},0)`);
+      speed.textContent = mix(data.speed[car]).toFixed(1).replace("-0.0", "0.0");
+      x += body;
+      if (car < joints) place(car);
+      car += 1;
+    }
+    if (wall) wall.setAttribute("x", x);
+    sleepers.setAttribute("transform", `translate(${-((mix(data.impact) * scale) % pitch)},0)`);
+    const said = `${time.toFixed(3)} s`;
+    slider.value = Math.round((1000 * (time - start)) / (end - start || 1));
+    slider.setAttribute("aria-valuetext", said);
+    clock.textContent = said;
+    figure.dataset.time = time;
+    now = time;
+  };
+
+  let now = start, playing = false, last = 0, shown = 0;
+  const tick = (moment) => {
+    if (!playing) return;
+    now = Math.min(end, now + ((moment - last) / 1000) * Number(rate.value));
+    last = moment;
+    if (!calm.matches || moment - shown > 500 || now >= end) { // where motion is not wanted: a picture each half second
+      show(now);
+      shown = moment;
+    }
+    if (now >= end) play(false);
+    else requestAnimationFrame(tick);
+  };
+  const play = (on) => {
+    playing = on;
+    button.textContent = on ? "Pause" : "Play";
+    if (!on) return;
+    if (now >= end) now = start;
+    last = performance.now();
+    requestAnimationFrame(tick);
+  };
+  button.addEventListener("click", () => play(!playing));
+  slider.addEventListener("input", () => {
+    play(false);
+    show(start + (slider.value / 1000) * (end - start));
+  });
+  figure.addEventListener("keydown", (event) => {
+    if (event.key !== " " || event.target === button || event.target === rate) return;
+    event.preventDefault();
+    play(!playing);
+  });
+  let before = start;
+  window.addEventListener("beforeprint", () => { before = now; play(false); show(end); });
+  window.addEventListener("afterprint", () => show(before));
+  show(start);
+  const stage = find(".stage");
+  stage.scrollLeft = (stage.scrollWidth - stage.clientWidth) / 2;
+});
