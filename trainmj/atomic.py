@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from trainmj.errors import OutputError
@@ -20,7 +20,7 @@ def replacing(file: str | Path) -> Iterator[Path]:
             part.write_text(text)
 
     Args:
-        file: what is made or replaced.
+        file: what is made or replaced; behind a link, the file it leads to. A device or pipe is written to directly.
 
     Yields:
         Where to write; taken away if the block fails or is interrupted.
@@ -28,10 +28,13 @@ def replacing(file: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: if something cannot be written, such as on a full disk.
     """
-    file = Path(file)
-    part = file.with_name(f".{file.name}.{os.getpid()}.part")
+    file = Path(os.path.realpath(file))
+    direct = file.exists() and not file.is_file() and not file.is_dir()
+    part = file if direct else file.with_name(f".{file.name[:200]}.{os.getpid()}.part")
     try:
         yield part
+        if direct:
+            return
         with part.open("rb+") as written:
             os.fsync(written.fileno())
         os.replace(part, file)
@@ -40,7 +43,9 @@ def replacing(file: str | Path) -> Iterator[Path]:
     except OSError as error:
         raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
     finally:
-        part.unlink(missing_ok=True)
+        if not direct:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
 
 
 def write_bytes(file: str | Path, content: bytes) -> None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from trainmj import plotting
 from trainmj.errors import OutputError
 from trainmj.metrics import InterfaceMetrics, Summary, VehicleMetrics
 from trainmj.result import Result
 from trainmj.scenario import to_yaml
+
+LAST = "summary.json"
 
 
 def write_run(
@@ -22,6 +26,9 @@ def write_run(
 ) -> None:
     """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figure into a folder.
 
+    All files are finished before the first of an earlier run is replaced. Where summary.json is, the others belong to
+    it.
+
     Args:
         result: of the collision.
         summary: of the same.
@@ -32,16 +39,29 @@ def write_run(
     Raises:
         OutputError: if a file cannot be written.
     """
-    result.save(folder / "result.nc")
     try:
-        (folder / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
-        (folder / "summary.json").write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
-        result.table().to_csv(folder / "histories.csv", index=False, float_format="%.9g")
-        _write_table(summary.interfaces, folder / "interfaces.csv", left_out={"stages"})
-        _write_table(summary.vehicles, folder / "vehicles.csv")
+        with TemporaryDirectory(prefix=".part-", dir=folder) as name:
+            stage = Path(name)
+            result.save(stage / "result.nc")
+            (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
+            result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
+            _write_table(summary.interfaces, stage / "interfaces.csv", left_out={"stages"})
+            _write_table(summary.vehicles, stage / "vehicles.csv")
+            plotting.save(plotting.collision(result, width), stage / "collision", formats)
+            (stage / LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
+            _move(stage, folder)
+    except OutputError as error:
+        raise OutputError(str(error).replace(f"{name}{os.sep}", f"{folder}{os.sep}")) from None
     except OSError as error:
-        raise OutputError(f"{error.filename or folder}: cannot be written ({error.strerror})") from None
-    plotting.save(plotting.collision(result, width), folder / "collision", formats)
+        file = folder / Path(error.filename).name if error.filename else folder
+        raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+
+
+def _move(stage: Path, folder: Path) -> None:
+    """Put finished files where they belong: the summary is away before the first and comes after the last."""
+    (folder / LAST).unlink(missing_ok=True)
+    for file in sorted(stage.iterdir(), key=lambda file: file.name == LAST):
+        os.replace(file, folder / file.name)
 
 
 def _write_table(

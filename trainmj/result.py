@@ -6,16 +6,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from trainmj.atomic import replacing
 from trainmj.chain import Chain, line_up
 from trainmj.device import Array
 from trainmj.errors import InputError, OutputError
 from trainmj.layout import Car, Head, Joint, Layout
 from trainmj.scenario import Scenario, from_yaml, to_yaml
+from trainmj.text import printable
 from trainmj.units import KJ, KM_H, KN, MM, G
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+FILE = "result.nc"
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +107,7 @@ class Result:
         stroke_rate: (n_sample, n_interface) [m/s].
         force: (n_sample, n_interface) [N].
         energy: (n_sample, n_interface) absorbed by the interface, elastic energy not counted [J].
-        versions: of trainmj, MuJoCo and the rest that computed it.
+        versions: of trainmj, MuJoCo and the rest that computed it, and the platform.
     """
 
     scenario: Scenario
@@ -116,6 +122,16 @@ class Result:
     force: Array
     energy: Array
     versions: dict[str, str]
+
+    @property
+    def step_ms(self) -> float:
+        """Step that it was computed with [ms]."""
+        return self.scenario.simulation.step_ms
+
+    def numbers(self) -> dict[str, Array]:
+        """Every number of the result by name, histories and tally."""
+        histories = {name: getattr(self, name) for name in ("time", *_HISTORIES)}
+        return histories | {f"tally_{name}": np.asarray(getattr(self.tally, name), dtype=np.float64) for name in _TALLY}
 
     def dataset(self) -> xr.Dataset:
         """Everything as an xarray Dataset with named dimensions and units."""
@@ -138,6 +154,7 @@ class Result:
                 "title": self.scenario.title or "train collision",
                 "scenario": to_yaml(self.scenario),
                 "format": _FORMAT,
+                "step_ms": self.step_ms,
                 **{f"version_{name}": version for name, version in self.versions.items()},
             },
         )
@@ -148,10 +165,11 @@ class Result:
         Raises:
             OutputError: if the file cannot be written.
         """
-        try:
-            self.dataset().to_netcdf(file, engine="h5netcdf")
-        except OSError as error:
-            raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+        with replacing(file) as part:
+            try:
+                self.dataset().to_netcdf(part, engine="h5netcdf")
+            except RuntimeError as error:  # how HDF5 tells of a full disk at times
+                raise OutputError(f"{file}: cannot be written ({error})") from None
 
     def table(self) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet."""
@@ -168,6 +186,17 @@ class Result:
         return pd.DataFrame(columns)
 
 
+def find_result(file: str | Path) -> Path | None:
+    """The result that a name leads to: a NetCDF file, or a folder that ``trainmj run --out`` left; None for others."""
+    path = Path(file)
+    try:
+        if path.suffix == ".nc" and path.is_file():
+            return path
+        return path / FILE if (path / FILE).is_file() else None
+    except (OSError, ValueError):
+        return None
+
+
 def load_result(file: str | Path) -> Result:
     """Read a result that :meth:`Result.save` wrote.
 
@@ -179,24 +208,61 @@ def load_result(file: str | Path) -> Result:
     if not Path(file).is_file():
         raise InputError(f"{file}: there is no such file")
     try:
-        with xr.open_dataset(file, engine="h5netcdf", decode_timedelta=False) as data:
+        with xr.open_dataset(file, engine="h5netcdf", decode_cf=False) as data:
+            scenario, step_ms = _scenario_of(data, str(file))
+            chain = line_up(scenario)
+            _check_sizes(data, chain, str(file))
             data.load()
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise InputError(f"{file}: is not a readable NetCDF file ({error})") from None
+    except InputError:
+        raise
+    except _UNREADABLE as error:
+        reason = printable(str(error)).splitlines() or [type(error).__name__]
+        raise InputError(f"{file}: is not a readable NetCDF file ({reason[0][:200]})") from None
+    if scenario.simulation.step_ms != step_ms:  # the default was another one
+        scenario = scenario.with_values({"simulation.step_ms": step_ms})
+        chain = line_up(scenario)
+    tally: dict[str, Any] = {name: data[f"tally_{name}"].to_numpy() for name in _TALLY}
+    tally |= {name: tally[name].item() for name, (over, _) in _TALLY.items() if not over}
+    tally["over"] = bool(tally["over"])
+    versions = {
+        k.removeprefix("version_"): printable(str(v)) for k, v in data.attrs.items() if k.startswith("version_")
+    }
+    histories: dict[str, Any] = {name: data[name].to_numpy() for name in _HISTORIES}
+    return Result(scenario, chain, Tally(**tally), data["time"].to_numpy(), **histories, versions=versions)
+
+
+def _scenario_of(data: xr.Dataset, file: str) -> tuple[Scenario, float]:
+    """The scenario in a file and the step it was computed with."""
     if data.attrs.get("format") != _FORMAT:
         raise InputError(
-            f"{file}: is not a result of this trainmj (format {data.attrs.get('format')!r}, not {_FORMAT!r})"
+            f"{file}: is not a result of this trainmj (format {str(data.attrs.get('format'))[:60]!a}, not {_FORMAT!r})"
         )
     missing = {"time", *_HISTORIES, *(f"tally_{name}" for name in _TALLY)} - set(data.variables)
     if missing or "scenario" not in data.attrs:
         raise InputError(f"{file}: is not a whole result: {min(missing, default='scenario')} is missing")
-    scenario = from_yaml(str(data.attrs["scenario"]), str(file))
-    tally: dict[str, Any] = {name: data[f"tally_{name}"].to_numpy() for name in _TALLY}
-    tally |= {name: tally[name].item() for name, (over, _) in _TALLY.items() if not over}
-    versions = {k.removeprefix("version_"): str(v) for k, v in data.attrs.items() if k.startswith("version_")}
-    histories: dict[str, Any] = {name: data[name].to_numpy() for name in _HISTORIES}
-    return Result(scenario, line_up(scenario), Tally(**tally), data["time"].to_numpy(), **histories, versions=versions)
+    scenario = from_yaml(str(data.attrs["scenario"]), file)
+    return scenario, float(data.attrs.get("step_ms", scenario.simulation.step_ms))
 
+
+def _check_sizes(data: xr.Dataset, chain: Chain, file: str) -> None:
+    """Refuse a file whose numbers are not those of its scenario, before they are read into memory."""
+    sizes = {"vehicle": len(chain.vehicles), "interface": len(chain.interfaces)}
+    n = int(data.sizes.get("time", 0))
+    if not 0 < n <= chain.n_records:
+        raise InputError(f"{file}: has {n} records and not 1 to {chain.n_records}, as its scenario would")
+    over: dict[str, tuple[str, ...]] = {"time": ("time",)}
+    over |= {name: ("time", thing) for name, (thing, _) in _HISTORIES.items()}
+    over |= {f"tally_{name}": things for name, (things, _) in _TALLY.items()}
+    for name, dimensions in over.items():
+        shape = tuple(n if d == "time" else sizes[d] for d in dimensions)
+        if data[name].shape != shape or data[name].dtype.kind not in "fbiu":
+            raise InputError(
+                f"{file}: {name} is not {' x '.join(map(str, shape)) or 'one'} numbers as its scenario has"
+            )
+
+
+_UNREADABLE = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError, IndexError, MemoryError)
+"""What the packages that read NetCDF raise on damaged files."""
 
 _FORMAT = "trainmj result 1"
 _HISTORIES = {

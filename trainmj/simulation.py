@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import platform
 from importlib.metadata import version
 
 import mujoco
 import numpy as np
+from llvmlite.binding import get_host_cpu_name
 
 from trainmj import native
 from trainmj.chain import Chain, check_step, line_up
@@ -60,8 +62,12 @@ def start(model: mujoco.MjModel, chain: Chain, layout: Layout) -> mujoco.MjData:
 
 
 def versions() -> dict[str, str]:
-    """Versions of what computes a result."""
-    return {name: version(name) for name in ("trainmj", "mujoco", "numba", "numpy")}
+    """Versions of what computes a result, and the platform: where all are the same, so is every bit of the numbers."""
+    return {
+        **{name: version(name) for name in ("trainmj", "mujoco", "numba", "numpy")},
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()} {get_host_cpu_name()}",
+    }
 
 
 def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:

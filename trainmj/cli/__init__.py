@@ -12,9 +12,12 @@ import click
 
 from trainmj.cli import collision, sweep
 from trainmj.cli.identify import identify
+from trainmj.cli.paper import paper
+from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.cli.study import study
 from trainmj.errors import TrainmjError
+from trainmj.text import printable
 
 
 class _Group(click.Group):
@@ -24,8 +27,11 @@ class _Group(click.Group):
         try:
             return super().invoke(ctx)
         except TrainmjError as error:
-            click.echo(f"Error: {error}", err=True)
+            click.echo(f"Error: {printable(str(error))}", err=True)
             sys.exit(2)
+        except KeyboardInterrupt:
+            click.echo("Stopped.", err=True)
+            sys.exit(130)
         except BrokenPipeError:
             sys.stderr.close()  # the reader of our output has gone; nobody is left to tell
             sys.exit(0)
@@ -47,8 +53,11 @@ for command in (
     collision.schema,
     collision.scenarios,
     sweep.sweep,
+    render,
+    view,
     study,
     report,
     identify,
+    paper,
 ):
     main.add_command(command)

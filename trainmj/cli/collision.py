@@ -37,18 +37,27 @@ def run(
 ) -> None:
     """Compute one collision and print its interfaces, vehicles, criteria and balances.
 
-    Exit code: 0 when computed (the status says how it ended), 1 if unstable, 2 for wrong input.
+    SCENARIO may also be a saved result, or the folder of one: it is computed again and compared, number by number.
+
+    Exit code: 0 when computed (the status says how it ended), 1 if unstable or if a repeated result differs from the
+    saved one, 2 for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
-    loaded = load_scenario(scenario, changes)
+    from trainmj.result import find_result
+
+    saved = find_result(scenario)
+    before = None if saved is None else _load_saved(saved, changes, out)
+    loaded = load_scenario(scenario, changes) if before is None else before.scenario
     if out is not None:
         _make_folder(out)
     from trainmj import terminal
     from trainmj.metrics import summarise
+    from trainmj.repeat import repeat
     from trainmj.simulation import run as simulate
 
-    result = simulate(loaded)
+    again = None if before is None else repeat(before)
+    result = simulate(loaded) if again is None else again.result
     summary = summarise(result)
     if out is not None:
         from trainmj.output import write_run

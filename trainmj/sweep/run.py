@@ -21,6 +21,8 @@ COMMIT_EVERY = 0.5
 
 _MOST_WAITING = 500  # cases written in one transaction
 
+_MAY_CHANGE = ("version_python", "version_platform")  # the nodes of a cluster may differ
+
 Engine = Callable[[Iterable[tuple[int, Case]]], Iterator[tuple[int, Row]]]
 """Computes numbered cases; yields the row of each as it ends, in any order."""
 
@@ -133,7 +135,7 @@ def _agree(store: Store, plan: Plan) -> None:
     if not there:
         store.describe(mine)
         return
-    changed = [key for key in mine if there.get(key) != mine[key]]
+    changed = [key for key in mine if key not in _MAY_CHANGE and there.get(key) != mine[key]]
     if not changed:
         return
     cure = "run it as it was, or take another folder"

@@ -1,0 +1,206 @@
+"""The kinds of file that people hand to trainmj, each with a good example and what a user does with it.
+
+Another kind of file is one more entry of KINDS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from click.testing import CliRunner
+
+import trainmj
+from trainmj.cli import main
+from trainmj.errors import InputError, TrainmjError
+from trainmj.scenario import Scenario
+
+BASE = {
+    "title": "Two wagons against a wall",
+    "notes": "Small enough to run hundreds of times.",
+    "parameters": {"mass_t": "trains.wagons.mass_t", "gap": ["devices.head.stages.climber.empty_stroke_mm"]},
+    "curves": {"buffer": {"stroke_mm": [0, 40, 73], "force_kN": [0, 600, 800]}, "tube": {"file": "tube.csv"}},
+    "devices": {
+        "head": {
+            "stages": {
+                "coupler": {
+                    "curve": ["buffer", {"stroke_mm": [350], "force_kN": [800]}],
+                    "shear_off": {"force_kN": 1000, "ramp_mm": 0.3},
+                },
+                "climber": {"empty_stroke_mm": 30, "curve": "tube", "stroke_limit_mm": 265},
+            },
+            "stiffness_kN_per_mm": 300,
+            "damping_kN_s_per_m": 10,
+        },
+        "link": {"curve": {"stroke_mm": [0, 73, 500], "force_kN": [0, 800, 800]}, "stiffness_kN_per_mm": 300},
+    },
+    "trains": {
+        "wagons": {
+            "vehicles": [{"name": "A"}, {"name": "B", "mass_t": 36}],
+            "mass_t": 40,
+            "length_m": 18,
+            "front": "head",
+            "rear": "link",
+            "coupler": "link",
+        }
+    },
+    "collision": {"train": "wagons", "speed_km_h": 12, "partner": "rigid_wall", "rail_friction": 0.008},
+    "simulation": {"step_ms": 0.2, "record_every_ms": 1, "time_limit_s": 0.05},
+}
+TUBE = b"stroke_mm,force_kN\n0,0\n1,1250\n400,1250\n"
+SCENARIO = {"builds_on": "base.yaml", "title": "With a partner", "collision": {"partner": "wagons", "gap_mm": 5}}
+SWEEP = {
+    "scenario": "base.yaml",
+    "set": {"collision.speed_km_h": 10},
+    "vary": {"mass_t": [30, 33], "gap": {"from": 20, "to": 50, "count": 2}},
+    "together": {"collision.gap_mm": [0, 5], "collision.rail_friction": [0.0, 0.01]},
+    "cases": "cases.csv",
+    "sample": {
+        "count": 2,
+        "seed": 1,
+        "method": "random",
+        "factors": {
+            "devices.link.stiffness_kN_per_mm": {"uniform": [200, 300]},
+            "devices.head.damping_kN_s_per_m": {"normal": [10, 1]},
+            "trains.wagons.coupler": {"choice": ["link", "head"]},
+        },
+    },
+    "responses": ["TS_mm", "stroke_*"],
+    "histories": [0],
+}
+CASES = b"trains.wagons.length_m\n18\n20\n"
+STUDY = {
+    "title": "Gap and mass",
+    "scenario": "base.yaml",
+    "set": {"collision.speed_km_h": 10},
+    "factors": {
+        "D": {"sets": "gap", "bounds": [20, 50], "unit": "mm"},
+        "M": {"sets": ["mass_t"], "bounds": [30, 36], "kind": "integer"},
+        "device": {"sets": "trains.wagons.rear", "levels": ["link", "head"]},
+    },
+    "responses": {"TS": "TS_mm", "TAMA": "TAMA_g", "S": "stroke_M1_wall_mm"},
+    "design": {"kind": "optimal_latin_hypercube", "n": 8, "seed": 1, "placement": "edge", "resolution": {"D": 1}},
+    "correlation": {"methods": ["pearson"], "level": 0.9},
+    "surrogates": {"default": {"order": 1}, "TS": {"terms": ["1", "D", "M"], "selection": "none"}},
+    "cross_validation": {"against": [], "folds": 2, "seed": 1},
+    "objectives": {"TS": "minimise", "TAMA": "maximise"},
+    "constraints": {"S": {"at_most": 1000, "margin": 1}},
+    "optimiser": {
+        "on": "surrogate",
+        "seed": 1,
+        "resolution": {"D": 1},
+        "surrogate": {"particles": 8, "iterations": 3, "archive": 8, "patience": 2, "tolerance": 0.01},
+    },
+    "weights": {"method": "own", "own": {"TS": 1, "TAMA": 2}},
+    "decision": {"method": "weighted_sum", "normalisation": "min_max", "spread": 0.1, "seed": 1},
+    "check": {"set": {"simulation.step_ms": 0.1}},
+}
+POINTS = b"D,M,device\n20,30,link\n30,31,head\n40,34,link\n50,36,head\n45,33,link\n"
+STUDY_OF_POINTS = {
+    **STUDY,
+    "design": {"kind": "table", "file": "points.csv"},
+    "surrogates": {"default": {"kind": "kriging", "seed": 1}},
+    "weights": {"method": "entropy"},
+    "optimiser": {"on": "simulator", "simulator": {"particles": 4, "iterations": 2, "archive": 4, "patience": 1}},
+}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file.
+
+    Attributes:
+        name: of the kind.
+        main: name of the file that is handed to trainmj.
+        files: good values, or bytes, of it and of the files it names.
+        load: reads it without computing.
+        cost: of computing what was loaded, in steps of a vehicle.
+        use: what a user does with it, the folder for results given; gives the exit code and what was printed.
+    """
+
+    name: str
+    main: str
+    files: Mapping[str, Any]
+    load: Callable[[Path], Any]
+    cost: Callable[[Any], float]
+    use: Callable[[Path, Path], list[tuple[int, str]]]
+
+
+def command(*args: str | Path) -> tuple[int, str]:
+    """Exit code and output of a command in this process; what is no clean exit is raised."""
+    result = CliRunner().invoke(main, [str(a) for a in args], prog_name="trainmj", catch_exceptions=False)
+    return result.exit_code, result.output
+
+
+def cost_of_scenario(scenario: Scenario) -> float:
+    chain = trainmj.chain.line_up(scenario)
+    return chain.time_limit / chain.step * len(chain.vehicles)
+
+
+def cost_of_sweep(plan: Any) -> float:
+    if len(plan) > 40:
+        return float("inf")
+    cost = 0.0
+    for _, case in plan.cases():
+        try:
+            cost += cost_of_scenario(plan.scenario.with_values(case))
+        except InputError:
+            continue
+    return cost * (1 + len(plan.histories))
+
+
+def cost_of_study(study: Any) -> float:
+    design, optimiser = study.spec.design, study.spec.optimiser
+    if design.kind in ("full_factorial", "central_composite"):
+        return float("inf")  # the number of points is not known before the design
+    runs = (design.n or 8) + (
+        optimiser.simulator.particles * optimiser.simulator.iterations if optimiser.on != "surrogate" else 0
+    )
+    guesses = optimiser.surrogate.particles * optimiser.surrogate.iterations
+    return runs * cost_of_scenario(study.scenario) + 1e3 * guesses
+
+
+def use_scenario(file: Path, out: Path) -> list[tuple[int, str]]:
+    return [
+        command("check", file),
+        command("export", file, "--out", out / "model.xml"),
+        command("run", file),
+    ]
+
+
+def use_sweep(file: Path, out: Path) -> list[tuple[int, str]]:
+    return [command("sweep", file, "--out", out / "sweep", "--threads", "1")]
+
+
+def use_study(file: Path, out: Path) -> list[tuple[int, str]]:
+    """As the command does, but without the figures, which take longer than all else together."""
+    try:
+        result = trainmj.run_study(trainmj.load_study(file), out / "study", threads=1, figures=())
+    except TrainmjError as error:
+        return [(2, f"Error: {error}")]
+    return [(0 if result.summary["check"]["kept"] else 1, "")]
+
+
+BESIDE = {"base.yaml": BASE, "tube.csv": TUBE}
+KINDS = (
+    Kind("scenario", "my.yaml", BESIDE | {"my.yaml": SCENARIO}, trainmj.load, cost_of_scenario, use_scenario),
+    Kind(
+        "sweep",
+        "my.sweep.yaml",
+        BESIDE | {"my.sweep.yaml": SWEEP, "cases.csv": CASES},
+        trainmj.load_plan,
+        cost_of_sweep,
+        use_sweep,
+    ),
+    Kind("study", "my.study.yaml", BESIDE | {"my.study.yaml": STUDY}, trainmj.load_study, cost_of_study, use_study),
+    Kind(
+        "study of given points",
+        "my.study.yaml",
+        BESIDE | {"my.study.yaml": STUDY_OF_POINTS, "points.csv": POINTS},
+        trainmj.load_study,
+        cost_of_study,
+        use_study,
+    ),
+)
