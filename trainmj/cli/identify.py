@@ -5,8 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+from trainmj.cli.options import takes_figures
+
+if TYPE_CHECKING:
+    from trainmj.plotting import Format, Width
 
 
 @click.command()
@@ -14,8 +20,17 @@ import click
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
 @click.option("--resume", is_flag=True, help="Use the trials in the folder; none of them is simulated again.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_figures
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
-def identify(targets: str, out: Path, resume: bool, threads: int, as_json: bool) -> None:
+def identify(
+    targets: str,
+    out: Path,
+    resume: bool,
+    threads: int,
+    figures: tuple[Format, ...],
+    figure_width: Width,
+    as_json: bool,
+) -> None:
     """Find the values of a scenario that make its responses meet values from a test or a table.
 
     TARGETS is a targets file, or the name of one that ships with trainmj, such as b_type. The folder gets the values
@@ -32,7 +47,7 @@ def identify(targets: str, out: Path, resume: bool, threads: int, as_json: bool)
 
     line = screen.Screen()
     try:
-        found = find(plan, out, threads, resume, line.watch, line.trials)
+        found = find(plan, out, threads, resume, line.watch, line.trials, figures, figure_width)
     except KeyboardInterrupt:
         line.stop()
         click.echo(f"Stopped. What was computed is in {out}; the same command with --resume goes on.", err=True)

@@ -16,6 +16,7 @@ from trainmj.identify.spec import DataPart
 from trainmj.identify.sums import Sum, parse_sum, value_of
 from trainmj.resources import shipped_folder
 from trainmj.tables import read_given
+from trainmj.text import beside
 
 Row = dict[str, Any]
 
@@ -77,6 +78,8 @@ def _rows(part: DataPart, folder: Path) -> list[Row]:
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
         return [{head: row.get(head) for head in heads} for row in part.rows]
     names = [part.table] if isinstance(part.table, str) else part.table or []
+    if not names:
+        raise InputError("table: must name at least one table")
     tables = [_read(name, folder) for name in names]
     joined = tables[0]
     for name, table in zip(names[1:], tables[1:], strict=True):
@@ -87,18 +90,15 @@ def _rows(part: DataPart, folder: Path) -> list[Row]:
 def _read(name: str, folder: Path) -> list[Row]:
     """Rows of a CSV file beside the targets file, or of a published table."""
     published = {path.stem: path for path in sorted((shipped_folder("paper") / "published").glob("*.csv"))}
-    if "\0" in name:
-        raise InputError(f"table {name!a}: is not a usable file name")
-    beside = folder / name
-    if not beside.is_file() and name not in published:
+    said = f"table {name[:200]!a}"
+    path = beside(folder, name, said) or published.get(name)
+    if path is None:
         near = [path.name for path in folder.glob("*.csv")]
-        raise InputError(
-            f"table {name!r}: there is no such file or published table{close_match(name, [*near, *published])}"
-        )
+        raise InputError(f"{said}: there is no such file or published table{close_match(name, [*near, *published])}")
     try:
-        table = read_given(beside if beside.is_file() else published[name])
+        table = read_given(path)
     except InputError as error:
-        raise InputError(f"table {name!r}: {error}") from None
+        raise InputError(f"{said}: {error}") from None
     return [dict(zip(map(str, table.columns), row, strict=True)) for row in table.itertuples(index=False, name=None)]
 
 

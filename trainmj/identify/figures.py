@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
     from trainmj.identify.run import Found
 
-_MOST_WRITTEN = 14  # parameters whose correlations are written into their cells
+_MOST_WRITTEN = 16  # parameters whose correlations are written into their cells
+_MOST_IN_COLUMN = 6
 
 
 def all_of(found: Found) -> dict[str, Figure]:
@@ -65,7 +66,7 @@ def correlations(found: Found) -> Figure:
     shown = [name for name, yes in zip(names, there, strict=True) if yes]
     values = found.known.correlation[np.ix_(there, there)]
     n = len(shown)
-    picture = figure(height=float(np.clip(40 + 7 * n, 60, 170)))
+    picture = figure("column" if n <= _MOST_IN_COLUMN else "page", float(np.clip(30 + 7 * n, 60, 165)))
     axes = picture.subplots()
     axes.grid(False)
     if n == 0:

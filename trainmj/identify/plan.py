@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 
 from trainmj.device import Array
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError
 from trainmj.identify.data import Observation, cases_of, observations
-from trainmj.identify.rules import broken_rules, settings_of, unit_of_path
+from trainmj.identify.rules import broken_rules, settings_of, start_of, unit_of_path
 from trainmj.identify.spec import Amount, TargetPart, TargetsFile
 from trainmj.identify.sums import Sum, parse_sum
-from trainmj.identify.unknowns import Area, Setting, Unknown, Unknowns
+from trainmj.identify.unknowns import Area, Unknown, Unknowns
 from trainmj.resources import shipped_folder
-from trainmj.scenario import Scenario, load, shipped
-from trainmj.scenario.files import find_file, read_yaml
+from trainmj.scenario import Scenario, load
+from trainmj.scenario.files import find_beside, find_file, read_yaml
 from trainmj.scenario.problems import Origins, Problem, refuse, validated
-from trainmj.workflow.units import unit_of
+from trainmj.unit_names import unit_of
 
 _ENDING = ".targets.yaml"
 
@@ -219,11 +219,9 @@ def shipped_targets() -> dict[str, Path]:
 
 
 def _scenario(spec: TargetsFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:
-    beside = folder / spec.scenario
-    if "\0" in spec.scenario or not (beside.is_file() or spec.scenario in shipped()):
-        rule = f"there is no such file beside it or shipped scenario{close_match(spec.scenario, shipped())}"
-        raise refuse([Problem(("scenario",), rule)], values, origins)
-    scenario = load(beside if beside.is_file() else spec.scenario)
+    where = origins.get(("scenario",))
+    said = f"{f'{where}: ' if where else ''}scenario = {spec.scenario[:200]!a}"
+    scenario = load(find_beside(folder, spec.scenario, said))
     try:
         return scenario.with_values(spec.set) if spec.set else scenario
     except InputError as error:
@@ -258,10 +256,3 @@ def _unknowns(spec: TargetsFile, scenario: Scenario) -> Unknowns:
         for name, c in spec.constraints.items()
     )
     return Unknowns(scenario, tuple(parameters), areas)
-
-
-def start_of(settings: tuple[Setting, ...], scenario: Scenario) -> float:
-    """The value of a parameter that the scenario has now, read from the first place that it sets."""
-    first = settings[0]
-    value = scenario.locate(first.path)[0]
-    return (float(value) - first.offset) / first.factor

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.identify.data import Observation
-from trainmj.identify.spec import ParameterPart, SetPart, TargetsFile
+from trainmj.identify.spec import MAX_VALUES, ParameterPart, SetPart, TargetsFile
 from trainmj.identify.sums import parse_sum
 from trainmj.identify.unknowns import Setting, curve_points
 from trainmj.scenario import Scenario
 from trainmj.scenario.problems import Path, Problem
-from trainmj.workflow.units import unit_of
-
-_MOST_CASES = 10_000
+from trainmj.unit_names import unit_of
 
 
 def broken_rules(
@@ -22,7 +20,7 @@ def broken_rules(
 ) -> Iterator[Problem]:
     """Every rule that the parts of a targets file break between them."""
     parameters = list(_parameters(spec, scenario))
-    yield from parameters
+    yield from parameters or _starts(spec, scenario)
     yield from _order(spec)
     yield from _constraints(spec, scenario)
     yield from _targets(spec)
@@ -31,8 +29,8 @@ def broken_rules(
     if fitted and not parameters:
         yield from _enough(spec, fitted)
     for key, found in (("data", fitted), ("held_out", held_out)):
-        if len(found) > _MOST_CASES:
-            yield Problem((key,), f"states {len(found)} values, more than {_MOST_CASES}")
+        if len(found) > MAX_VALUES:
+            yield Problem((key,), f"states {len(found)} values, more than {MAX_VALUES}")
 
 
 def settings_of(part: ParameterPart, scenario: Scenario) -> tuple[Setting, ...]:
@@ -65,24 +63,55 @@ def _parameters(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
             continue
         if part.start is not None and not low <= part.start <= high:
             yield Problem((*at, "start"), f"must be within the bounds, {low:g} to {high:g}")
+            continue
         broken = list(_settings(at, part, scenario, part.start is None))
         yield from broken
         if broken:
             continue
         settings = settings_of(part, scenario)
+        start = start_of(settings, scenario) if part.start is None else part.start
+        if not low <= start <= high:
+            yield Problem(
+                (*at, "bounds"), f"leave out the {start:g} that the scenario has now: widen them, or state a start"
+            )
+            continue
         for path in (s.path for s in settings):
             if path in owner:
                 yield Problem((*at, "sets"), f"{path} is set by {_by(owner[path], name)} already")
             owner[path] = name
             if path in spec.set:
                 yield Problem((*at, "sets"), f"{path} is fixed under set: leave it out there")
-        if part.start is None:
-            first = settings[0]
-            now = (float(scenario.locate(first.path)[0]) - first.offset) / first.factor
-            if not low <= now <= high:
-                yield Problem(
-                    (*at, "bounds"), f"leave out the {now:g} that the scenario has now: widen them, or state a start"
-                )
+
+
+def _starts(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
+    """What is wrong with the start values, by parameter where one is wrong by itself."""
+    starts = {name: _at_start(part, scenario) for name, part in spec.parameters.items()}
+    rule = _refused({path: value for changes in starts.values() for path, value in changes.items()}, scenario)
+    if rule is None:
+        return
+    alone = {name: _refused(changes, scenario) for name, changes in starts.items()}
+    wrong = [Problem(("parameters", name), f"at its start: {rule}") for name, rule in alone.items() if rule is not None]
+    yield from wrong or [Problem(("parameters",), f"at their start: {rule}")]
+
+
+def _at_start(part: ParameterPart, scenario: Scenario) -> dict[str, float]:
+    settings = settings_of(part, scenario)
+    start = start_of(settings, scenario) if part.start is None else part.start
+    return {s.path: s.factor * start + s.offset for s in settings}
+
+
+def _refused(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
+    try:
+        scenario.with_values(changes)
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def start_of(settings: Sequence[Setting], scenario: Scenario) -> float:
+    """The value of a parameter that the scenario has now, read from the first place that it sets."""
+    first = settings[0]
+    return (float(scenario.locate(first.path)[0]) - first.offset) / first.factor
 
 
 def _by(owner: str, name: str) -> str:

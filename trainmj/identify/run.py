@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from trainmj.identify.store import FILE, TrialStore
 from trainmj.identify.trials import Trials
 from trainmj.identify.uncertainty import Uncertainty, uncertainty
 from trainmj.identify.unknowns import Point, rounded
+from trainmj.plotting import Format, Width, save, styled
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.simulation import versions
 
@@ -88,6 +89,8 @@ def identify(
     resume: bool = False,
     watch: Watch = lambda progress: None,
     progress: Callable[[int], None] = lambda trials: None,
+    figures: Sequence[Format] = ("png",),
+    width: Width = "page",
 ) -> Found:
     """Find the values of an identification and write what there is to know of them into a folder.
 
@@ -101,6 +104,8 @@ def identify(
         resume: use the trials in the folder; without any there, begin.
         watch: told of each generation and iteration.
         progress: told how many trials were just finished.
+        figures: formats in which figures are drawn; none for no figures.
+        width: of figures.
 
     Raises:
         InputError: if trials are there and resume is not asked for, or they are of another scenario; if a response
@@ -148,12 +153,12 @@ def identify(
         there,
         time.monotonic() - began,
     )
-    write(result)
+    _write(result, figures, width)
     return result
 
 
-def write(found: Found) -> None:
-    """Write scenario, found values and tables into the folder of an identification.
+def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
+    """Write scenario, found values, tables and figures into the folder of an identification.
 
     Raises:
         OutputError: if a file cannot be written.
@@ -161,7 +166,6 @@ def write(found: Found) -> None:
     import pandas as pd
 
     from trainmj.identify import figures
-    from trainmj.plotting import save, styled
 
     plan, folder = found.plan, found.folder
     base = plan.scenario
@@ -171,21 +175,20 @@ def write(found: Found) -> None:
         FOUND: found_yaml(base, plan.unknowns.changes(found.point.value), BASE, title),
         "summary.json": json.dumps(found.summary, indent=2) + "\n",
     }
-    search_way = pd.DataFrame(found.way, columns=Progress._fields)
     for name, table in (
         ("fit", found.fit),
         ("residuals", found.residuals),
         ("parameters", found.parameters),
         ("correlations", found.correlations),
         ("directions", found.directions),
-        ("search", search_way),
+        ("search", pd.DataFrame(found.way, columns=Progress._fields)),
     ):
         texts[f"{name}.csv"] = table.to_csv(index=False, float_format="%.9g")
     for file, text in texts.items():
         write_bytes(folder / file, text.encode())
-    with styled():
-        for name, picture in figures.all_of(found).items():
-            save(picture, folder / name)
+    with styled(width):
+        for name, picture in (figures.all_of(found) if formats else {}).items():
+            save(picture, folder / name, formats)
 
 
 def _check_start(plan: Identification, threads: int) -> None:

@@ -5,21 +5,36 @@ Names of parameters, targets and data are the user's; a response is a sum of col
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
 
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from trainmj.workflow.spec import Name, Notes, Seed, Title
+
+_LARGEST = 1e100  # sums and squares stay finite
+_PERCENT = re.compile(r"^\s*\d{1,9}(\.\d{1,9})?\s*%\s*$")
+
+Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False)]
 Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
-Percent = Annotated[str, Field(pattern=r"^\s*\d+(\.\d+)?\s*%\s*$", max_length=20)]
-Amount = Positive | Percent
+
+
+def _amount(value: Any) -> Any:
+    percent = isinstance(value, str) and _PERCENT.match(value)
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if percent or (number and 0 < value <= _LARGEST):
+        return value
+    raise PydanticCustomError("amount", "must be a number above 0, in the unit of the response, or a part such as 1 %")
+
+
+Amount = Annotated[float | str, BeforeValidator(_amount)]
 """In the unit of the response, or "1 %" of the value that is wanted."""
 
-Cell = Number | str
 MAX_PARAMETERS = 200
+MAX_VALUES = 10_000
 
 
 class Part(BaseModel):
@@ -36,10 +51,23 @@ class SetPart(Part):
     offset: Number = 0.0
 
 
+def _kind(value: Any) -> str:
+    return "name" if isinstance(value, str) else "list" if isinstance(value, list) else "points"
+
+
+_One = Annotated[Annotated[str, Tag("name")] | Annotated[SetPart, Tag("points")], Discriminator(_kind)]
+Sets = Annotated[
+    Annotated[str, Tag("name")]
+    | Annotated[SetPart, Tag("points")]
+    | Annotated[list[_One], Field(min_length=1, max_length=100), Tag("list")],
+    Discriminator(_kind),
+]
+
+
 class ParameterPart(Part):
     """A value that is sought, and what it sets."""
 
-    sets: str | SetPart | Annotated[list[str | SetPart], Field(min_length=1)] = Field(
+    sets: Sets = Field(
         description="parameter or path of the scenario, or several; each may have a factor and an offset"
     )
     bounds: Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -47,7 +75,9 @@ class ParameterPart(Part):
     scale: Literal["linear", "log"] = "linear"
     above: str | None = Field(default=None, description="another parameter that this one never falls below")
     gap: NotNegative = Field(0.0, description="by how much it stays above")
-    unit: str | None = Field(default=None, description="by default from the end of the path's name")
+    unit: Annotated[str, Field(max_length=20)] | None = Field(
+        default=None, description="by default from the end of the path's name"
+    )
 
 
 class AreaPart(Part):
@@ -81,12 +111,14 @@ class TargetPart(Part):
 class DataPart(Part):
     """Where values come from: a table with a row for each case, or several joined by the columns of the cases."""
 
-    table: str | Annotated[list[str], Field(min_length=1)] | None = Field(
+    table: str | list[str] | None = Field(
         default=None, description="CSV file beside this one, or a published table that ships with trainmj"
     )
-    rows: Annotated[list[dict[str, Cell | None]], Field(min_length=1)] | None = None
-    where: dict[str, Cell | list[Cell]] = Field(default_factory=dict, description="rows taken, by values of columns")
-    leave_out: dict[str, Cell | list[Cell]] = Field(default_factory=dict, description="rows not taken, likewise")
+    rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] | None = None
+    where: dict[str, Any] = Field(
+        default_factory=dict, description="rows taken, by values of columns; a list for any of them"
+    )
+    leave_out: dict[str, Any] = Field(default_factory=dict, description="rows not taken, likewise")
     cases: dict[str, str] = Field(default_factory=dict, description="column: parameter or path of the scenario")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case of this table")
     values: Annotated[dict[Name, str], Field(min_length=1)] = Field(
@@ -125,7 +157,7 @@ class FinishPart(Part):
 class MethodPart(Part):
     """How long and how finely is searched."""
 
-    seed: Annotated[int, Field(ge=0)] = 0
+    seed: Seed = 0
     explore: ExplorePart = ExplorePart()
     refine: RefinePart = RefinePart()
     finish: FinishPart | None = None
@@ -135,8 +167,8 @@ class MethodPart(Part):
 class TargetsFile(Part):
     """A targets file: which values of a scenario are sought so that its responses meet which values."""
 
-    title: str = ""
-    notes: str = ""
+    title: Title = ""
+    notes: Notes = ""
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     parameters: Annotated[dict[Name, ParameterPart], Field(min_length=1, max_length=MAX_PARAMETERS)]

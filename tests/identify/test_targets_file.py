@@ -1,0 +1,231 @@
+"""Targets files: what they mean, and that each mistake is said with place, value, rule and cure."""
+
+import re
+
+import numpy as np
+import pytest
+from twins import plan, rows, scenario, values
+
+from trainmj.errors import InputError
+from trainmj.identify import identification_of, load_targets
+from trainmj.identify.data import observations
+from trainmj.identify.run import identify
+from trainmj.identify.spec import DataPart
+from trainmj.identify.sums import parse_sum, value_of
+from trainmj.scenario import save
+
+K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}
+TABLE = "D,M,force,stroke\n20,30,1,10\n20,33,2,\n35,30,3,30\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("targets")
+    save(scenario(), place / "train.yaml")
+    (place / "table.csv").write_text(TABLE)
+    (place / "other.csv").write_text("D,M,energy\n35,30,300\n20,30,100\n20,33,200\n")
+    (place / "short.csv").write_text("D,M,energy\n35,30,300\n")
+    (place / "bad.csv").write_text("D,M,force\n20,30,many\n")
+    return place
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"scenario": "trian.yaml"}, r"scenario = 'trian.yaml': there is no such file beside it or shipped scenario"),
+        ({"scenario": "../train.yaml"}, "must be in the folder of the file that names it"),
+        ({"parameter": {}}, "parameter: unknown key; did you mean 'parameters'?"),
+        ({"parameters__k__bound": [1, 2]}, "parameters.k.bound: unknown key; did you mean 'bounds'?"),
+        ({"parameters__k__bounds": [5]}, "parameters.k.bounds: must have at least 2 entries"),
+        ({"parameters__k__bounds": [400, 20]}, r"bounds: must be a lower and a higher one, as in \[20, 100\]"),
+        ({"parameters__k__bounds": [0, 400]}, "bounds: must be greater than 0 on a log scale; the lower one is 0"),
+        ({"parameters__k__bounds": [1, float("nan")]}, r"parameters.k.bounds.1 = nan: must be a finite number"),
+        ({"parameters__k__start": 900}, "parameters.k.start = 900: must be within the bounds, 20 to 400"),
+        ({"parameters__x": K}, "is set by the parameter k already"),
+        (
+            {"parameters__k": {**K, "bounds": [1, 2]}},
+            "bounds: leave out the 80 that the scenario has now: widen them, or state a start",
+        ),
+        (
+            {"parameters__k": {**K, "sets": "devices.coupler.stifness", "start": 80}},
+            "k: at its start: .*stifness = 80.0: unknown key",
+        ),
+        ({"parameters__k__sets": "devices.copler.stiffness_kN_per_mm"}, "did you mean 'coupler'?"),
+        (
+            {"parameters__k__sets": "curves.buffer.force_kN"},
+            "must lead to a number, not to a list: choose one of its 4, as in curves.buffer.force_kN.3",
+        ),
+        ({"parameters__k__sets": "trains.t.front"}, "must lead to a number, not to 'front'"),
+        ({"parameters__f10__sets": "curves.buffer.stroke_mm.1"}, "f10: at its start: .*must be more than"),
+        ({"parameters__k__sets": []}, "parameters.k.sets: must have at least 1 entries"),
+        ({"parameters__k__sets": [5]}, "parameters.k.sets.0"),
+        ({"data__tests__rows": [{"M": [1]}]}, "tests"),
+        ({"data__tests__rows": None, "data__tests__table": []}, "table: must name at least one table"),
+        ({"parameters__k__sets": {"path": "mass_t", "factor": 0}}, "sets.factor = 0: must not be 0"),
+        ({"parameters__k__sets": {"path": "mass_t"}}, "is set by a parameter that is sought: a case cannot set it too"),
+        ({"parameters__k__sets": {"way": "mass_t"}}, "parameters.k.sets.path: is missing"),
+        ({"parameters__f30__above": "f1O"}, "above = 'f1O': there is no parameter of this name; did you mean 'f10'?"),
+        ({"parameters__f10__above": "f30"}, "is solved from a constraint, after this one"),
+        ({"parameters__f30__bounds": [150, 390]}, "must reach up to 400, so that there is room above f10"),
+        ({"parameters__k__above": "c", "parameters__c__above": "k"}, "leads back to this parameter: break the circle"),
+        ({"parameters__k__gap": 3}, "gap = 3: needs above"),
+        ({"constraints__energy__by": "f31"}, "by = 'f31': there is no parameter of this name; did you mean 'f30'?"),
+        ({"constraints__energy__of": "curves.bufer"}, "must be the path of a curve; did you mean 'curves.buffer'?"),
+        ({"constraints__energy__to_mm": 70}, "to_mm = 70: must be within the curve, which ends at 60 mm"),
+        ({"constraints__energy__from_mm": 60}, r"to_mm = 60: must be more than from_mm \(60\)"),
+        (
+            {"constraints__again": {"of": "curves.buffer", "to_mm": 30, "area_kJ": 5, "by": "f30"}},
+            "is solved from the constraint energy already",
+        ),
+        ({"targets__s1__response": "stroke +"}, r"response = 'stroke \+': must be a name, or a sum such as"),
+        ({"targets__s1__response": "eval(1)"}, "must be a name, or a sum such as"),
+        ({"targets__s1__tolerance": 0}, "targets.s1.tolerance = 0: must be a number above 0"),
+        ({"targets__s1__tolerance": "0 %"}, "must be more than 0 %"),
+        (
+            {"targets__s1__tolerance": "much"},
+            "targets.s1.tolerance = 'much': must be a number above 0, .* or a part such as 1 %",
+        ),
+        ({"targets__s1__weight": -1}, "weight = -1: must be at least 0"),
+        ({"targets__s9": {"response": "TS_mm", "tolerance": 1}}, "targets.s9: has no value: name it under values"),
+        ({"targets__s1": None}, "data.tests.values.s1 = 's1': there is no target of this name"),
+        ({"data__tests__rows": None}, "data.tests: needs either table or rows"),
+        ({"data__tests__cases__M": "mas_t"}, "data.tests.cases.M = 'mas_t'.*did you mean 'mass_t'?"),
+        ({"data__tests__cases__Q": "mass_t"}, "data.tests: cases: there is no column 'Q'"),
+        ({"data__tests__values__s1": "s_1"}, r"values.s1 = 's_1': there is no column 's_1'; did you mean 's1'?"),
+        ({"data__tests__set": {"mass_t": 33}}, "is set by a column of cases too"),
+        ({"data__tests__set": {"devices.coupler.stiffness_kN_per_mm": 33}}, "a case cannot set it too"),
+        ({"data__tests__where": {"M": 31}}, "where.M: no row has the value 31"),
+        ({"data__tests__leave_out": {"W": 31}}, "leave_out: there is no column 'W'"),
+        ({"set": {"devices.coupler.stiffness_kN_per_mm": 70}}, "is fixed under set: leave it out there"),
+        ({"set": {"simulation.step_ms": -1}}, "set: .*must be at least"),
+        ({"method__seed": -1}, "method.seed = -1: must be at least 0"),
+        ({"method__explore__step_ms": 5}, "step_ms = 5: must be at most 2"),
+        ({"method__refin": {}}, "method.refin: unknown key; did you mean 'refine'?"),
+        ({"held_out__tests": {"rows": [{"s1": 1}], "values": {"s1": "s1"}}}, "is the name of an entry in data"),
+    ],
+)
+def test_mistakes_are_said(folder, changes, message):
+    with pytest.raises(InputError) as error:
+        identification_of(values(**changes), folder)
+    assert re.search(message, str(error.value)), str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        ({"table": "tabel.csv"}, "there is no such file or published table; did you mean 'table.csv'?"),
+        ({"table": "table3_devices_vs_d"}, "did you mean 'table3_devices_vs_D'?"),
+        ({"table": "../table.csv"}, "must be in the folder"),
+        ({"table": ["table.csv", "short.csv"]}, "has no row for the case D = 20, M = 30"),
+        ({"table": ["other.csv", "table3_devices_vs_D"]}, "has no column 'D', by which the tables are joined"),
+        ({"table": "bad.csv", "values": {"s": "force"}}, "row 1: force = 'many': must be a number"),
+        ({"rows": [{"D": 20, "M": None, "force": 1}], "values": {"s": "force"}}, "row 1: M: is empty"),
+        ({"rows": [{"D": 20, "M": 1, "force": None}], "values": {"s": "force"}}, "gives no value"),
+    ],
+)
+def test_mistakes_in_tables_are_said(folder, part, message):
+    given = {"cases": {"D": "empty_stroke_mm", "M": "mass_t"}, "values": {"s": "stroke"}} | part
+    with pytest.raises(InputError, match=message):
+        observations("x", DataPart.model_validate(given), folder)
+
+
+def test_tables_are_joined_and_chosen_by_their_cases(folder):
+    part = DataPart(
+        table=["table.csv", "other.csv"],
+        cases={"D": "empty_stroke_mm", "M": "mass_t"},
+        values={"e": "energy - 10 * force", "s": "stroke"},
+        leave_out={"M": 33, "D": 20},
+    )
+    found = [(o.target, o.case["empty_stroke_mm"], o.case["mass_t"], o.wanted) for o in observations("x", part, folder)]
+    assert found == [("e", 20, 30, 90.0), ("s", 20, 30, 10.0), ("e", 35, 30, 270.0), ("s", 35, 30, 30.0)]
+
+
+def test_an_empty_cell_is_no_value(folder):
+    part = DataPart(table="table.csv", cases={"D": "a", "M": "b"}, values={"s": "stroke"})
+    assert [o.wanted for o in observations("x", part, folder)] == [10.0, 30.0]
+
+
+def test_rows_are_taken_by_a_list_of_values(folder):
+    part = DataPart(table="balance_times", where={"vehicle": ["M1", "M2"], "parameter": "D_mm"}, values={"t": "value"})
+    assert [o.wanted for o in observations("x", part, folder)] == [20, 50, 20, 50]
+
+
+@pytest.mark.parametrize(
+    ("text", "terms"),
+    [
+        ("TS_mm", {"TS_mm": 1}),
+        ("a - b", {"a": 1, "b": -1}),
+        (" -2*a+ 0.5 *b - a ", {"a": -3, "b": 0.5}),
+        ("1e-3 * a", {"a": 0.001}),
+    ],
+)
+def test_sums(text, terms):
+    assert parse_sum(text) == terms
+    assert value_of(terms, dict.fromkeys(terms, 2.0)) == pytest.approx(2 * sum(terms.values()))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "a b", "a *", "2", "a--b", "a/b", "a()", "__import__('os')", "+" * 9, "a" + "+a" * 60]
+)
+def test_what_is_no_sum(text):
+    with pytest.raises(InputError):
+        parse_sum(text)
+
+
+def test_a_column_may_have_any_name():
+    assert parse_sum("Force [kN]", ["Force [kN]"]) == {"Force [kN]": 1.0}
+
+
+def test_tolerances_and_bars_are_in_units_or_percent(tmp_path):
+    given = values(
+        targets__s1__tolerance=2,
+        targets__s12__bars={"each": "2 %"},
+        targets__s23__weight=0.5,
+        targets__e12__tolerance="2%",
+    )
+    sample = plan(tmp_path, given).fitted
+    of = {name: np.array([o.target == name for o in sample.observations]) for name in ("s1", "s12", "s23", "e12")}
+    assert (sample.tolerance[of["s1"]] == 2).all()
+    np.testing.assert_allclose(sample.tolerance[of["e12"]], 0.02 * sample.wanted[of["e12"]])
+    np.testing.assert_allclose(sample.bar[of["s12"]], 0.02 * sample.wanted[of["s12"]])
+    assert np.isinf(sample.bar[of["s1"]]).all()
+    assert (sample.weight[of["s23"]] == 0.5).all()
+
+
+def test_equal_cases_of_several_tables_are_simulated_once(tmp_path):
+    given = values()
+    given["data"]["more"] = given["data"]["tests"] | {"rows": rows()[:2], "values": {"s1": "s1"}}
+    mine = plan(tmp_path, given)
+    assert len(mine.fitted.cases) == 5
+    assert len(mine.fitted) == 8 * 5 + 2
+
+
+def test_a_response_that_does_not_exist_is_said_before_the_search(tmp_path):
+    mine = plan(tmp_path, values(targets__s1__response="stroke_S1_M1"))
+    with pytest.raises(
+        InputError, match=r"targets.s1.response = 'stroke_S1_M1': there is no response.*'stroke_S1_M1_mm'"
+    ):
+        identify(mine, tmp_path / "out", threads=1)
+
+
+def test_start_values_that_cannot_be_simulated_are_refused(tmp_path):
+    given = values(parameters__c__bounds=[20, 1e6], parameters__c__start=1e6)
+    with pytest.raises(InputError, match=r"start values, case .*step_ms = 0.25: must be at most"):
+        identify(plan(tmp_path, given), tmp_path / "out", threads=1)
+
+
+def test_files_of_other_kinds_are_told_apart():
+    with pytest.raises(InputError, match="is no targets file"):
+        load_targets("scenarios/b_type.yaml")
+    with pytest.raises(InputError, match="there is no such file or shipped targets file; did you mean 'b_type'"):
+        load_targets("b_typ")
+
+
+def test_the_shipped_file_is_right():
+    mine = load_targets("b_type")
+    assert len(mine.fitted.cases) == 17
+    fitted = {(o.target, tuple(o.case.values())) for o in mine.fitted.observations}
+    assert len(fitted) == len(mine.fitted)  # none counts twice
+    assert sum(o.target.startswith("a_M") for o in mine.fitted.observations) == 102
+    held_out = {o.data for o in mine.held_out.observations}
+    assert {"table_9", "table_13"} <= held_out

@@ -1,0 +1,111 @@
+"""Twin experiments: responses made from known parameters give the parameters back."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import t
+from twins import AREA_KJ, KNOWN, plan, rows, scenario, values
+
+from trainmj import run_cases
+from trainmj.chain import line_up
+from trainmj.identify import Found, identify
+from trainmj.identify.uncertainty import uncertainty
+from trainmj.identify.unknowns import Setting, Unknown, Unknowns
+from trainmj.scenario import load
+
+
+def found_by(folder: Path, given: dict[str, Any]) -> Found:
+    return identify(plan(folder, given), folder / "out", threads=1, figures=())
+
+
+def test_known_parameters_come_back(tmp_path):
+    found = found_by(tmp_path, values())
+    for name, value in zip(found.plan.unknowns.names, found.point.value, strict=True):
+        assert value == pytest.approx(KNOWN[name], rel=2e-3), name
+    assert found.residuals["deviation_percent"].abs().max() < 0.1
+    assert found.residuals["within"].all()
+    (constraint,) = found.summary["constraints"]
+    assert constraint["met"]
+    assert constraint["found_kJ"] == pytest.approx(AREA_KJ, rel=1e-5)
+
+
+def test_the_scenario_written_is_the_one_reported(tmp_path):
+    """trainmj run found.yaml gives what the tables of the identification say."""
+    found = found_by(tmp_path, values(method__refine={"iterations": 2}))
+    read = load(tmp_path / "out" / "found.yaml")
+    for mine, theirs in zip(line_up(read).interfaces, line_up(found.scenario).interfaces, strict=True):
+        np.testing.assert_array_equal(mine.envelope.force, theirs.envelope.force)
+        np.testing.assert_array_equal(mine.envelope.stroke, theirs.envelope.stroke)
+        assert mine.envelope.stiffness == theirs.envelope.stiffness
+    cases = found.residuals[found.residuals["target"] == "s12"]
+    again = run_cases(read, cases[["mass_t", "speed_km_h"]], threads=1)
+    np.testing.assert_array_equal(again["stroke_M1_M2_mm"], cases["found"])
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_known_parameters_lie_in_the_intervals_of_scattered_responses(tmp_path, seed):
+    """Responses scattered by the tolerance that is stated: the misfit says so, and so do the intervals."""
+    given = values(
+        data__tests__rows=rows(scatter=0.01, seed=seed), method__explore__trials=0, method__refine__iterations=12
+    )
+    found = found_by(tmp_path, given)
+    assert 0.4 < found.known.chi2 < 1.8  # 36 degrees of freedom: 0.4 to 1.8 holds for 99.9 % of all seeds
+    inside = [row["low_95"] <= KNOWN[row["parameter"]] <= row["high_95"] for row in found.parameters.to_dict("records")]
+    assert all(inside), found.parameters
+    widths = (found.parameters["high_95"] - found.parameters["low_95"]) / found.parameters["value"]
+    assert widths.max() < 0.5  # and they are not so wide as to say nothing
+
+
+def test_what_the_data_do_not_determine_is_named(tmp_path):
+    """The tube's curve ends far behind the largest stroke: no response knows where."""
+    given = values(
+        parameters__end={"sets": "curves.tube.stroke_mm.3", "bounds": [800, 1000], "start": 900},
+        **{f"parameters__{name}__start": KNOWN[name] for name in ("k", "c", "tube", "f10")},
+        method__explore__trials=0,
+        method__refine__iterations=0,
+    )
+    found = found_by(tmp_path, given)
+    assert found.summary["not_determined"] == ["end alone"]
+    assert found.directions["deviation_percent"][0] == np.inf
+    remarks = found.parameters.set_index("parameter")["remark"]
+    assert remarks["end"] == "not determined"
+    assert remarks["k"] == ""
+    assert remarks["f30"] == "solved from energy"
+
+
+def test_the_standard_errors_are_those_of_a_linear_model():
+    """Against the textbook covariance, on the derivatives themselves."""
+    design = np.random.default_rng(0).normal(size=(30, 3))
+    truth = np.array([2.0, 5.0, 7.0])
+    noise = np.random.default_rng(1).normal(size=30) * 3.0
+
+    class Straight:
+        """A misfit that is linear in the parameters."""
+
+        class plan:
+            class fitted:
+                weight = np.ones(30)
+
+            unknowns = Unknowns(
+                scenario(),
+                tuple(
+                    Unknown(n, "", 0.0, 10.0 * (k + 1), False, 1.0, None, 0.0, (Setting(f"p{k}", 1.0, 0.0),))
+                    for k, n in enumerate("abc")
+                ),
+                (),
+            )
+
+        def of_points(self, points):
+            return np.array([design @ (p.value - truth) - noise for p in points])
+
+    best = truth + np.linalg.lstsq(design, noise)[0]
+    known = uncertainty(Straight(), Straight.plan.unknowns.solved(best), 1e-3)
+    chi2 = np.sum((design @ (best - truth) - noise) ** 2) / 27
+    covariance = chi2 * np.linalg.inv(design.T @ design)  # chi2 is about 9: tolerances were too narrow
+    assert known.chi2 == pytest.approx(chi2)
+    np.testing.assert_allclose(known.error, np.sqrt(np.diag(covariance)), rtol=1e-6)
+    errors = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+    np.testing.assert_allclose(known.correlation, covariance / errors, atol=1e-6)
+    np.testing.assert_allclose(known.upper - best, t.ppf(0.975, 27) * known.error, rtol=1e-6)
