@@ -31,6 +31,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from trainmj.interrupts import held_back
 from trainmj.layout import MAGIC, Car, Head, Joint
 from trainmj.offsets import Offsets, field_offsets
 
@@ -93,11 +94,12 @@ def _callbacks() -> tuple[Any, Any, Any]:
     """The compiled passive, sensor and time callbacks as ctypes function pointers."""
     offsets = field_offsets()
     pair = (ctypes.c_void_p, ctypes.c_void_p)
-    return (
-        ctypes.CFUNCTYPE(None, *pair)(_compile(_passive, "void(voidptr, voidptr)", offsets)),
-        ctypes.CFUNCTYPE(None, *pair, ctypes.c_int)(_compile(_sensor, "void(voidptr, voidptr, intc)", offsets)),
-        ctypes.CFUNCTYPE(ctypes.c_double)(_compile(_no_clock, "float64()", offsets)),
-    )
+    with held_back():
+        return (
+            ctypes.CFUNCTYPE(None, *pair)(_compile(_passive, "void(voidptr, voidptr)", offsets)),
+            ctypes.CFUNCTYPE(None, *pair, ctypes.c_int)(_compile(_sensor, "void(voidptr, voidptr, intc)", offsets)),
+            ctypes.CFUNCTYPE(ctypes.c_double)(_compile(_no_clock, "float64()", offsets)),
+        )
 
 
 _kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo holds bare pointers
