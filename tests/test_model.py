@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from contextlib import nullcontext
 from xml.etree import ElementTree
 
 import mujoco
@@ -13,7 +13,7 @@ from trainmj import native
 from trainmj.chain import Chain, line_up
 from trainmj.errors import OutputError
 from trainmj.layout import Car, Joint, Layout
-from trainmj.model import MOTION, SENSED, build, export, spec, write
+from trainmj.model import MOTION, SENSED, build, export, plateau, spec, write
 from trainmj.resources import shipped_folder
 from trainmj.scenario import load, shipped
 from trainmj.simulation import start
@@ -133,7 +133,7 @@ def test_front_curve_of_the_standard_case_is_that_of_the_file():
 
 @pytest.mark.parametrize("name", sorted(shipped()))
 def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
-    """The batch runs without track, shapes, tendons and sensors; its numbers must be those of a single run."""
+    """The batch runs without tendons and sensors; its numbers must be those of a single run."""
     case = line_up(load(name))
     layout = Layout.of(case)
     ends = []
@@ -149,7 +149,7 @@ def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
 
 
 def test_wall_stands_where_the_train_would_touch_it():
-    model = build(line_up(load("b_type_wall", {"collision.gap_mm": 100})))
+    model = spec(line_up(load("b_type_wall", {"collision.gap_mm": 100})), visible=True).compile()
     wall = model.geom("wall")
     assert wall.pos[0] - wall.size[0] == pytest.approx(0.0)
     assert model.body("M1").pos[0] + 10.0 == pytest.approx(-0.1)
@@ -168,10 +168,70 @@ def test_export_reloads_with_masses_names_and_speeds(name):
     assert [model.tendon(i).name for i in range(model.ntendon)] == [i.name for i in case.interfaces]
     assert model.key("start").qvel == pytest.approx(case.speed)
     assert model.opt.timestep == case.step
+
+
+def test_export_collides_by_itself_with_stand_ins_of_the_stated_plateaus(standard):
+    """MuJoCo's own elasto-plastic tendons: they push, never pull, and absorb about what the devices do."""
+    case = line_up(standard)
+    text = export(case)
+    model = mujoco.MjModel.from_xml_string(text)
+    plateaus = model.tendon_stiffness * model.tendon_springyield
+    assert plateaus == pytest.approx([plateau(i) for i in case.interfaces], rel=1e-5)
+    assert plateaus.min() > 5e5, "a tendon that carries nothing would be no stand-in"
+    assert f"S1-M1: {plateaus[case.front] / 1e3:.0f} kN" in text.split("-->")[0]
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
-    mujoco.mj_step(model, data, nstep=10)
-    assert data.qvel == pytest.approx(case.speed), "without trainmj the vehicles keep their speeds, as its comment says"
+    momentum, energy = case.mass @ case.speed, 0.5 * case.mass @ case.speed**2
+    mujoco.mj_step(model, data, nstep=10_000)
+    assert data.qvel.max() - data.qvel.min() < 1.0, "after 1 s both trains move together, or nearly"
+    assert case.mass @ data.qvel == pytest.approx(momentum)
+    assert 0.4 * energy < energy - 0.5 * case.mass @ data.qvel**2 < 0.51 * energy, "half of it, as between equal trains"
+    front, speeds = data.qpos[5] - data.qpos[6], data.qvel.copy()
+    data.qpos[6:] += 10.0
+    mujoco.mj_step(model, data)
+    assert front > 0.5
+    assert data.qvel[5:7] == pytest.approx(speeds[5:7], abs=0.01), "apart, the trains do not pull each other back"
+
+
+def test_stand_ins_and_device_law_never_act_together(standard):
+    """Only an export has the tendons' springs, and it has no room for the law's block."""
+    case = line_up(standard)
+    exported = mujoco.MjModel.from_xml_string(export(case))
+    assert exported.nuserdata == 0
+    ends = []
+    for law in (False, True):
+        data = mujoco.MjData(exported)
+        mujoco.mj_resetDataKeyframe(exported, data, 0)
+        with native.installed() if law else nullcontext():
+            mujoco.mj_step(exported, data, nstep=200)
+        ends.append(data.qvel.copy())
+    assert np.array_equal(*ends), "the law leaves an exported model alone"
+    for visible in (False, True):
+        model = spec(case, visible=visible).compile()
+        assert not model.tendon_stiffness.any()
+        assert model.nuserdata == Layout.of(case).size
+
+
+def test_plateau_absorbs_what_the_device_does_up_to_its_limit(standard):
+    front = line_up(standard).interfaces[5]
+    limit = 2 * (front.devices[0].stages[-1].start + front.devices[0].stages[-1].limit)
+    assert plateau(front) * limit == pytest.approx(front.envelope.energy(limit))
+
+
+@pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t"])
+def test_visible_model_moves_as_the_bare_one(name):
+    """What is there for the eye changes no number."""
+    case = line_up(load(name))
+    layout = Layout.of(case)
+    ends = []
+    with native.installed():
+        for model in (spec(case, layout, visible=True).compile(), build(case, layout, bare=True)):
+            assert model.body_mass[1:] == pytest.approx(case.mass)
+            data = start(model, case, layout)
+            mujoco.mj_step(model, data, nstep=1000)
+            ends.append((data.qpos.copy(), data.qvel.copy(), data.userdata.copy()))
+    for visible, bare in zip(*ends, strict=True):
+        assert np.array_equal(visible, bare)
 
 
 @pytest.mark.parametrize(
@@ -196,20 +256,11 @@ def test_writing_where_it_cannot_be_is_an_output_error(tmp_path):
 def test_base_scene_has_what_models_are_built_on():
     """mjcf/base.xml is for people to edit; these are the names that trainmj takes from it."""
     base = mujoco.MjModel.from_xml_path(str(shipped_folder("mjcf") / "base.xml"))
-    for material in ("moving", "partner", "window", "bogie", "wall"):
+    for material in ("moving", "partner", "shell", "window", "bogie", "device", "wall"):
         base.material(material)
     for camera in ("overview", "front"):
         base.camera(camera)
     assert base.nlight > 0
-
-
-def test_shapes_stay_within_their_vehicle(case):
-    """Car bodies that overlap before any stroke would look like a collision that has happened already."""
-    model = build(case)
-    for v in case.vehicles:
-        shell = model.geom(f"{v.name} body")
-        assert 2 * shell.size[0] < v.length
-        assert math.isclose(shell.pos[0], 0.0)
 
 
 def test_400_vehicles_compile():

@@ -1,4 +1,4 @@
-"""From a chain of vehicles to a MuJoCo model: the base scene, a body for each vehicle, a tendon for each interface.
+"""From a chain of vehicles to a MuJoCo model: a body for each vehicle, a tendon for each interface.
 
 Names are those a person uses: body and joint M1, tendon S1-M1, sensor "stroke S1-M1". A joint's position is 0 where
 the two sides touch, so a tendon's length is the stroke of its interface.
@@ -7,16 +7,19 @@ the two sides touch, so a tendon's length is the stroke of its interface.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from trainmj.chain import WALL, Chain, Vehicle
+from trainmj import shapes
+from trainmj.chain import WALL, Chain, Interface, Vehicle
 from trainmj.device import Array
 from trainmj.errors import EngineError, OutputError
 from trainmj.layout import Layout
 from trainmj.resources import shipped_folder
+from trainmj.units import KN, KN_PER_MM
 
 SENSED = ("force", "energy", "stroke", "stroke rate")
 """What is sensed at every interface, in the order of the sensor data; then each vehicle's MOTION."""
@@ -28,7 +31,8 @@ _INTEGRATORS = {
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
 }
-_COUPLING = 0.8  # visible distance between two car bodies [m]
+
+_NEVER = 1e3  # a tendon this far below its rest length pulls; nothing comes so far apart [m]
 
 
 def build(chain: Chain, layout: Layout | None = None, bare: bool = False) -> mujoco.MjModel:
@@ -37,7 +41,7 @@ def build(chain: Chain, layout: Layout | None = None, bare: bool = False) -> muj
     Args:
         chain: what to model.
         layout: room for the device law's block; by default what this chain needs.
-        bare: only what moves: no track, shapes, tendons or sensors. The motion is the same to the last bit.
+        bare: only what moves: no tendons or sensors. The motion is the same to the last bit.
     """
     model = spec(chain, layout, bare).compile()
     check_integrator(model)
@@ -58,53 +62,91 @@ def check_integrator(model: mujoco.MjModel) -> None:
         )
 
 
-def spec(chain: Chain, layout: Layout | None = None, bare: bool = False) -> mujoco.MjSpec:
-    """The editable model of a chain; arguments as in :func:`build`."""
-    base = mujoco.MjSpec() if bare else mujoco.MjSpec.from_file(str(shipped_folder("mjcf") / "base.xml"))
+def spec(
+    chain: Chain,
+    layout: Layout | None = None,
+    bare: bool = False,
+    visible: bool = False,
+    stand_in: bool = False,
+) -> mujoco.MjSpec:
+    """The editable model of a chain.
+
+    Args:
+        chain: what to model.
+        layout: room for the device law's block; by default what this chain needs.
+        bare: only what moves, as in :func:`build`.
+        visible: with track, car bodies and couplers, which cost time at every step and change no number.
+        stand_in: with elasto-plastic tendons in place of the device law, and no room for its block.
+    """
+    scene = mujoco.MjSpec.from_file(str(shipped_folder("mjcf") / "base.xml"))
+    base = scene if visible else _options_of(scene)
     if bare:
-        _copy_options(base)
+        base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     base.option.timestep = chain.step
     base.option.integrator = _INTEGRATORS[chain.integrator]
-    base.nuserdata = (layout or Layout.of(chain)).size
+    base.nuserdata = 0 if stand_in else (layout or Layout.of(chain)).size
     for i, vehicle in enumerate(chain.vehicles):
-        _add_vehicle(base, chain, i, vehicle, bare)
+        _add_vehicle(base, chain, i, vehicle)
     base.add_key(name="start", qpos=chain.start, qvel=chain.speed)
     if bare:
         return base
-    if chain.interfaces[-1].right == WALL:
-        base.worldbody.add_geom(
-            name="wall",
-            type=mujoco.mjtGeom.mjGEOM_BOX,
-            size=[1, 3, 2.5],
-            pos=[1, 0, 2.5],
-            material="wall",
-            contype=0,
-            conaffinity=0,
-        )
     for interface in chain.interfaces:
         tendon = base.add_tendon(name=interface.name)
         tendon.wrap_joint(chain.vehicles[interface.left].name, 1.0)
         if interface.right != WALL:
             tendon.wrap_joint(chain.vehicles[interface.right].name, -1.0)
-    _add_sensors(base, chain)
+        if stand_in:
+            tendon.stiffness[0] = interface.envelope.stiffness
+            tendon.springyield = plateau(interface) / interface.envelope.stiffness
+            tendon.springlength[:] = -_NEVER, 0.0
+    _add_sensors(base, chain, SENSED[2:] if stand_in else SENSED)
+    if visible:
+        shapes.add(base, chain)
     return base
 
 
 def export(chain: Chain, title: str = "") -> str:
-    """The model as MJCF text, which MuJoCo's own programs open.
+    """The model as MJCF text, which moves by itself in MuJoCo's own programs.
+
+    The device law is no part of MJCF. In its place stand MuJoCo's elasto-plastic tendons, one plateau for each
+    interface (:func:`plateau`). The file has no room for the law's block, so that the two never act together.
 
     Args:
         chain: what to model.
         title: said in the comment at the top.
     """
-    xml = spec(chain).to_xml()
+    exported = spec(chain, visible=True, stand_in=True)
+    lines = [
+        f"       {i.name}: {plateau(i) / KN:.0f} kN, {i.envelope.stiffness / KN_PER_MM:.6g} kN/mm"
+        for i in chain.interfaces
+    ]
     comment = (
         f"<!-- {_comment_text(title)}\n"
-        "     Written by trainmj. The keyframe 'start' has both trains at speed. The forces of couplers, crush tubes,\n"
-        "     anti-climbers and rails are not MJCF: trainmj brings them as callbacks. Without it the vehicles keep\n"
-        "     their speeds and pass through each other. -->\n"
+        "     Written by trainmj. Start from the keyframe 'start', which has both trains at speed: in MuJoCo's\n"
+        "     viewer, section Simulation, Load key. The couplers, crush tubes and anti-climbers of the scenario are\n"
+        "     NOT in this file: MJCF cannot express their curves, shear-off, empty strokes and dashpots. Stand-ins\n"
+        "     take their place, one plateau each: ideal elasto-plastic tendons (springyield, of MuJoCo 4.0) that\n"
+        "     push and never pull, with the unloading stiffness of the device and its mean force up to its stroke\n"
+        "     limit. Rail friction is left out. Strokes and accelerations differ from those of trainmj.\n"
+        + "\n".join(lines)
+        + " -->\n"
     )
-    return comment + str(xml)
+    return comment + str(exported.to_xml())
+
+
+def plateau(interface: Interface) -> float:
+    """The one force that absorbs as much as an interface does up to its stroke limit [N].
+
+    It is the mean crush force up to where the first of its stages reaches its limit, or up to the end of the curve.
+    """
+    ends = [float(interface.envelope.stroke[-1])]
+    for side, device in enumerate(interface.devices):
+        limit = min((s.start + s.limit for s in device.stages), default=np.inf)
+        own = np.array([interface.side_stroke(float(u), side) for u in interface.envelope.stroke])
+        if limit < own[-1]:
+            ends.append(float(np.interp(limit, own, interface.envelope.stroke)))
+    reach = min(ends)
+    return interface.envelope.energy(reach) / reach
 
 
 def write(text: str, file: str | Path) -> None:
@@ -124,11 +166,12 @@ def _comment_text(title: str) -> str:
     return words or "Train collision"
 
 
-def _copy_options(bare: mujoco.MjSpec) -> None:
-    """The options of the base scene, without sensors."""
-    base = mujoco.MjSpec.from_file(str(shipped_folder("mjcf") / "base.xml"))
-    bare.option.disableflags = base.option.disableflags | int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    bare.option.enableflags = base.option.enableflags
+def _options_of(scene: mujoco.MjSpec) -> mujoco.MjSpec:
+    """An empty model with the options of the base scene."""
+    empty = mujoco.MjSpec()
+    empty.option.disableflags = scene.option.disableflags
+    empty.option.enableflags = scene.option.enableflags
+    return empty
 
 
 def _centre(chain: Chain, index: int) -> float:
@@ -139,7 +182,7 @@ def _centre(chain: Chain, index: int) -> float:
     return sum(lengths[chain.n_moving : index]) + lengths[index] / 2
 
 
-def _add_vehicle(base: mujoco.MjSpec, chain: Chain, index: int, vehicle: Vehicle, bare: bool) -> None:
+def _add_vehicle(base: mujoco.MjSpec, chain: Chain, index: int, vehicle: Vehicle) -> None:
     # the inertia tensor is a uniform box's; it never matters on a slide joint, but MuJoCo wants a physical one
     x, y, z = vehicle.length, 2.8, 3.6
     body = base.worldbody.add_body(
@@ -151,38 +194,11 @@ def _add_vehicle(base: mujoco.MjSpec, chain: Chain, index: int, vehicle: Vehicle
         explicitinertial=True,
     )
     body.add_joint(name=vehicle.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0], ref=float(chain.start[index]))
-    if not bare:
-        _add_shapes(body, chain, index, vehicle)
 
 
-def _add_shapes(body: mujoco.MjsBody, chain: Chain, index: int, vehicle: Vehicle) -> None:
-    """A car body with a window band, on two bogies; for the eye only."""
-    box = mujoco.mjtGeom.mjGEOM_BOX
-    half = max(0.1, (vehicle.length - _COUPLING) / 2)
-    shell = "moving" if index < chain.n_moving else "partner"
-    bogie = min(1.2, half / 3)
-    shapes = [
-        ("body", [half, 1.4, 1.3], [0, 0, 2.35], shell),
-        ("windows", [half * 0.92, 1.41, 0.38], [0, 0, 2.75], "window"),
-        ("bogie 1", [bogie, 1.1, 0.4], [half * 0.7, 0, 0.45], "bogie"),
-        ("bogie 2", [bogie, 1.1, 0.4], [-half * 0.7, 0, 0.45], "bogie"),
-    ]
-    for name, size, pos, material in shapes:
-        body.add_geom(
-            name=f"{vehicle.name} {name}",
-            type=box,
-            size=size,
-            pos=pos,
-            material=material,
-            contype=0,
-            conaffinity=0,
-            mass=0,
-        )
-
-
-def _add_sensors(base: mujoco.MjSpec, chain: Chain) -> None:
+def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed_here: Sequence[str] = SENSED) -> None:
     kind, thing = mujoco.mjtSensor, mujoco.mjtObj
-    for sensed in SENSED:
+    for sensed in sensed_here:
         for interface in chain.interfaces:
             sensor = base.add_sensor(name=f"{sensed} {interface.name}")
             if sensed in ("force", "energy"):  # from the device law, which writes the first user sensors

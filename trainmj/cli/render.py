@@ -1,0 +1,92 @@
+"""The commands render and view: see a collision."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from trainmj.cli.options import load_scenario, takes_scenario
+from trainmj.errors import InputError
+
+if TYPE_CHECKING:
+    from trainmj.rendering import Camera
+    from trainmj.result import Result
+
+_CAMERAS = ("overview", "front", "follow")
+
+
+def _size(context: click.Context, parameter: click.Parameter, text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.strip().isdecimal() and height.strip().isdecimal()):
+        raise InputError(f"--size {text}: must be WIDTHxHEIGHT in pixels, as in --size 1280x720")
+    return int(width), int(height)
+
+
+@click.command()
+@takes_scenario
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Film (.webp, .mp4) or still (.png).")
+@click.option("--camera", type=click.Choice(_CAMERAS), default="overview", show_default=True, help="Where it stands.")
+@click.option("--slow", type=float, default=0.1, show_default=True, help="Pace of a film; 1 is real time.")
+@click.option("--fps", type=float, default=15.0, show_default=True, help="Frames of a film a second.")
+@click.option("--size", default="1280x720", show_default=True, callback=_size, help="Width and height in pixels.")
+@click.option("--at", type=float, metavar="SECONDS", help="Time of a still; the end if not given.")
+@click.option("--smooth/--fast", default=True, help="Smooth edges (default), or half the time.")
+def render(
+    scenario: str,
+    changes: dict[str, Any],
+    out: Path,
+    camera: Camera,
+    slow: float,
+    fps: float,
+    size: tuple[int, int],
+    at: float | None,
+    smooth: bool,
+) -> None:
+    """Write a film or a still of a collision, at true scale; no screen and no graphics card are needed.
+
+    SCENARIO may also be a saved result: result.nc, or the folder that `trainmj run --out` made. It is shown again
+    without simulating.
+    """
+    from trainmj.rendering import film, offscreen
+
+    film.check(out, camera, slow, size, at, fps)
+    offscreen.check_platform()
+    result = _result(scenario, changes)
+    from trainmj import terminal
+
+    with terminal.progress(film.count(result, out, slow, fps)) as bar:
+        try:
+            film.render(result, out, camera, slow, size, at, fps, smooth, bar)
+        except KeyboardInterrupt:
+            bar.stop()
+            click.echo(f"Stopped; {out} was not written.", err=True)
+            sys.exit(130)
+    click.echo(f"Written to {out}")
+
+
+@click.command()
+@takes_scenario
+@click.option("--slow", type=float, default=0.1, show_default=True, help="Pace; 1 is real time.")
+def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
+    """Open MuJoCo's viewer and let the collision happen in it; a screen is needed."""
+    from trainmj.rendering import viewer
+
+    viewer.check(slow)
+    viewer.view(load_scenario(scenario, changes), slow)
+
+
+def _result(scenario: str, changes: dict[str, Any]) -> Result:
+    """A saved result, or a scenario's, computed."""
+    file = Path(scenario) / "result.nc" if Path(scenario).is_dir() else Path(scenario)
+    if file.suffix != ".nc":
+        from trainmj.simulation import run
+
+        return run(load_scenario(scenario, changes))
+    if changes:
+        raise InputError(f"--set {next(iter(changes))}: {scenario} is a result, which cannot be changed")
+    from trainmj.result import load_result
+
+    return load_result(file)

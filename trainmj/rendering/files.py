@@ -1,0 +1,134 @@
+"""Pictures into files, one at a time, so that a long film takes no more memory than a short one."""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import IO, Any
+
+from PIL.Image import Image
+
+from trainmj.atomic import replacing
+from trainmj.errors import InputError
+
+FILMS, STILLS = (".webp", ".mp4"), (".png",)
+"""Endings of what can be written."""
+
+_QUALITY = 85  # of a WebP frame
+_WAITING = 3  # frames that are being compressed while the next ones are drawn
+
+
+def write_still(file: Path, image: Image) -> None:
+    """Write one picture.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    with replacing(file) as part:
+        image.save(part, format="PNG", optimize=True)
+
+
+def film_writer(file: Path) -> Callable[[Iterator[Image], tuple[int, int], float, float], None]:
+    """What writes a film of this ending.
+
+    Args:
+        file: .webp or .mp4.
+
+    Raises:
+        InputError: if the package that it needs is not installed.
+    """
+    if file.suffix.lower() == ".webp":
+        return lambda images, size, fps, hold: _write_webp(file, images, size, fps, hold)
+    try:
+        import av
+    except ImportError:
+        raise InputError(
+            f"{file}: MP4 needs the extra: pip install 'trainmj[film]'; .webp needs nothing more"
+        ) from None
+    return lambda images, size, fps, hold: _write_mp4(av, file, images, size, fps, hold)
+
+
+def _write_webp(file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
+    """An animated WebP: a RIFF file with a chunk for each frame (developers.google.com/speed/webp/docs/riff_container).
+
+    Pillow's own way to write one takes all pictures at once.
+    """
+    with replacing(file) as part, part.open("wb") as out:
+        out.write(b"RIFF\0\0\0\0WEBP")
+        out.write(_chunk(b"VP8X", bytes([0b10, 0, 0, 0]) + _three(size[0] - 1) + _three(size[1] - 1)))
+        out.write(_chunk(b"ANIM", struct.pack("<IH", 0xFFFFFFFF, 0)))  # white behind, for ever
+        shown = 0  # [ms]; rounded from the start, so that the film keeps its length
+        last = None
+        for number, data in enumerate(_compressed(images)):
+            if last is not None:
+                until = round(1000 * number / fps)
+                out.write(_frame(last, size, until - shown))
+                shown = until
+            last = data
+        if last is not None:
+            out.write(_frame(last, size, round(1000 * hold)))
+        length = out.tell()
+        out.seek(4)
+        out.write(struct.pack("<I", length - 8))
+
+
+def _compressed(images: Iterator[Image]) -> Iterator[bytes]:
+    """The image chunk of each picture; other threads compress while the next one is drawn."""
+    with ThreadPoolExecutor(1) as pool:
+        waiting: deque[Any] = deque()
+        try:
+            for image in images:
+                waiting.append(pool.submit(_compress, image))
+                if len(waiting) > _WAITING:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _compress(image: Image) -> bytes:
+    content = io.BytesIO()
+    image.save(content, format="WEBP", quality=_QUALITY, method=2)
+    return content.getvalue()[12:]  # behind the RIFF header: one chunk, VP8
+
+
+def _frame(data: bytes, size: tuple[int, int], duration: int) -> bytes:
+    place = _three(0) + _three(0) + _three(size[0] - 1) + _three(size[1] - 1)
+    return _chunk(b"ANMF", place + _three(duration) + bytes([0b10]) + data)  # replaces what was there
+
+
+def _chunk(name: bytes, content: bytes) -> bytes:
+    return name + struct.pack("<I", len(content)) + content + b"\0" * (len(content) % 2)
+
+
+def _three(number: int) -> bytes:
+    return struct.pack("<I", number)[:3]
+
+
+def _write_mp4(av: Any, file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
+    """H.264, which every player and presentation program shows."""
+    from fractions import Fraction
+
+    rate = Fraction(fps).limit_denominator(1000)
+    with replacing(file) as part, part.open("wb") as out, av.open(_Plain(out), "w", format="mp4") as film:
+        stream = film.add_stream("libx264", rate=rate, options={"crf": "20", "preset": "veryfast"})
+        stream.width, stream.height = size
+        stream.pix_fmt = "yuv420p"
+        image = None
+        for image in images:
+            film.mux(stream.encode(av.VideoFrame.from_image(image)))
+        for _ in range(round(hold * fps) if image is not None else 0):
+            film.mux(stream.encode(av.VideoFrame.from_image(image)))
+        film.mux(stream.encode())
+
+
+class _Plain:
+    """An open file without its name, so that errors of writing are raised as they are."""
+
+    def __init__(self, out: IO[bytes]) -> None:
+        self.write, self.seek, self.tell = out.write, out.seek, out.tell

@@ -1,0 +1,283 @@
+"""What a collision looks like: car bodies, couplers, anti-climbers and track, at true scale.
+
+For the eye only: shapes have no mass and touch nothing. A vehicle reaches from coupler face to coupler face; its body
+stands back behind both by the room that its devices need. Every device is drawn once for each side: a coupler for its
+first stage, a pair of anti-climbers for those behind it. :func:`device_parts` says where each part goes as its
+device is compressed; the model of a collision that has not begun has them at rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from trainmj import meshes
+from trainmj.chain import WALL, Chain, Interface
+from trainmj.device import Device
+
+COUPLER_Z, ANTI_CLIMBER_Z = 0.78, 1.22  # heights above the rail [m]
+_HEAD, _ROD = 0.20, 0.10  # lengths of a coupler's head and of the rod behind it
+_RINGS = 6  # folds that are drawn on a crush tube
+_LEAST = 0.25  # room that any device has [m]
+_SHORTEST = 0.03  # length of a tube that is crushed altogether [m]
+_TRACK = 120.0  # track beyond the ends of the trains [m]
+_SLEEPERS = 800  # at most; a longer track has them about the place of the impact
+
+
+@dataclass(frozen=True)
+class Part:
+    """A piece of a device, in a vehicle's own direction: along +x towards the face of its coupler.
+
+    Attributes:
+        name: of its shape.
+        start: where it begins at rest, from the middle of the vehicle [m].
+        end: where it ends at rest.
+        tube: begin and end at rest of the tube that shortens, between body and head.
+        begin_at: stroke of the device at which its stage begins [m].
+        end_at: stroke at which its stage ends; from there on the stage is pushed back as it is.
+        stage: which of the device's stages.
+        coloured: whether it shows the energy absorbed.
+    """
+
+    name: str
+    start: float
+    end: float
+    tube: tuple[float, float]
+    begin_at: float
+    end_at: float
+    stage: int
+    coloured: bool
+
+    def placed(self, stroke: float) -> tuple[float, float]:
+        """Begin and end [m] when the device is compressed by a stroke [m]."""
+        u = min(max(0.0, stroke - self.begin_at), self.end_at - self.begin_at)
+        beyond = max(0.0, stroke - self.end_at)
+        a, b = self.tube
+        room = b - a - _SHORTEST
+        shorter, pushed = min(u, room), max(0.0, u - room) + beyond
+        if self.start <= a and self.end >= b:
+            return a - pushed, self.end - shorter - pushed
+        middle, half = 0.5 * (self.start + self.end), 0.5 * (self.end - self.start)
+        share = min(1.0, max(0.0, (middle - a) / (b - a)))
+        middle -= share * shorter + pushed
+        return middle - half, middle + half
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of a vehicle and the device it carries there.
+
+    Attributes:
+        vehicle: index in the chain.
+        direction: 1 where the end faces +x, -1 where it faces -x.
+        interface: index of the interface; None at the end of a train.
+        side: 0 on the left of its interface, 1 on the right.
+        parts: what is drawn of the device.
+    """
+
+    vehicle: int
+    direction: int
+    interface: int | None
+    side: int
+    parts: tuple[Part, ...]
+
+
+def ends(chain: Chain) -> Iterator[End]:
+    """Both ends of every vehicle, along +x."""
+    for i, vehicle in enumerate(chain.vehicles):
+        for direction in (-1, 1):
+            k = i - 1 if direction < 0 else i
+            joined = 0 <= k < len(chain.interfaces)
+            parts = device_parts(chain, i, direction) if joined else ()
+            yield End(i, direction, k if joined else None, int(direction < 0), parts)
+        del vehicle
+
+
+def device_of(interface: Interface, side: int) -> Device:
+    """The device that one side of an interface carries, or shares with the other one."""
+    return interface.devices[min(side, len(interface.devices) - 1)]
+
+
+def setback(chain: Chain, index: int, direction: int) -> float:
+    """From the face of a vehicle's coupler back to its body [m]."""
+    k = index - 1 if direction < 0 else index
+    if not 0 <= k < len(chain.interfaces):
+        return 0.5
+    interface = chain.interfaces[k]
+    device = device_of(interface, int(direction < 0))
+    last = device.stages[-1]
+    crush = last.limit if np.isfinite(last.limit) else min(0.5, float(device.envelope.stroke[-1]) - last.start)
+    shared = _shared(interface)
+    room = (last.start + crush) / (2 if shared else 1) + _LEAST
+    return float(min(room, 0.3 * chain.vehicles[index].length))
+
+
+def device_parts(chain: Chain, index: int, direction: int) -> tuple[Part, ...]:
+    """What is drawn of the device at one end of a vehicle.
+
+    Args:
+        chain: whose vehicle it is.
+        index: of the vehicle.
+        direction: 1 or -1, the end of the vehicle.
+    """
+    interface = chain.interfaces[index - 1 if direction < 0 else index]
+    device = device_of(interface, int(direction < 0))
+    share = 0.5 if _shared(interface) else 1.0
+    name = f"{chain.vehicles[index].name} {'front' if direction > 0 else 'rear'}"
+    face = chain.vehicles[index].length / 2
+    body = face - setback(chain, index, direction)
+    first, *others = device.stages
+    head = min(_HEAD, 0.3 * (face - body))
+    rod = min(_ROD, 0.2 * (face - body))
+    tube = (body, face - head - rod)
+    limits = (0.0, share * first.end)
+    parts = [
+        Part(f"{name} coupler tube", *tube, tube, *limits, 0, True),
+        *_rings(f"{name} coupler", tube, limits, 0),
+        Part(f"{name} coupler rod", tube[1], face - head, tube, *limits, 0, False),
+        Part(f"{name} coupler head", face - head, face, tube, *limits, 0, False),
+    ]
+    for number, stage in enumerate(others, 1):
+        plate = face - share * stage.start
+        tube = (body, max(plate - 0.14, body + _SHORTEST))
+        limits = (share * stage.start, np.inf)
+        for side in ("left", "right"):
+            where = f"{name} anti-climber {number} {side}"
+            parts += [
+                Part(f"{where} tube", *tube, tube, *limits, number, True),
+                *_rings(where, tube, limits, number),
+                Part(f"{where} plate", tube[1], plate - 0.03, tube, *limits, number, False),
+                *(
+                    Part(f"{where} tooth {tooth}", plate - 0.03, plate, tube, *limits, number, False)
+                    for tooth in range(3)
+                ),
+            ]
+    if not others and _shared(interface):
+        parts.append(Part(f"{name} gangway", body, face, (body, face), 0.0, np.inf, 0, False))
+    return tuple(parts)
+
+
+def _shared(interface: Interface) -> bool:
+    """Whether one device stands between two vehicles, so that each side shows half of it."""
+    return len(interface.devices) == 1 and interface.right != WALL
+
+
+def _rings(name: str, tube: tuple[float, float], limits: tuple[float, float], stage: int) -> Iterator[Part]:
+    for k in range(_RINGS):
+        middle = tube[0] + (tube[1] - tube[0]) * (k + 0.5) / _RINGS
+        yield Part(f"{name} ring {k + 1}", middle - 0.012, middle + 0.012, tube, *limits, stage, True)
+
+
+def add(spec: mujoco.MjSpec, chain: Chain) -> None:
+    """Add all shapes of a chain to its model.
+
+    Args:
+        spec: with a body for every vehicle, built on the base scene.
+        chain: whose model it is.
+    """
+    _add_track(spec, chain)
+    made: set[str] = set()
+    for i, vehicle in enumerate(chain.vehicles):
+        _add_car(spec, chain, i, made)
+        body = spec.body(vehicle.name)
+        for end in (-1, 1):
+            if 0 <= (i - 1 if end < 0 else i) < len(chain.interfaces):
+                for part in device_parts(chain, i, end):
+                    _add_part(body, part, end)
+
+
+def _add_car(spec: mujoco.MjSpec, chain: Chain, i: int, made: set[str]) -> None:
+    """A car body of meshes; equal cars share them."""
+    vehicle = chain.vehicles[i]
+    moving = i < chain.n_moving
+    side = range(chain.n_moving) if moving else range(chain.n_moving, len(chain.vehicles))
+    rear, front = (vehicle.length / 2 - setback(chain, i, direction) for direction in (-1, 1))
+    wagon = not moving and len(side) == 1
+    cabs = () if wagon else tuple(d for d in (-1, 1) if i == (side[0] if d < 0 else side[-1]))
+    key = f"car {rear:.3f} {front:.3f} {cabs}" if not wagon else f"wagon {rear:.3f} {front:.3f}"
+    pieces = meshes.wagon(-rear, front) if wagon else meshes.car(-rear, front, cabs)
+    body = spec.body(vehicle.name)
+    livery = "moving" if moving else "partner"
+    for material, mesh in pieces.items():
+        name = f"{key} {material}"
+        if name not in made:
+            made.add(name)
+            spec.add_mesh(
+                name=name,
+                uservert=mesh.vertices.ravel().tolist(),
+                userface=mesh.faces.ravel().tolist(),
+                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            )
+        body.add_geom(
+            name=f"{vehicle.name} {material}",
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            material=livery if material == "livery" else material,
+            contype=0,
+            conaffinity=0,
+            mass=0,
+        )
+
+
+_BOX, _CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
+_LOOKS = {  # last words of a part's name: shape, half width and height or radius, offset in y and z, material
+    "coupler tube": (_CYLINDER, (0.13,), (0.0, COUPLER_Z), "device"),
+    "coupler rod": (_CYLINDER, (0.07,), (0.0, COUPLER_Z), "steel"),
+    "coupler head": (_BOX, (0.21, 0.19), (0.0, COUPLER_Z), "steel"),
+    "coupler ring": (_CYLINDER, (0.155,), (0.0, COUPLER_Z), "device"),
+    "gangway": (_BOX, (0.62, 1.02), (0.0, 2.12), "gangway"),
+    "tube": (_BOX, (0.13, 0.11), (0.85, ANTI_CLIMBER_Z), "device"),
+    "ring": (_BOX, (0.155, 0.135), (0.85, ANTI_CLIMBER_Z), "device"),
+    "plate": (_BOX, (0.30, 0.20), (0.85, ANTI_CLIMBER_Z), "steel"),
+    "tooth": (_BOX, (0.30, 0.025), (0.85, ANTI_CLIMBER_Z), "steel"),
+}
+
+
+def _add_part(body: mujoco.MjsBody, part: Part, direction: int) -> None:
+    look = next(look for words, look in _LOOKS.items() if f" {words}" in part.name)
+    kind, section, (y, z), material = look
+    if " left " in part.name:
+        y = -y
+    if "tooth" in part.name:
+        z += 0.14 * (int(part.name[-1]) - 1)
+    half = 0.5 * (part.end - part.start)
+    round_part = kind == _CYLINDER
+    body.add_geom(
+        name=part.name,
+        type=kind,
+        size=[section[0], half, 0] if round_part else [half, *section],
+        pos=[direction * 0.5 * (part.start + part.end), y, z],
+        quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0] if round_part else [1, 0, 0, 0],  # a cylinder's axis is its z
+        material=material,
+        contype=0,
+        conaffinity=0,
+        mass=0,
+    )
+
+
+def _add_track(spec: mujoco.MjSpec, chain: Chain) -> None:
+    """Sleepers below the trains, rails to beyond their ends, and the wall if there is one."""
+    lengths = np.array([v.length for v in chain.vehicles])
+    left, right = lengths[: chain.n_moving].sum() + chain.gap + _TRACK, lengths[chain.n_moving :].sum() + _TRACK
+    for name in ("ballast", "rail left", "rail right"):
+        geom = spec.geom(name)
+        geom.size[0], geom.pos[0] = (left + right) / 2, (right - left) / 2
+    reach = 0.3 * _SLEEPERS
+    mesh = meshes.sleepers(max(-left, -reach), min(right, reach))
+    spec.add_mesh(
+        name="sleepers",
+        uservert=mesh.vertices.ravel().tolist(),
+        userface=mesh.faces.ravel().tolist(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    spec.worldbody.add_geom(
+        name="sleepers", type=mujoco.mjtGeom.mjGEOM_MESH, meshname="sleepers", material="sleeper", contype=0,
+        conaffinity=0,
+    )  # fmt: skip
+    if chain.interfaces[-1].right == WALL:
+        spec.worldbody.add_geom(
+            name="wall", type=_BOX, size=[1, 3, 2.5], pos=[1, 0, 2.5], material="wall", contype=0, conaffinity=0
+        )
