@@ -16,6 +16,7 @@ from trainmj.cli.paper import paper
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.cli.study import study
+from trainmj.cli.verify import verify
 from trainmj.errors import TrainmjError
 from trainmj.text import printable
 
@@ -59,5 +60,6 @@ for command in (
     report,
     identify,
     paper,
+    verify,
 ):
     main.add_command(command)

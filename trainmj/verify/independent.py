@@ -1,15 +1,17 @@
 """The same collision by other means: scipy's solve_ivp from switch to switch, without any code of the device law.
 
-The law of docs/physics.md makes a hybrid system. Each interface is on one of six branches and each vehicle slides or
+The law of docs/physics.md makes a hybrid system. Each interface is on one of five branches and each vehicle slides or
 sticks; between two switches every force is a linear function of strokes and rates, so the motion is y' = A y + b. A
 branch is left when one of its conditions, rows of G y + h >= 0, fails; DOP853 finds that moment by event location.
 
 Nothing here calls :mod:`trainmj.device` or the compiled law: a chain is taken as plain numbers (masses, speeds, curve
-points, stiffnesses, dashpots, friction), and only :meth:`_Joint.line` and :meth:`_Joint.leave` say what a device does.
+points, stiffnesses, dashpots, friction), and only :meth:`_Joint.force`, ``conditions`` and ``leave`` say what a
+device does.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -47,17 +49,14 @@ class Solution:
 
 
 class Branch(Enum):
-    """What an interface does. The last three hold only while its stroke is larger than ever before."""
+    """What an interface does."""
 
     FREE = auto()  # apart, or less compressed than its permanent set
     ELASTIC = auto()  # spring and dashpot
     SLACK = auto()  # the dashpot would pull, so there is no force
-    CLIMBING = auto()  # spring and dashpot below the envelope
     CAPPED = auto()  # spring and dashpot would pass the envelope, the spring alone would not
-    CRUSHING = auto()  # on the envelope
+    CRUSHING = auto()  # on the envelope, its permanent set growing
 
-
-_VIRGIN = (Branch.CLIMBING, Branch.CAPPED, Branch.CRUSHING)
 
 Line = tuple[float, float, float]
 """Coefficients (a, b, d) of a + b stroke + d rate."""
@@ -70,7 +69,6 @@ class _Joint:
         self.u, self.f = [float(x) for x in stroke], [float(x) for x in force]
         self.k, self.c = stiffness, damping
         self.plastic = 0.0
-        self.largest = 0.0
         self.segment = 0
         self.branch = Branch.FREE
 
@@ -80,75 +78,63 @@ class _Joint:
         return (self.f[i + 1] - self.f[i]) / (self.u[i + 1] - self.u[i]) if i + 1 < len(self.u) else 0.0
 
     def spring(self) -> Line:
+        """Force of the spring alone."""
         return -self.k * self.plastic, self.k, 0.0
 
     def envelope(self) -> Line:
+        """Force of the curve, on the segment it is on."""
         i, slope = self.segment, self.slope()
         return self.f[i] - slope * self.u[i], slope, 0.0
 
-    def line(self) -> Line:
-        """The force on the present branch."""
-        match self.branch:
-            case Branch.FREE | Branch.SLACK:
-                return 0.0, 0.0, 0.0
-            case Branch.ELASTIC | Branch.CLIMBING:
-                a, b, _ = self.spring()
-                return a, b, self.c
-            case Branch.CAPPED | Branch.CRUSHING:
-                return self.envelope()
+    def force(self) -> Line:
+        """Force on the present branch."""
+        if self.branch in (Branch.FREE, Branch.SLACK):
+            return 0.0, 0.0, 0.0
+        if self.branch is Branch.ELASTIC:
+            return -self.k * self.plastic, self.k, self.c
+        return self.envelope()
 
     def conditions(self) -> Iterator[tuple[Line, float]]:
         """Lines that are not negative while the present branch lasts, and the slack of each."""
         a, b, _ = self.spring()
-        still_below = (self.largest, -1.0, 0.0), _SLACK_M
+        e, s, _ = self.envelope()
         if self.branch is Branch.FREE:
             yield (self.plastic, -1.0, 0.0), _SLACK_M
-        elif self.branch is Branch.ELASTIC:
-            yield (a, b, self.c), _SLACK_N
-            yield still_below
-        elif self.branch is Branch.SLACK:
+            return
+        if self.branch is Branch.SLACK:
             yield (-a, -b, -self.c), _SLACK_N
             yield (-self.plastic, 1.0, 0.0), _SLACK_M
-            yield still_below
+            return
+        if self.segment + 1 < len(self.u):
+            yield (self.u[self.segment + 1], -1.0, 0.0), _SLACK_M
+        if self.branch is Branch.ELASTIC:
+            yield (-self.u[self.segment], 1.0, 0.0), _SLACK_M
+            yield (a, b, self.c), _SLACK_N
+            yield (e - a, s - b, -self.c), _SLACK_N
+        elif self.branch is Branch.CAPPED:
+            yield (a - e, b - s, self.c), _SLACK_N
+            yield (e - a, s - b, 0.0), _SLACK_N
         else:
-            e, s, _ = self.envelope()
             yield (0.0, 0.0, 1.0), _SLACK_M_S
-            if self.segment + 1 < len(self.u):
-                yield (self.u[self.segment + 1], -1.0, 0.0), _SLACK_M
-            if self.branch is Branch.CLIMBING:
-                yield (e - a, s - b, -self.c), _SLACK_N
-            elif self.branch is Branch.CAPPED:
-                yield (a - e, b - s, self.c), _SLACK_N
-                yield (e - a, s - b, 0.0), _SLACK_N
 
     def leave(self, u: float, rate: float) -> None:
         """Change to the branch that goes on from a stroke and rate at which a condition has failed."""
-        if self.branch in _VIRGIN:
-            if self.branch is Branch.CRUSHING:
-                self.plastic = u - at(self.envelope(), u) / self.k
-            self.largest = max(self.largest, u)
-            if rate < 0.0:
-                self._rest(u, rate)
-                return
-        elif u < self.largest:
-            self._rest(u, rate)
-            return
-        while self.segment + 1 < len(self.u) and u >= self.u[self.segment + 1]:
-            self.segment += 1
-        crush, elastic = at(self.envelope(), u), at(self.spring(), u)
-        if elastic >= crush - 2 * _SLACK_N:
-            self.plastic, elastic = u - crush / self.k, crush
+        if self.branch is Branch.CRUSHING:
+            self.plastic = u - at(self.envelope(), u) / self.k
+        self.segment = max(0, bisect_right(self.u, u) - 1)
+        spring, crush = at(self.spring(), u), at(self.envelope(), u)
+        if rate >= 0.0 and spring >= crush - 2 * _SLACK_N and u >= self.plastic:
+            self.plastic, spring = u - crush / self.k, crush
             if self.slope() <= self.k:
                 self.branch = Branch.CRUSHING
                 return
-        self.branch = Branch.CAPPED if elastic + self.c * rate > crush else Branch.CLIMBING
-
-    def _rest(self, u: float, rate: float) -> None:
-        """Go on below the largest stroke."""
+        total = spring + self.c * rate
         if u < self.plastic or (u <= self.plastic + _SLACK_M and rate <= 0.0):
             self.branch = Branch.FREE
+        elif total < 0.0:
+            self.branch = Branch.SLACK
         else:
-            self.branch = Branch.SLACK if at(self.spring(), u, 0.0) + self.c * rate < 0.0 else Branch.ELASTIC
+            self.branch = Branch.CAPPED if total > crush else Branch.ELASTIC
 
 
 def at(line: Line, u: float, rate: float = 0.0) -> float:
@@ -177,7 +163,7 @@ class _System:
     def linear(self) -> tuple[Array, Array, Array, Array, Array, Array]:
         """(A, b) of the motion y' = A y + b, (G, h) of its conditions, (P, q) of the device forces P y + q."""
         n, d = self.n, self.closing
-        a, b, c = np.array([j.line() for j in self.joints]).T
+        a, b, c = np.array([j.force() for j in self.joints]).T
         P = np.hstack([b[:, None] * d, c[:, None] * d])
         push, base = -d.T @ P, -d.T @ a  # on the vehicles
         rows, least = [], []
@@ -212,7 +198,7 @@ class _System:
             ]
             for k in failed:
                 self.joints[k].leave(float(u[k]), float(rate[k]))
-            force = np.array([at(j.line(), x, v) for j, x, v in zip(self.joints, u, rate, strict=True)])
+            force = np.array([at(j.force(), x, v) for j, x, v in zip(self.joints, u, rate, strict=True)])
             net = -self.closing.T @ force
             slips = self._slip(y[n:], net)
             left += len(failed) + slips

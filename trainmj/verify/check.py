@@ -1,0 +1,78 @@
+"""One number that is known without this program, beside the one it computes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Kind(Enum):
+    """How a tolerance is meant."""
+
+    RELATIVE = "relative"
+    ABSOLUTE = "absolute"
+    AT_LEAST = "at least"
+
+
+@dataclass(frozen=True)
+class Check:
+    """A number found beside the one expected.
+
+    Attributes:
+        case: the collision or property.
+        what: of the case is compared.
+        expected: known from elsewhere.
+        found: by this program.
+        tolerance: a share of expected, or in its unit.
+        kind: how the tolerance is meant; AT_LEAST lets found be any amount above.
+        unit: of expected and found.
+    """
+
+    case: str
+    what: str
+    expected: float
+    found: float
+    tolerance: float
+    kind: Kind = Kind.RELATIVE
+    unit: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether found is within the tolerance; never where it is not finite."""
+        if not np.isfinite(self.found):
+            return False
+        if self.kind is Kind.AT_LEAST:
+            return bool(self.found >= self.expected - self.tolerance)
+        room = self.tolerance * abs(self.expected) if self.kind is Kind.RELATIVE else self.tolerance
+        return bool(abs(self.found - self.expected) <= room)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, as ``trainmj verify --json`` prints them."""
+        found = float(self.found) if np.isfinite(self.found) else None
+        return {
+            "case": self.case,
+            "what": self.what,
+            "expected": float(self.expected),
+            "found": found,
+            "unit": self.unit,
+            "tolerance": float(self.tolerance),
+            "kind": self.kind.value,
+            "passed": self.passed,
+        }
+
+
+Numbers = npt.ArrayLike | Sequence[float]
+
+
+def furthest(found: Numbers, expected: Numbers, scale: Numbers | None = None) -> float:
+    """Largest |found - expected| over arrays, each over its own scale; by default over |expected|, 0 counting as 1."""
+    a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    if a.shape != b.shape:
+        return float("nan")
+    by = np.where(b == 0.0, 1.0, np.abs(b)) if scale is None else np.asarray(scale, dtype=float)
+    return float(np.max(np.abs(a - b) / by))
