@@ -25,9 +25,9 @@ def takes_scenario(function: F) -> F:
     return click.argument("scenario")(function)
 
 
-def takes_figures(function: F) -> F:
-    """The options --figures and --figure-width, given as a tuple of formats and a width."""
-    function = click.option(
+def takes_formats(function: F) -> F:
+    """The option --figures, given as a tuple of formats."""
+    return click.option(
         "--figures",
         default="png",
         show_default=True,
@@ -35,6 +35,11 @@ def takes_figures(function: F) -> F:
         callback=_formats,
         help="Formats of figures, such as png,svg,pdf; none for no figures.",
     )(function)
+
+
+def takes_figures(function: F) -> F:
+    """The options --figures and --figure-width, given as a tuple of formats and a width."""
+    function = takes_formats(function)
     return click.option(
         "--figure-width",
         type=click.Choice(["column", "page"]),

@@ -1,0 +1,50 @@
+"""The command paper."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from trainmj.cli.options import takes_formats
+
+if TYPE_CHECKING:
+    from trainmj.plotting import Format
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for tables, figures and page; made if needed.")
+@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_formats
+@click.option("--json", "as_json", is_flag=True, help="Print verdicts, laws and defects as one JSON object.")
+def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
+    """Reproduce the paper that the B-type train comes from, and say where the numbers agree.
+
+    Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its 30 collisions, the study of Tables 9 to 13 on its own numbers
+    and on ours, each published table beside ours, Figures 4 to 9, the laws it states in words, and its own defects.
+
+    Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
+    """
+    if out is not None:
+        from trainmj.paper.output import make_folder
+
+        make_folder(out)
+    from trainmj.paper.reproduce import reproduce
+
+    reproduction = reproduce(threads)
+    if out is not None:
+        from trainmj.paper.output import PAGE, write_paper
+
+        write_paper(reproduction, out, figures)
+    if as_json:
+        from trainmj.paper.output import summary
+
+        click.echo(json.dumps(summary(reproduction), indent=2))
+        return
+    from trainmj.paper.screen import print_paper
+
+    print_paper(reproduction)
+    if out is not None:
+        click.echo(f"\nWritten to {out}; the page is {out / PAGE}")

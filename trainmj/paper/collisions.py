@@ -1,0 +1,90 @@
+"""The collisions of the paper, computed: 17 of Tables 3 to 8, ten of Table 9, one of Table 13, two of Table 2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from trainmj.batch import run_chains
+from trainmj.chain import check_step, line_up
+from trainmj.metrics import Summary, summarise
+from trainmj.paper.printed import over_D, over_M, published
+from trainmj.result import Result
+from trainmj.scenario import Scenario, load
+from trainmj.simulation import run
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Case = tuple[float, float]
+"""Empty stroke D [mm] and mass of every vehicle M [t]."""
+
+SCENARIO = "b_type"
+"""The shipped scenario that stands for the paper's train."""
+
+
+@dataclass(frozen=True, eq=False)
+class Collisions:
+    """What the paper's tables and figures need of our simulator.
+
+    Attributes:
+        summaries: of every case of Tables 3 to 9 and 13.
+        results: with histories, of the 17 cases of Tables 3 to 8.
+        scenarios: with histories, of the two scenarios of Table 2.
+    """
+
+    summaries: Mapping[Case, Summary]
+    results: Mapping[Case, Result]
+    scenarios: tuple[Result, ...]
+
+    def over_D(self) -> list[Result]:
+        """Collisions over the empty stroke, as in Figures 5 and 6."""
+        return [self.results[c] for c in cases_of(over_D("table3_devices"))]
+
+    def over_M(self) -> list[Result]:
+        """Collisions over the mass, as in Figures 7 and 8."""
+        return [self.results[c] for c in cases_of(over_M("table6_devices"))]
+
+
+def cases_of(table: pd.DataFrame) -> list[Case]:
+    """The case of each row of a table with D and M."""
+    return [(float(d), float(m)) for d, m in zip(table["D_mm"], table["M_t"], strict=True)]
+
+
+def one_factor_cases() -> list[Case]:
+    """The 17 cases of Tables 3 to 8; the one that both series share (35 mm, 33 t) comes once."""
+    return list(dict.fromkeys(cases_of(over_D("table3_devices")) + cases_of(over_M("table6_devices"))))
+
+
+def all_cases() -> list[Case]:
+    """The 28 cases of Tables 3 to 9 and 13."""
+    others = cases_of(published("table9_doe_responses")) + cases_of(published("table13_optimum"))
+    return list(dict.fromkeys(one_factor_cases() + others))
+
+
+def collide(threads: int = 0) -> Collisions:
+    """Compute the paper's collisions on the shipped scenarios.
+
+    Args:
+        threads: native threads for the cases without histories; 0 for all cores.
+    """
+    standard = load(SCENARIO)
+    results = {case: run(_scenario(standard, case)) for case in one_factor_cases()}
+    scenarios = tuple(run(load(f"{SCENARIO}_scenario_{n}")) for n in published("table2_scenarios")["scenario"])
+    summaries = {case: summarise(result) for case, result in results.items()}
+    summaries |= simulate([case for case in all_cases() if case not in summaries], threads)
+    return Collisions(summaries, results, scenarios)
+
+
+def simulate(cases: Iterable[Case], threads: int = 0) -> dict[Case, Summary]:
+    """Compute cases side by side."""
+    standard = load(SCENARIO)
+    chains = {case: line_up(_scenario(standard, case)) for case in cases}
+    for chain in chains.values():
+        check_step(chain)
+    return dict(run_chains(chains.items(), threads))
+
+
+def _scenario(standard: Scenario, case: Case) -> Scenario:
+    return standard.with_values({"empty_stroke_mm": case[0], "mass_t": case[1]})

@@ -1,0 +1,284 @@
+"""Figures 4 to 9 of the paper, drawn from our results, and its Tables 3 to 8 beside ours.
+
+The paper's own figures are not available, only their captions and what the text says of them: nothing published can be
+laid over Figures 4 to 8 but printed numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trainmj.device import Array
+from trainmj.paper.collisions import Collisions
+from trainmj.paper.comparison import OURS
+from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, published, split_unit
+from trainmj.paper.reproduce import Reproduction
+from trainmj.plotting.style import BLUE, GREEN, GREY, MARKERS, ORANGE, PALETTE, PURPLE, figure, styled
+from trainmj.result import Result
+from trainmj.units import KJ, KM_H, MM
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CAPTIONS = {
+    "figure4_scenarios": "Figure 4. Energy conversion, strokes and speeds in the two scenarios of Table 2",
+    "figure5_devices_vs_D": "Figure 5. Compression and energy over time for nine empty strokes D, at 33 t",
+    "figure6_speeds_vs_D": "Figure 6. Speeds over time for nine empty strokes D, at 33 t",
+    "figure7_devices_vs_M": "Figure 7. Compression and energy over time for nine masses M, at D = 35 mm",
+    "figure8_speeds_vs_M": "Figure 8. Speeds over time for nine masses M, at D = 35 mm",
+    "figure9_front": "Figure 9. Pareto front of TS and TAMA",
+    "tables_vs_D": "Tables 3, 4, 5. Published and ours over the empty stroke D, at 33 t",
+    "tables_vs_M": "Tables 6, 7, 8. Published and ours over the mass M, at D = 35 mm",
+}
+"""What each figure shows, by the name of its file."""
+
+
+@contextmanager
+def _styled() -> Iterator[None]:
+    """The style of all figures at the width of a page; tick labels as plain text, which draws in half the time."""
+    import matplotlib as mpl
+
+    with styled("page"), mpl.rc_context({"axes.formatter.use_mathtext": False}):
+        yield
+
+
+def figures(reproduction: Reproduction) -> dict[str, Callable[[], Figure]]:
+    """How each figure is drawn, by the name of its file."""
+    c = reproduction.collisions
+    return {
+        "figure4_scenarios": lambda: figure_4(c),
+        "figure5_devices_vs_D": lambda: figure_5(c),
+        "figure6_speeds_vs_D": lambda: figure_6(c),
+        "figure7_devices_vs_M": lambda: figure_7(c),
+        "figure8_speeds_vs_M": lambda: figure_8(c),
+        "figure9_front": lambda: figure_9(reproduction),
+        "tables_vs_D": lambda: tables_over_D(reproduction),
+        "tables_vs_M": lambda: tables_over_M(reproduction),
+    }
+
+
+@_styled()
+def figure_4(collisions: Collisions) -> Figure:
+    """Energy conversion, strokes per interface and speeds of both scenarios."""
+    picture = figure(height=112)
+    panels = picture.subplots(2, 3)
+    for row, (result, axes) in enumerate(zip(collisions.scenarios, panels, strict=True)):
+        first, second, third = (f"({letter})" for letter in ("abc", "def")[row])
+        _energy_conversion(axes[0], result, f"{first} Energy, scenario {row + 1}")
+        _strokes(axes[1], result, f"{second} Largest strokes")
+        _speeds(axes[2], result, f"{third} Speeds")
+    return picture
+
+
+@_styled()
+def figure_5(collisions: Collisions) -> Figure:
+    """Compression and energy of each interface of the moving train over the empty stroke."""
+    return _devices(collisions.over_D(), numbers(published("table3_devices_vs_D"), "D_mm"), "D (mm)")
+
+
+@_styled()
+def figure_6(collisions: Collisions) -> Figure:
+    """Speeds of the moving train over the empty stroke."""
+    return _vehicles(collisions.over_D(), numbers(published("table3_devices_vs_D"), "D_mm"), "D (mm)", "D_mm")
+
+
+@_styled()
+def figure_7(collisions: Collisions) -> Figure:
+    """Compression and energy of each interface of the moving train over the mass."""
+    return _devices(collisions.over_M(), numbers(published("table6_devices_vs_M"), "M_t"), "M (t)")
+
+
+@_styled()
+def figure_8(collisions: Collisions) -> Figure:
+    """Speeds of the moving train over the mass."""
+    return _vehicles(collisions.over_M(), numbers(published("table6_devices_vs_M"), "M_t"), "M (t)", "M_t")
+
+
+@_styled()
+def figure_9(reproduction: Reproduction) -> Figure:
+    """Fronts on the surrogates of the published Table 9 and of our responses, and the designs chosen on them."""
+    picture = figure(height=84)
+    axes = picture.subplots()
+    for analysis, colour, marker, name in (
+        (reproduction.recomputed, ORANGE, "^", "on surrogates of the published Table 9"),
+        (reproduction.ours, BLUE, "o", "on surrogates of our responses"),
+    ):
+        TS, TAMA = analysis.front.values.T
+        axes.plot(TS, TAMA, marker, color=colour, markersize=2.5, label=f"Front {name}")
+    for row, marker, name in (("surrogate", "P", "surrogate"), ("dynamics", "X", "collision dynamics")):
+        TS, TAMA = (number("table13_optimum", row, head) for head in ("TS_mm", "TAMA_g"))
+        axes.plot(TS, TAMA, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
+    for analysis, colour, name in (
+        (reproduction.recomputed, ORANGE, "published Table 9"),
+        (reproduction.ours, BLUE, "our responses"),
+    ):
+        D, M = analysis.chosen
+        at = analysis.predict(D, M)
+        label = f"Chosen from {name} ({D:g} mm, {M:g} t)"
+        axes.plot(at["TS_mm"], at["TAMA_g"], "s", color=colour, markersize=7, label=label)
+    TS, TAMA = (numbers(reproduction.optima, head)[0] for head in ("TS_simulated_mm", "TAMA_simulated_g"))
+    label = "Our simulation of the paper's optimum"
+    axes.plot(TS, TAMA, "D", mfc="none", color=GREEN, markersize=9, label=label)
+    axes.set_xlabel("TS (mm)")
+    axes.set_ylabel("TAMA (g)")
+    axes.legend(loc="upper right")
+    return picture
+
+
+@_styled()
+def tables_over_D(reproduction: Reproduction) -> Figure:
+    """Tables 3, 4 and 5: published as points, ours as lines."""
+    return _tables(reproduction, ("3", "4", "5"), "D_mm", "Empty stroke D (mm)")
+
+
+@_styled()
+def tables_over_M(reproduction: Reproduction) -> Figure:
+    """Tables 6, 7 and 8: published as points, ours as lines."""
+    return _tables(reproduction, ("6", "7", "8"), "M_t", "Mass M (t)")
+
+
+def _energy_conversion(axes: Axes, result: Result, title: str) -> None:
+    kinetic = 0.5 * (result.velocity**2 @ result.chain.mass) / KJ
+    absorbed = result.energy.sum(axis=1) / KJ
+    lines = (
+        ("kinetic", kinetic, BLUE, "-"),
+        ("internal", absorbed, ORANGE, "--"),
+        ("rail friction", kinetic[0] - kinetic - absorbed, GREEN, ":"),
+        ("total", np.full_like(kinetic, kinetic[0]), GREY, "-."),
+    )
+    for name, values, colour, line in lines:
+        axes.plot(result.time, values, line, color=colour, label=name)
+    axes.set(title=title, xlabel="Time (s)", ylabel="Energy (kJ)", xlim=(0, result.time[-1]))
+    axes.set_ylim(top=1.4 * float(kinetic[0]))
+    axes.legend(loc="upper right", ncols=2)
+
+
+def _strokes(axes: Axes, result: Result, title: str) -> None:
+    chain = result.chain
+    names = [i.name for i in chain.interfaces]
+    axes.bar(np.arange(len(names)), result.tally.stroke_max / MM, color=BLUE, width=0.7)
+    axes.set_xticks(np.arange(len(names)), names, rotation=90, fontsize=6.5)
+    axes.grid(False, axis="x")
+    axes.set(title=title, ylabel="Stroke (mm)")
+    axes.set_ylim(top=1.14 * float(result.tally.stroke_max.max()) / MM)
+    for k, stroke in enumerate(result.tally.stroke_max / MM):
+        axes.text(k, stroke, f"{stroke:.0f}", ha="center", va="bottom", fontsize=5.5)
+
+
+def _speeds(axes: Axes, result: Result, title: str) -> None:
+    chain = result.chain
+    for n in range(chain.n_moving):
+        colour = PALETTE[n % len(PALETTE)]
+        axes.plot(result.time, result.velocity[:, chain.front - n] / KM_H, color=colour, label=f"M{n + 1}")
+        axes.plot(result.time, result.velocity[:, chain.n_moving + n] / KM_H, "--", color=colour)
+    axes.set(title=title, xlabel="Time (s)", ylabel="Speed (km/h)", xlim=(0, result.time[-1]))
+    axes.legend(title="M1 to M6; S1 to S6 dashed", title_fontsize=6.5, ncols=2, loc="upper right")
+    axes.set_ylim(top=1.7 * float(chain.speed[0]) / KM_H)
+
+
+def _devices(results: Sequence[Result], values: Array, label: str) -> Figure:
+    """Two blocks of six panels: compression (a) and energy (b) of each interface of the moving train."""
+    picture = figure(height=178)
+    panels = picture.subplots(4, 3, sharex=True)
+    chain = results[0].chain
+    colour = _colours(picture, list(panels.ravel()), values, label)
+    for n in range(chain.n_moving):
+        k = chain.front - n
+        stroke, energy = panels[n // 3, n % 3], panels[2 + n // 3, n % 3]
+        for result, value in zip(results, values, strict=True):
+            stroke.plot(result.time, compression(result, k) / MM, color=colour(value), linewidth=0.9)
+            share = 0.5 if k == chain.front else 1.0
+            energy.plot(result.time, share * result.energy[:, k] / KJ, color=colour(value), linewidth=0.9)
+        one = ", one train" if n == 0 else ""
+        stroke.set_title(f"(a) {chain.interfaces[k].name}{one}")
+        energy.set_title(f"(b) {chain.interfaces[k].name}{one}")
+    for row, quantity in ((0, "Compression (mm)"), (1, "Compression (mm)"), (2, "Energy (kJ)"), (3, "Energy (kJ)")):
+        panels[row, 0].set_ylabel(quantity)
+    for axes in panels[3]:
+        axes.set_xlabel("Time (s)")
+    panels[0, 0].set_xlim(0, max(r.time[-1] for r in results))
+    return picture
+
+
+def compression(result: Result, k: int) -> Array:
+    """Compression of an interface's devices over time, empty strokes not counted [m]; at the front one train's."""
+    interface = result.chain.interfaces[k]
+    stages = interface.devices[0].stages
+    if len(interface.devices) == 1 and len(stages) == 1:
+        return np.asarray(np.maximum(0.0, result.stroke[:, k]))
+    side = [interface.side_stroke(max(0.0, float(u)), 0) for u in result.stroke[:, k]]
+    return np.array([sum(stage.stroke(u) for stage in stages) for u in side])
+
+
+def _vehicles(results: Sequence[Result], values: Array, label: str, parameter: str) -> Figure:
+    """Six panels: the speed of each vehicle of the moving train; published balance times as ticks."""
+    picture = figure(height=108)
+    panels = picture.subplots(2, 3, sharex=True, sharey=True)
+    colour = _colours(picture, list(panels.ravel()), values, label)
+    chain = results[0].chain
+    for n, axes in enumerate(panels.ravel()):
+        for result, value in zip(results, values, strict=True):
+            axes.plot(result.time, result.velocity[:, chain.front - n] / KM_H, color=colour(value), linewidth=0.9)
+        axes.set_title(f"M{n + 1}")
+    times = published("balance_times").query("parameter == @parameter")
+    for vehicle, axes in zip(("M1", "M2", "M3-M6"), panels[0], strict=True):
+        own = times[times["vehicle"] == vehicle]
+        for value, instant in zip(numbers(own, "value"), numbers(own, "balance_time_s"), strict=True):
+            axes.axvline(instant, color=colour(value), linestyle="--", linewidth=0.9)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("Speed (km/h)")
+    for axes in panels[1]:
+        axes.set_xlabel("Time (s)")
+    panels[0, 0].set_xlim(0, max(r.time[-1] for r in results))
+    picture.supxlabel("dashed: the balance times that the paper prints for the two ends of the range", fontsize=7)
+    return picture
+
+
+def _colours(picture: Figure, axes: list[Axes], values: Array, label: str) -> Callable[[float], str]:
+    """Colours from little to much, with their bar beside the panels."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize, to_hex
+
+    shades = ListedColormap(colormaps["viridis"](np.linspace(0, 0.9, 256)))
+    low, high = float(values.min()), float(values.max())
+    scale = ScalarMappable(Normalize(low, high), shades)
+    picture.colorbar(scale, ax=axes, label=label, ticks=list(values), aspect=40, pad=0.01)
+    return lambda value: to_hex(np.asarray(shades((value - low) / (high - low))).tolist())
+
+
+def _tables(reproduction: Reproduction, numbers: tuple[str, str, str], key: str, label: str) -> Figure:
+    devices, peaks, criteria = (reproduction.tables[n] for n in numbers)
+    picture = figure(height=108)
+    panels = picture.subplots(2, 3, sharex=True).ravel()
+    strokes = ["anti_climber_mm", "stroke_m1_m2_mm", "stroke_m2_m3_mm"]
+    energies = ["energy_s1_m1_kJ", "energy_m1_m2_kJ", "energy_m2_m3_kJ"]
+    parts = (
+        (devices, strokes, "Stroke (mm)", ("S_anti", "S12", "S23")),
+        (devices, energies, "Energy (kJ)", ("S1-M1", "M1-M2", "M2-M3")),
+        (peaks, peaks.heads[:3], "Peak acceleration (g)", ("M1", "M2", "M3")),
+        (peaks, peaks.heads[3:], "Peak acceleration (g)", ("M4", "M5", "M6")),
+        (criteria, ["TS_mm"], "TS (mm)", ("TS",)),
+        (criteria, ["TAMA_g"], "TAMA (g)", ("TAMA",)),
+    )
+    for axes, (table, heads, quantity, names) in zip(panels, parts, strict=True):
+        x = table.keys[key]
+        for head, name, colour, marker in zip(heads, names, (BLUE, ORANGE, GREEN), MARKERS, strict=False):
+            axes.plot(x, table.published[head], marker, color=colour, markersize=4)
+            axes.plot(x, table.found[OURS][head], color=colour, label=name)
+        axes.set_ylabel(quantity)
+        axes.legend(loc="best")
+        if heads == strokes:
+            axes.axhline(LIMIT_ANTI_CLIMBER_MM, color=PURPLE, linestyle=":", linewidth=1.0)
+        if split_unit(heads[0])[0] == "TAMA" and key == "M_t":
+            axes.plot(x, peaks.published.mean(axis=1), "x", color=GREY, label="mean of Table 7")
+            axes.legend(loc="best")
+    for axes in panels[3:]:
+        axes.set_xlabel(label)
+    picture.supxlabel("points: published; lines: ours; dotted: limit of S_anti in Eq. (12)", fontsize=7)
+    return picture

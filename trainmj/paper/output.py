@@ -1,0 +1,88 @@
+"""The folder of ``trainmj paper``: one CSV for each table, figures, the verdicts, and the page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from trainmj.atomic import write_bytes
+from trainmj.errors import OutputError
+from trainmj.paper.figures import figures
+from trainmj.paper.page import page_of
+from trainmj.paper.reproduce import Reproduction
+from trainmj.plotting.style import Format, save
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+PAGE = "paper.html"
+SUMMARY = "summary.json"
+
+
+def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Format] = ("png",)) -> None:
+    """Write tables, figures, verdicts and page into a folder, each file whole or not at all.
+
+    Args:
+        reproduction: what was computed.
+        folder: made if it is not there.
+        formats: of the figures beside the page, which has them anyway.
+
+    Raises:
+        OutputError: if a file cannot be written.
+    """
+    make_folder(folder)
+    for table in reproduction.tables.values():
+        _write_table(table.table(), folder / f"{table.name}.csv")
+    _write_table(reproduction.optima, folder / "optima.csv")
+    for name, rows in records(reproduction).items():
+        _write_table(_frame(rows), folder / f"{name}.csv")
+    _write_table(reproduction.recomputed.front_table(), folder / "figure9_front_from_table_9.csv")
+    _write_table(reproduction.ours.front_table(), folder / "figure9_front_ours.csv")
+    write_bytes(folder / SUMMARY, json.dumps(summary(reproduction), indent=2).encode())
+    drawn = {name: draw() for name, draw in figures(reproduction).items()}
+    for name, picture in drawn.items():
+        save(picture, folder / name, formats)
+    page_of(reproduction, drawn, f"trainmj paper --out {folder}").write(folder / PAGE)
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder.
+
+    Raises:
+        OutputError: if it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"--out {folder}: cannot be made a folder ({error.strerror})") from None
+
+
+def summary(reproduction: Reproduction) -> dict[str, Any]:
+    """Verdicts, laws, defects and optima as JSON holds them."""
+    return {
+        "agrees": reproduction.agrees,
+        **records(reproduction),
+        "optima": json.loads(reproduction.optima.to_json(orient="records", double_precision=10)),
+    }
+
+
+def records(reproduction: Reproduction) -> dict[str, list[dict[str, Any]]]:
+    """Verdicts, laws and defects as plain rows."""
+    return {
+        "verdicts": [asdict(v) | {"agrees": v.agrees} for v in reproduction.verdicts],
+        "laws": [asdict(law) for law in reproduction.laws],
+        "defects": [asdict(defect) for defect in reproduction.defects],
+    }
+
+
+def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.DataFrame([{k: " ".join(v) if isinstance(v, tuple) else v for k, v in row.items()} for row in rows])
+
+
+def _write_table(table: pd.DataFrame, file: Path) -> None:
+    write_bytes(file, table.to_csv(index=False, float_format="%.9g").encode())
