@@ -61,11 +61,11 @@ def run(
     summary = summarise(result)
     if out is not None:
         from trainmj.output import write_run
-        from trainmj.report import write_report
+        from trainmj.report import write_run_report
 
         write_run(result, summary, out, figures, figure_width)
         if with_report:
-            write_report(out)
+            write_run_report(result, summary, out)
     if as_json:
         click.echo(json.dumps(summary.as_dict() | ({"repeated": again.as_dict()} if again else {}), indent=2))
     else:

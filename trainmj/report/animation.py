@@ -58,7 +58,7 @@ def animation_data(result: Result) -> dict[str, Any]:
         "left": [numbers(_side(chain, k, result.stroke[frames, k])) for k in joints],
         "stroke": [numbers(result.stroke[frames, k] / MM) for k in joints],
         "energy": [numbers(column, 4) for column in energy.T],
-        "largest_energy": float(f"{max(float(energy.max(initial=0.0)), 1e-6):.4g}"),
+        "largest_energy": float(f"{max(float(np.nan_to_num(energy).max(initial=0.0)), 1e-6):.4g}"),
         "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
         "impact": numbers(_impact(chain, result.position[frames]) / MM),
         "colours": VIRIDIS,

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
+    from trainmj.metrics import Summary
     from trainmj.report.page import Page
+    from trainmj.result import Result
 
 REPORT = "report.html"
 
@@ -33,6 +35,23 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
     file = source.with_name(name) if out is None else Path(out)
     _page(source).write(file)
     return file
+
+
+def write_run_report(result: Result, summary: Summary, folder: Path) -> Path:
+    """Write the report of a collision that has just been computed and saved, without reading it again.
+
+    Args:
+        result: of the collision.
+        summary: of the result.
+        folder: of the run.
+
+    Raises:
+        OutputError: if the file cannot be written.
+    """
+    from trainmj.report.run import page_of_run
+
+    page_of_run(result, summary, folder / "result.nc").write(folder / REPORT)
+    return folder / REPORT
 
 
 def _page(source: Path) -> Page:

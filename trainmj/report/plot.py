@@ -120,8 +120,8 @@ def dots(
 
     Args:
         name: in the legend.
-        x: (n,) values.
-        y: (n,) values.
+        x: (n,) numbers, or words for an axis of categories.
+        y: (n,) the same.
         colour: by default the next of COLOURS.
         symbol: plotly.js's name of a sign.
         size: [pixels].
@@ -133,8 +133,8 @@ def dots(
         "type": "scatter",
         "mode": "markers",
         "name": plain(name),
-        "x": numbers(x),
-        "y": numbers(y),
+        "x": _values(x),
+        "y": _values(y),
         "marker": marker,
     }
     if texts is not None:
@@ -151,6 +151,12 @@ def numbers(values: npt.ArrayLike, digits: int = 5) -> list[float | None]:
     """Values with so many significant digits, which keeps a page small; None for what is not finite."""
     array = np.asarray(values, dtype=np.float64)
     return [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in array.tolist()]
+
+
+def _values(values: npt.ArrayLike) -> list[Any]:
+    """Numbers, or words as they stand."""
+    array = np.asarray(values)
+    return numbers(array) if array.dtype.kind in "fiub" else [plain(str(v)) for v in array.tolist()]
 
 
 def shade(part: float, colours: Sequence[str] = VIRIDIS) -> str:

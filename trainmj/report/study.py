@@ -34,9 +34,12 @@ def page_of_folder(folder: Path) -> Page:
     study = read_study(folder)
     try:
         return _page(study)
-    except KeyError as error:
+    except InputError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise InputError(
-            f"{folder}: the study lacks {error}, which a finished one has: run it again with trainmj study"
+            f"{folder}: the files of the study are not those of a finished one ({reason}): run trainmj study again"
         ) from None
 
 

@@ -16,6 +16,7 @@ from trainmj.report.blocks import Card, Column, Section, failed, judged, passed,
 from trainmj.report.page import Page
 from trainmj.report.responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of, short
 from trainmj.sweep.store import FILE, read_table
+from trainmj.text import printable
 from trainmj.unit_names import unit_of
 
 if TYPE_CHECKING:
@@ -77,6 +78,8 @@ def page_of_folder(folder: Path) -> Page:
 
 
 def _read(folder: Path) -> Sweep:
+    from pandas.errors import DatabaseError
+
     try:
         table = read_table(folder)
         with sqlite3.connect(f"{(folder / FILE).resolve().as_uri()}?mode=ro", uri=True) as db:
@@ -84,12 +87,9 @@ def _read(folder: Path) -> Sweep:
         names = json.loads(about["varied"])
         int(about["cases"])
         about["scenario"]
-    except (sqlite3.Error, KeyError, ValueError) as error:
-        raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None
-    except Exception as error:  # pandas wraps SQLite's errors
-        if type(error).__name__ != "DatabaseError":
-            raise
-        raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None
+    except (sqlite3.Error, DatabaseError, KeyError, ValueError, TypeError) as error:
+        reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
+        raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({reason[0]})") from None
     if table.empty or "status" not in table:
         raise InputError(f"{folder}: no case of this sweep is finished: go on with trainmj sweep ... --resume")
     return Sweep(about, table, factors_of(table, names), chosen_responses(table, names))
