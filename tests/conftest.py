@@ -50,3 +50,12 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Python:
         )
 
     return call
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--random-trains", type=int, default=3, help="seeds of random trains against solve_ivp")
+
+
+@pytest.fixture
+def random_trains(request: pytest.FixtureRequest) -> int:
+    return int(request.config.getoption("--random-trains"))
