@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.chain import Chain, Interface
+from trainmj.chain import WALL, Chain, Interface
 from trainmj.deceleration import cfc60_peak, mean_deceleration, window_peak
 from trainmj.device import Array
 from trainmj.result import Result, Tally
@@ -21,7 +21,7 @@ WINDOWS = (0.030, 0.100)
 """Moving windows of the mean deceleration [s]."""
 
 UNSTABLE = 1e-3
-"""An energy balance that is further off, relative to the initial kinetic energy, makes a run unstable."""
+"""An energy balance that is further off, relative to the energy a collision can convert, makes a run unstable."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,8 @@ class Balance:
         elastic_kJ: still in the devices.
         absorbed_kJ: by all devices.
         friction_kJ: by the rails.
-        energy_error: what is missing, relative to the start.
+        energy_error: what is missing, relative to what a collision can convert: the kinetic energy about the common
+            centre of mass, all of it against a wall. Two trains that travel together cannot hide an error in it.
         momentum_error: momentum less the impulses of rails and wall, relative to the sum of |m v| at the start.
     """
 
@@ -144,7 +145,7 @@ class Summary:
     """All numbers of a collision in engineering units.
 
     Attributes:
-        status: "over", "time limit", "stroke exhausted at ..." or "unstable: ...".
+        status: "over", "time limit", "stroke exhausted at ...", "no contact: ..." or "unstable: ...".
         TS_mm: total compression along the moving train, empty strokes not counted (Eq. 1 of the paper).
         TAMA_g: mean of the peak device accelerations of the moving train (Eq. 2).
         duration_s: simulated time.
@@ -317,9 +318,15 @@ def _balance(chain: Chain, tally: Tally) -> Balance:
         elastic_kJ=elastic / KJ,
         absorbed_kJ=absorbed / KJ,
         friction_kJ=friction / KJ,
-        energy_error=(start - end - elastic - absorbed - friction) / start,
+        energy_error=(start - end - elastic - absorbed - friction) / _convertible(chain),
         momentum_error=momentum / float(np.sum(mass * np.abs(chain.speed))),
     )
+
+
+def _convertible(chain: Chain) -> float:
+    """Kinetic energy at the start [J] that a plastic collision takes: about the centre of mass, or all at a wall."""
+    common = 0.0 if chain.interfaces[-1].right == WALL else float(np.average(chain.speed, weights=chain.mass))
+    return float(0.5 * np.sum(chain.mass * (chain.speed - common) ** 2))
 
 
 def _status(tally: Tally, interfaces: tuple[InterfaceMetrics, ...], balance: Balance) -> str:
@@ -327,6 +334,12 @@ def _status(tally: Tally, interfaces: tuple[InterfaceMetrics, ...], balance: Bal
         return "unstable: a value is not finite; take a smaller step"
     if abs(balance.energy_error) > UNSTABLE:
         return f"unstable: the energy balance is off by {abs(balance.energy_error):.2%}; take a smaller step"
+    if tally.first_force_time.max() < 0.0:
+        return "no contact: " + (
+            "the two sides came to rest, or stopped coming closer, before a device was pressed"
+            if tally.over
+            else "no device was pressed before the time limit"
+        )
     spent = [_spent(i) for i in interfaces if i.exhausted]
     if spent:
         return "stroke exhausted at " + ", ".join(spent)

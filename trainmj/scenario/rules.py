@@ -18,6 +18,7 @@ from trainmj.scenario.parts import (
 from trainmj.scenario.problems import Path, Problem
 
 INTEGRATORS = ("euler", "implicitfast", "implicit")
+_LEAST_CLOSING = 0.1  # km/h; a collision that closes slower than a third of this counts as over
 _MOST_STEPS = 5_000_000
 _MOST_RECORDS = 3_000_000  # of all vehicles together: 200 MB
 _MOST_POINTS = 20_000  # of all curves as they are stated, so that a written scenario can be read again
@@ -180,10 +181,11 @@ def _collision(parts: Parts) -> Iterator[Problem]:
             yield Problem(
                 ("trains", name), f"states no device at its {end}, which is the end that meets the other side"
             )
-    if collision.speed_km_h <= collision.partner_speed_km_h:
+    if collision.speed_km_h - collision.partner_speed_km_h < _LEAST_CLOSING - 1e-9:
         yield Problem(
             ("collision", "speed_km_h"),
-            f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}): the two must come closer",
+            f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}) by {_LEAST_CLOSING:g} km/h or "
+            "more: the two must come closer",
         )
     if not known:
         return

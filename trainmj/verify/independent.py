@@ -124,7 +124,7 @@ class _Joint:
         self.segment = max(0, bisect_right(self.u, u) - 1)
         spring, crush = at(self.spring(), u), at(self.envelope(), u)
         if rate >= 0.0 and spring >= crush - 2 * _SLACK_N and u >= self.plastic:
-            self.plastic, spring = u - crush / self.k, crush
+            self.plastic, spring = max(self.plastic, u - crush / self.k), min(spring, crush)
             if self.slope() <= self.k:
                 self.branch = Branch.CRUSHING
                 return
@@ -134,7 +134,7 @@ class _Joint:
         elif total < 0.0:
             self.branch = Branch.SLACK
         else:
-            self.branch = Branch.CAPPED if total > crush else Branch.ELASTIC
+            self.branch = Branch.CAPPED if total > crush + _SLACK_N / 4 else Branch.ELASTIC
 
 
 def at(line: Line, u: float, rate: float = 0.0) -> float:
