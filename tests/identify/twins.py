@@ -26,7 +26,7 @@ SCENARIO: dict[str, Any] = {
     },
     "trains": {"t": {"vehicles": 3, "mass_t": 30, "front": "front", "coupler": "coupler"}},
     "collision": {"train": "t", "speed_km_h": 20, "partner": "t"},
-    "simulation": {"step_ms": 0.25, "time_limit_s": 0.6},
+    "simulation": {"step_ms": 0.5, "time_limit_s": 0.6},
 }
 
 KNOWN = {"k": 80.0, "c": 200.0, "tube": 800.0, "f10": 250.0, "f30": 460.0}

@@ -11,8 +11,10 @@ from trainmj.identify.plan import Identification
 from trainmj.identify.trials import Trials
 from trainmj.identify.unknowns import Point
 
-REFUSED = 1e3
-"""Residual of every value of a trial that cannot be simulated: far more than any that can."""
+REFUSED = 1e6
+"""Residual of every value of a trial that cannot be simulated."""
+
+_LARGEST = 1e5  # residual of one that can: its powers stay finite
 
 _INSIDE = 0.95  # of a bar, from which a value is pushed back
 
@@ -28,12 +30,16 @@ class Misfit:
         trials: simulates the fitted cases.
         step: integration step [ms]; that of the scenario if None.
         norm: p of the sum of |residual|^p that is made small.
+        size: of a residual that counts as 1 in a norm other than 2, so that its powers stay within bounds.
     """
 
-    def __init__(self, plan: Identification, trials: Trials, step: float | None, norm: float = 2.0) -> None:
+    def __init__(
+        self, plan: Identification, trials: Trials, step: float | None, norm: float = 2.0, size: float = 1.0
+    ) -> None:
         """Nothing is simulated yet."""
         self.plan = plan
         self.norm = norm
+        self.size = size
         self._trials = trials
         self._step = step
         sample = plan.fitted
@@ -54,7 +60,7 @@ class Misfit:
         plain = self.of_points(points)
         if self.norm == 2.0:
             return plain
-        return np.asarray(np.sign(plain) * np.abs(plain) ** (self.norm / 2.0))
+        return np.asarray(np.sign(plain) * (np.abs(plain) / self.size) ** (self.norm / 2.0))
 
     def of_points(self, points: Sequence[Point]) -> Array:
         """Plain residuals (k, n_residual) of trials, as one batch."""
@@ -68,7 +74,7 @@ class Misfit:
             plan.spec.method.bar_weight * np.sign(off[:, self._barred]) * beyond,
             missed,
         ]
-        return np.asarray(np.nan_to_num(np.concatenate(parts, axis=1), nan=REFUSED))
+        return np.asarray(np.nan_to_num(np.clip(np.concatenate(parts, axis=1), -_LARGEST, _LARGEST), nan=REFUSED))
 
     def cost(self, units: Sequence[Array]) -> Array:
         """Half of the sum of |residual|^p at places of the unit cube (k,)."""

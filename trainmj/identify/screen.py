@@ -19,6 +19,7 @@ from trainmj.terminal import new_console, new_table
 
 _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement", "finish": "iterations of the finish"}
 _MOST_LINES = 8
+_LONGEST = 30  # letters of a name that fit beside its numbers
 
 
 class Screen:
@@ -68,30 +69,23 @@ def print_found(found: Found) -> None:
     for role in dict.fromkeys(found.fit["role"]):
         console.print()
         console.print(_fit(role, found.fit[found.fit["role"] == role]))
+    console.print("out: values beyond their tolerance, or their bar where there is one", markup=False)
     console.print()
     console.print(_parameters(found.parameters))
     console.print()
     for line in [*_constraints(found), *_undetermined(found)]:
         console.print(line, markup=False)
-    console.print(f"{found.seconds:.1f} s; written to {found.folder}: trainmj run {found.folder / FOUND}", markup=False)
+    console.print(f"{found.seconds:.1f} s; written to {found.folder}", markup=False, soft_wrap=True)
+    console.print(f"Run what was found: trainmj run {found.folder / FOUND}", markup=False, soft_wrap=True)
 
 
 def _fit(role: str, rows: pd.DataFrame) -> Table:
-    table = new_table(
-        "Target",
-        "values",
-        "rms",
-        "bias",
-        "largest",
-        "largest\n%",
-        "out of\ntolerance",
-        "bars\nkept",
-        title="Fit" if role == "fitted" else "Held out: never seen by the search",
-    )
+    title = "Fit" if role == "fitted" else "Held out: never seen by the search"
+    table = new_table("Target", "values", "rms", "bias", "largest", "largest\n%", "out", "bars", title=title)
     for row in rows.to_dict("records"):
-        kept = "" if row["kept"] is None else "yes" if row["kept"] else "NO"
+        kept = "" if row["kept"] is None else "kept" if row["kept"] else "NOT"
         table.add_row(
-            f"{row['target']} {row['unit']}".strip(),
+            _cut(f"{row['target']} {row['unit']}".strip(), _LONGEST),
             str(row["values"]),
             f"{row['rms']:.3g}",
             f"{row['bias']:+.2g}",
@@ -104,12 +98,27 @@ def _fit(role: str, rows: pd.DataFrame) -> Table:
 
 
 def _parameters(rows: pd.DataFrame) -> Table:
-    table = new_table("Parameter", "value", "from\n(95 %)", "to\n(95 %)", "stages", title="Found")
-    table.columns[-1].header = "remark"
+    table = new_table("Parameter", "value", "95 % from", "to", "stages", title="Found")
+    table.columns[-1].header = ""
+    table.columns[-1].no_wrap = True
     for row in rows.to_dict("records"):
-        ends = ["-" if not np.isfinite(row[key]) else f"{row[key]:.5g}" for key in ("low_95", "high_95")]
-        table.add_row(f"{row['parameter']} {row['unit']}".strip(), f"{row['value']:.6g}", *ends, row["remark"])
+        low, high = row["low_95"], row["high_95"]
+        ends = [
+            f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
+            f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
+        ]
+        remark = "solved" if row["remark"].startswith("solved") else row["remark"]
+        name = _cut(f"{row['parameter']} {row['unit']}".strip(), _LONGEST)
+        table.add_row(name, f"{row['value']:.6g}", *ends, remark)
     return table
+
+
+def _number(value: float) -> str:
+    return f"{value:.5g}" if np.isfinite(value) else "-"
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 def _constraints(found: Found) -> list[str]:

@@ -21,6 +21,7 @@ from trainmj.identify.trials import Trials
 
 _APART = 0.05  # least distance in any direction between two places that count as distinct
 _SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
+_FLAT = 1e-12  # slope at which there is nothing to go down
 
 
 class Place(NamedTuple):
@@ -75,7 +76,8 @@ def search(plan: Identification, trials: Trials, watch: Watch = lambda progress:
         ends = [Place(float(fine.cost([place.unit])[0]), place.unit) for place in starts]
     best = min(ends, key=lambda place: place.cost)
     if method.finish is not None:
-        high = Misfit(plan, trials, method.refine.step_ms, method.finish.norm)
+        largest = float(np.abs(fine.residuals([best.unit])).max())
+        high = Misfit(plan, trials, method.refine.step_ms, method.finish.norm, largest or 1.0)
         best = refine(high, best.unit, method.finish.iterations, method.refine.difference, "finish", note)
     return best, way
 
@@ -165,7 +167,7 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
         bounds=(0.0, 1.0),
         ftol=_SMALL,
         xtol=_SMALL,
-        gtol=None,
+        gtol=_FLAT,
         max_nfev=iterations + 1,
     )
     return best

@@ -22,6 +22,7 @@ AT_BOUND = 1e-3
 WIDE = 0.25
 """A direction is not determined if one standard deviation along it is more than this part of the ranges."""
 
+_NOTHING = 1e-12  # residuals that a parameter changes over its whole range
 _TINY = 1e-9  # singular value that counts as none, as part of the largest
 
 
@@ -94,7 +95,7 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     _, singular, turned = (
         np.linalg.svd(derivative, full_matrices=False) if moving else (None, np.empty(0), np.empty((0, 0)))
     )
-    floor = _TINY * max(float(singular.max(initial=0.0)), 1e-300)
+    floor = max(_TINY * float(singular.max(initial=0.0)), _NOTHING)
     deviations = grown / np.maximum(singular, floor)
     directions = []
     for k in np.argsort(-deviations, kind="stable"):
