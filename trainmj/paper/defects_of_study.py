@@ -185,7 +185,7 @@ def weights_against_the_text() -> Defect:
         "Table 12; Eqs (16) to (18); Section 8.3",
         (
             f"An entropy over its largest value, ln 10 = {np.log(10):.6f}, is at most 1; Eq. (16) has no such factor, "
-            f"so all differences 1 - e are negative ({printed['difference'].tolist()}).",
+            f"so both differences 1 - e are negative ({', '.join(f'{g}' for g in printed['difference'])}).",
             f"Section 8.3: the more information, the smaller the entropy. TAMA has the smaller one ({e['TAMA']} "
             f"against {e['TS']}) and the smaller weight ({w['TAMA']} against {w['TS']}). With 1/ln n the weights are "
             f"TS {right.weight[0]:.3f}, TAMA {right.weight[1]:.3f}.",

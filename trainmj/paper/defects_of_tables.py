@@ -112,7 +112,7 @@ def levels_of_tama() -> Defect:
             f"Mass times TAMA, nearly one force whatever D and M: {said}. Table 13: surrogate {surrogate:.0f} kN, "
             f"collision dynamics {simulated:.0f} kN.",
             f"The surrogate was fitted to Table 9, which lies {offset:.1f} % above Table 5; the {error} % of Table 13 "
-            "is that step. It neither measures the surrogate nor validates the dynamics model, as Section 8.3 says.",
+            "is that step. It neither measures the surrogate nor, as Section 8.3 has it, validates the dynamics model.",
         ),
         bool(levels["Table 8"].max() < levels["Table 5"].min() and levels["Table 5"].max() < levels["Table 9"].min()),
     )

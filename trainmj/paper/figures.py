@@ -248,7 +248,7 @@ def _colours(picture: Figure, axes: list[Axes], values: Array, label: str) -> Ca
     shades = ListedColormap(colormaps["viridis"](np.linspace(0, 0.9, 256)))
     low, high = float(values.min()), float(values.max())
     scale = ScalarMappable(Normalize(low, high), shades)
-    picture.colorbar(scale, ax=axes, label=label, ticks=list(values), aspect=40, pad=0.01)
+    picture.colorbar(scale, ax=axes, label=label, ticks=list(values), format="%g", aspect=40, pad=0.01)
     return lambda value: to_hex(np.asarray(shades((value - low) / (high - low))).tolist())
 
 

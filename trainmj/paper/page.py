@@ -11,7 +11,7 @@ from trainmj.paper.comparison import OURS, RECOMPUTED, Comparison
 from trainmj.paper.figures import CAPTIONS
 from trainmj.paper.printed import DOI, split_unit
 from trainmj.paper.reproduce import Reproduction
-from trainmj.paper.verdicts import GROUPS
+from trainmj.paper.verdicts import FROM_PRINT, GROUPS, ITSELF
 from trainmj.report.blocks import Card, Column, judged
 from trainmj.report.page import Page
 from trainmj.simulation import versions
@@ -44,6 +44,7 @@ _NAMES = {
     "energy_m2_m3": "M2-M3",
     **{f"peak_acc_m{n}": f"peak M{n}" for n in range(1, 7)},
 }
+_HEADS = {FROM_PRINT: ("printed", "recomputed"), ITSELF: ("simulation", "surrogate")}
 _DIGITS = {"mm": 2, "kJ": 2, "g": 4, "s": 3, "t": 2, "km_h": 1}
 
 
@@ -109,15 +110,9 @@ def _result(section: Section, r: Reproduction) -> None:
 
 
 def _verdicts(section: Section, r: Reproduction) -> None:
-    columns = [
-        Column("Item", text=True),
-        Column("published", text=True),
-        Column("ours", text=True),
-        Column("deviation"),
-        Column("bar"),
-        Column("verdict", text=True),
-    ]
     for group in GROUPS:
+        columns = [Column(name, text=True) for name in ("Item", *_HEADS.get(group, ("published", "ours")))]
+        columns += [Column("deviation"), Column("bar"), Column("verdict", text=True)]
         rows = [
             (
                 v.item,
@@ -135,15 +130,15 @@ def _verdicts(section: Section, r: Reproduction) -> None:
 
 def _laws(section: Section, r: Reproduction) -> None:
     section.text("What the text says, with our number for it and the rule by which it was judged.")
-    columns = [Column(n, text=True) for n in ("Section", "Law", "published", "ours", "rule", "verdict")]
+    columns = [Column(n, text=True) for n in ("Section", "Law", "verdict", "published", "ours", "rule")]
     rows = [
         (
             law.section,
             law.statement,
+            judged(law.holds, "holds", "does not"),
             law.published or "–",
             law.ours,
             law.judged or "–",
-            judged(law.holds, "holds", "does not"),
         )
         for law in r.laws
     ]

@@ -58,7 +58,7 @@ class Verdict:
         """Deviation or bar as it is read, with its unit."""
         if self.unit == "values":
             return f"{value:.0f} differ" if value != 1 else "1 differs"
-        return f"{value:.2g} {self.unit}"
+        return f"{value:.3g} {self.unit}"
 
 
 def verdicts(tables: Tables) -> list[Verdict]:
@@ -154,7 +154,7 @@ def _surrogates(tables: Tables) -> Iterator[Verdict]:
         yield Verdict(
             ITSELF,
             f"{name} at the paper's optimum",
-            f"simulated {simulated:.{digits}f} {unit}",
+            f"{simulated:.{digits}f} {unit}",
             f"{surrogate:.{digits}f} {unit}",
             100 * (surrogate / simulated - 1),
             "%",
