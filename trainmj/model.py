@@ -14,9 +14,10 @@ import mujoco
 import numpy as np
 
 from trainmj import shapes
+from trainmj.atomic import write_bytes
 from trainmj.chain import WALL, Chain, Interface, Vehicle
 from trainmj.device import Array
-from trainmj.errors import EngineError, OutputError
+from trainmj.errors import EngineError
 from trainmj.layout import Layout
 from trainmj.resources import shipped_folder
 from trainmj.units import KN, KN_PER_MM
@@ -155,10 +156,7 @@ def write(text: str, file: str | Path) -> None:
     Raises:
         OutputError: if that is not possible.
     """
-    try:
-        Path(file).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{file}: cannot be written ({error.strerror})") from None
+    write_bytes(file, text.encode())
 
 
 def _comment_text(title: str) -> str:

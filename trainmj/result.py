@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.atomic import replacing
+from trainmj.atomic import write_bytes
 from trainmj.chain import Chain, line_up
 from trainmj.device import Array
-from trainmj.errors import InputError, OutputError
+from trainmj.errors import InputError
 from trainmj.layout import Car, Head, Joint, Layout
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.text import printable
@@ -165,11 +165,8 @@ class Result:
         Raises:
             OutputError: if the file cannot be written.
         """
-        with replacing(file) as part:
-            try:
-                self.dataset().to_netcdf(part, engine="h5netcdf")
-            except RuntimeError as error:  # how HDF5 tells of a full disk at times
-                raise OutputError(f"{file}: cannot be written ({error})") from None
+        # made in memory: HDF5 prints a page of tracebacks when the disk is full
+        write_bytes(file, bytes(self.dataset().to_netcdf(engine="h5netcdf")))
 
     def table(self) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet."""

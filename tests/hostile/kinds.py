@@ -158,7 +158,7 @@ def cost_of_study(study: Any) -> float:
     runs = (design.n or 8) + (
         optimiser.simulator.particles * optimiser.simulator.iterations if optimiser.on != "surrogate" else 0
     )
-    guesses = optimiser.surrogate.particles * optimiser.surrogate.iterations
+    guesses = optimiser.surrogate.particles * optimiser.surrogate.iterations * (optimiser.on != "simulator")
     return runs * cost_of_scenario(study.scenario) + 1e3 * guesses
 
 

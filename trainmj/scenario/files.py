@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from trainmj.errors import InputError, OutputError, close_match
+from trainmj.atomic import write_bytes
+from trainmj.errors import InputError, close_match
 from trainmj.resources import shipped_folder
 from trainmj.scenario.parts import MAX_POINTS, Parts
 from trainmj.scenario.problems import Path
@@ -51,10 +52,7 @@ def save(scenario: Scenario, file: str | FilePath) -> None:
     Raises:
         OutputError: if the file cannot be written.
     """
-    try:
-        FilePath(file).write_text(to_yaml(scenario), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(f"{file}: cannot be written ({error.strerror})") from None
+    write_bytes(file, to_yaml(scenario).encode())
 
 
 def to_yaml(scenario: Scenario) -> str:
