@@ -1,0 +1,180 @@
+"""Reports as a person sees them, in headless Chromium: no error, no request to the net, all is drawn."""
+
+import shutil
+
+import pytest
+
+KINDS = ["run_folder", "sweep_folder", "study_folder"]
+WIDTHS = {"desktop": 1280, "phone": 360}
+
+PLOTS = """[...document.querySelectorAll('.plot .canvas')].map((canvas) => {
+    const svg = canvas.querySelector('svg.main-svg');
+    const marks = canvas.querySelectorAll('.scatterlayer path, .barlayer path, .heatmaplayer image');
+    return { width: svg ? svg.clientWidth : 0, height: svg ? svg.clientHeight : 0, marks: marks.length,
+             right: canvas.getBoundingClientRect().right };
+})"""
+
+
+@pytest.fixture(params=KINDS)
+def report(request):
+    return request.getfixturevalue(request.param) / "report.html"
+
+
+@pytest.mark.parametrize("width", WIDTHS.values(), ids=WIDTHS)
+def test_everything_is_there_and_nothing_else_is_asked_for(report, look, width, markup):
+    seen = look(report, width)
+    assert seen.errors == []
+    assert seen.requests == [report.resolve().as_uri()]
+    for heads, least in (("h1", 1), ("h2", 5), ("nav a", 5), ("table", 2), ("footer pre", 1)):
+        shown = [element.is_visible() for element in seen.page.locator(heads).all() if not _folded(element)]
+        assert len(shown) >= least
+        assert all(shown)
+    plots = seen.value(PLOTS)
+    assert len(plots) >= 3
+    for plot in plots:
+        assert plot["width"] > 250
+        assert plot["height"] > 150
+        assert plot["marks"] > 0
+        assert plot["right"] <= width
+    assert seen.value("document.documentElement.scrollWidth") <= width  # nothing sticks out sideways
+    assert all(
+        seen.value("[...document.querySelectorAll('nav a')].map((a) => document.querySelector(a.hash) !== null)")
+    )
+    assert markup in seen.page.locator("h1").inner_text()  # a name is text
+    assert seen.page.locator("h1 script, h1 img, p script, p img").count() == 0
+    assert seen.value("window.hacked") is None
+
+
+def _folded(element):
+    return element.evaluate("(e) => e.closest('details:not([open])') !== null")
+
+
+def test_the_page_itself_may_not_ask_for_anything(run_folder, look):
+    seen = look(run_folder / "report.html")
+    outcome = seen.value("fetch('http://127.0.0.1:9/').then(() => 'went', () => 'refused')")
+    seen.value("document.body.append(Object.assign(new Image(), { src: 'http://127.0.0.1:9/x.png' }))")
+    script = (
+        "document.body.append(Object.assign(document.createElement('script'), { textContent: 'window.hacked = 1' }))"
+    )
+    seen.value(script)
+    assert outcome == "refused"
+    assert seen.value("window.hacked") is None
+    assert any("Content Security Policy" in error for error in seen.errors)
+
+
+@pytest.fixture(scope="module")
+def opened(run_folder, look):
+    """The report of a run on a desktop, opened once for the tests that put it back as it was."""
+    return look(run_folder / "report.html")
+
+
+def test_plots_zoom_and_read_out(opened):
+    seen = opened
+    canvas = seen.page.locator(".plot .canvas").first
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    before = canvas.evaluate("(c) => c.layout.xaxis.range[1]")
+    middle = box["y"] + 0.4 * box["height"]
+    seen.page.mouse.move(box["x"] + 0.5 * box["width"], middle)
+    seen.page.wait_for_selector(".hoverlayer .legend .traces, .hoverlayer .hovertext")
+    assert "M1" in canvas.locator(".hoverlayer").inner_html()
+    seen.page.mouse.down()
+    seen.page.mouse.move(box["x"] + 0.7 * box["width"], middle, steps=4)
+    seen.page.mouse.up()
+    seen.page.wait_for_function(
+        "(end) => document.querySelector('.plot .canvas').layout.xaxis.range[1] < end", arg=before
+    )
+    assert seen.errors == []
+
+
+class TestAnimation:
+    """The side view plays, stops and is moved, with the mouse and with keys."""
+
+    TIME = "Number(document.querySelector('.animation').dataset.time)"
+    COUNT = """() => new Promise((done) => {
+        const figure = document.querySelector('.animation'), times = new Set();
+        figure.querySelector('.play').click();
+        const began = performance.now();
+        const watch = () => {
+            times.add(figure.dataset.time);
+            if (performance.now() - began < 1200) requestAnimationFrame(watch);
+            else done(times.size);
+        };
+        watch();
+    })"""
+    """How many pictures are seen in 1.2 s of playing."""
+
+    @pytest.fixture
+    def seen(self, opened):
+        opened.page.locator(".animation").scroll_into_view_if_needed()
+        yield opened
+        opened.page.locator(".animation .time").focus()
+        opened.page.keyboard.press("Home")
+
+    def test_waits_until_it_is_played(self, seen):
+        seen.page.wait_for_timeout(150)
+        assert seen.value(self.TIME) == 0.0
+        assert seen.page.locator(".animation .car").count() == 12
+        assert seen.page.locator(".animation .device").count() == 11
+
+    def test_plays_and_pauses(self, seen):
+        place = "document.querySelector('.animation .car').getAttribute('transform')"
+        at_rest = seen.value(place)
+        seen.page.get_by_role("button", name="Play").click()
+        seen.page.wait_for_function(f"() => {self.TIME} > 0.01")
+        seen.page.get_by_role("button", name="Pause").click()
+        now = seen.value(self.TIME)
+        assert seen.value(place) != at_rest
+        seen.page.wait_for_timeout(150)
+        assert seen.value(self.TIME) == now
+
+    def test_ends_with_the_numbers_of_the_result(self, seen, standard_summary):
+        seen.page.locator(".animation .time").focus()
+        seen.page.keyboard.press("End")
+        front = standard_summary.interfaces[0]
+        energies = [float(t) for t in seen.page.locator(".animation text.energy").all_text_contents()]
+        assert max(energies) == pytest.approx(2 * front.energy_kJ, abs=1.0)  # of both trains
+        speeds = [float(t) for t in seen.page.locator(".animation .speed").all_text_contents()]
+        finals = {v.name: v.final_speed_km_h for v in standard_summary.vehicles}
+        assert speeds == pytest.approx(
+            [finals[f"M{i}"] for i in range(6, 0, -1)] + [finals[f"S{i}"] for i in range(1, 7)], abs=0.06
+        )
+
+    def test_keys(self, seen):
+        slider = seen.page.locator(".animation .time")
+        slider.focus()
+        seen.page.keyboard.press("Space")
+        seen.page.wait_for_function(f"() => {self.TIME} > 0")
+        seen.page.keyboard.press("Space")
+        now = seen.value(self.TIME)
+        seen.page.keyboard.press("ArrowRight")
+        assert seen.value(self.TIME) == pytest.approx(now, abs=0.01)
+        seen.page.keyboard.press("Home")
+        assert seen.value(self.TIME) == 0.0
+        assert slider.get_attribute("aria-valuetext") == "0.000 s"
+
+    def test_moves_in_few_steps_where_motion_is_not_wanted(self, seen, run_folder, look):
+        calm = look(run_folder / "report.html", reduced_motion="reduce")
+        assert 2 <= calm.page.evaluate(self.COUNT) <= 4
+        assert seen.page.evaluate(self.COUNT) > 4
+
+
+def test_print(run_folder, look, tmp_path):
+    """Without navigation, plots within the sheet, the animation at its end; afterwards all is as it was."""
+    seen = look(run_folder / "report.html")
+    widths = [plot["width"] for plot in seen.value(PLOTS)]
+    sheet = seen.page.pdf(format="A4")
+    (tmp_path / "report.pdf").write_bytes(sheet)
+    assert [plot["width"] for plot in seen.value(PLOTS)] == widths
+    seen.page.emulate_media(media="print")
+    seen.value("window.dispatchEvent(new Event('beforeprint'))")
+    assert not seen.page.locator("nav").is_visible()
+    assert not seen.page.locator(".animation .play").is_visible()
+    assert max(plot["width"] for plot in seen.value(PLOTS)) <= 688  # A4 less its margins, in pixels of CSS
+    assert seen.value(TestAnimation.TIME) > 0.5
+    assert seen.errors == []
+    if shutil.which("pdftotext"):
+        import subprocess
+
+        text = subprocess.run(["pdftotext", tmp_path / "report.pdf", "-"], capture_output=True, text=True, check=True)
+        assert "TAMA" in text.stdout

@@ -1,0 +1,300 @@
+"""Reports from folders: what they say, how a folder is known, and what is refused."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builders import scenario
+
+import trainmj
+from trainmj.errors import InputError
+from trainmj.report import write_report, write_run_report
+from trainmj.report.animation import animation_data
+from trainmj.report.criteria import criteria, most_used
+from trainmj.report.devices import add_devices
+from trainmj.report.histories import add_histories
+from trainmj.report.page import Page
+from trainmj.report.responses import factors_of, short
+from trainmj.report.run import page_of_run
+from trainmj.units import KJ, KN, MM
+
+BAR_S = 4.0
+BAR_MB = 7.0
+
+
+def plots(section):
+    """Content of the plots of a section, by title."""
+    return {block.title: json.loads(block.figure) for block in section.blocks if block.kind == "plot"}
+
+
+def text_of(file):
+    """What a report says, without its scripts and styles."""
+    html = re.sub(r"<(script|style)\b.*?</\1>", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", html))
+
+
+def without(folder, *names, to):
+    """A copy of a folder without some files."""
+    copy = to / "copy"
+    shutil.copytree(folder, copy)
+    for name in names:
+        (copy / name).unlink()
+    return copy
+
+
+class TestRun:
+    def test_says_what_the_summary_says(self, run_folder, standard_summary):
+        said = text_of(run_folder / "report.html")
+        assert f"{standard_summary.TS_mm:.1f}" in said
+        assert f"{standard_summary.TAMA_g:.3f}" in said
+        for v in standard_summary.vehicles:
+            assert f"{v.peak_device_acceleration_g:.4f}" in said
+        for i in standard_summary.interfaces:
+            assert f"{i.stroke_mm:.1f}" in said
+        for name, version in trainmj.run.__globals__["versions"]().items():
+            assert f"{name} {version}" in said
+        assert "trainmj report 'a run'" in said.replace("&#39;", "'")
+
+    def test_lines_are_the_histories(self, standard_result):
+        section = Page("p").section("s")
+        add_histories(section, standard_result)
+        found = plots(section)
+        front = standard_result.chain.front
+        force = next(t for t in found["Force"]["data"] if t["name"] == "S1-M1")
+        assert force["dx"] == pytest.approx(1e-3)
+        assert force["y"] == pytest.approx((standard_result.force[:, front] / KN).tolist(), rel=1e-4, abs=1e-3)
+        stroke = next(t for t in found["Stroke"]["data"] if t["name"] == "S1-M1")
+        assert max(stroke["y"]) == pytest.approx(standard_result.stroke[:, front].max() / 2 / MM, rel=1e-4)
+        assert all("(" in found[name]["layout"]["yaxis"]["title"]["text"] for name in found)  # units
+
+    def test_energies_add_up_to_that_of_the_start(self, standard_result, standard_summary):
+        section = Page("p").section("s")
+        add_histories(section, standard_result)
+        lines = {t["name"]: np.array(t["y"]) for t in plots(section)["Where the energy is"]["data"]}
+        b = standard_summary.balance
+        assert sum(lines.values()) == pytest.approx(b.kinetic_start_kJ, rel=1e-4)
+        assert lines["by the rails"][-1] == pytest.approx(b.friction_kJ, rel=0.01)
+        assert lines["elastic, in the devices"][-1] == pytest.approx(b.elastic_kJ, abs=1e-3 * b.kinetic_start_kJ)
+
+    def test_paths_stay_on_or_below_the_envelope(self, standard_result):
+        section = Page("p").section("s")
+        add_devices(section, standard_result)
+        for title, content in plots(section).items():
+            envelope, *paths = content["data"]
+            assert paths, title
+            for path in paths:
+                u, f = np.array(path["x"]), np.array(path["y"])
+                allowed = np.maximum.reduce(
+                    [np.interp(u + shift, envelope["x"], envelope["y"]) for shift in (-0.5, 0, 0.5)]
+                )
+                assert (f <= allowed + 1.0).all(), f"{title}: {path['name']}"
+
+    def test_animation_has_the_strokes_and_energies_of_the_result(self, standard_result):
+        data = animation_data(standard_result)
+        front = data["front"]
+        assert data["interfaces"][front] == "S1-M1"
+        assert data["left"][front] == pytest.approx(
+            [max(0.0, u / 2) for u in data["stroke"][front]], rel=1e-3, abs=1e-3
+        )
+        assert data["energy"][front][-1] == pytest.approx(
+            standard_result.energy[-1, standard_result.chain.front] / KJ, rel=1e-3
+        )
+
+    def test_a_long_train_shows_what_is_next_to_the_impact(self):
+        long = scenario([(0, 0), (500, 2000)], 100, mass_t=[33] * 40, speed_m_s=2, step_ms=0.2, time_limit_s=0.3)
+        result = trainmj.run(long)
+        data = animation_data(result)
+        assert data["vehicles"] == [f"M{k}" for k in range(7, 0, -1)]
+        assert data["wall"]
+        html = page_of_run(result, trainmj.summarise(result), Path("x/result.nc")).html()
+        assert "33 vehicles further away are left out" in html
+
+    def test_failed_limits_are_said(self, standard, tmp_path):
+        result = trainmj.run(standard.with_values({"speed_km_h": 40}))
+        summary = trainmj.summarise(result)
+        assert summary.status.startswith("stroke exhausted")
+        write_run_report(result, summary, tmp_path)
+        said = text_of(tmp_path / "report.html")
+        assert "a limit is passed" in said
+        assert "✗ fail" in said
+
+    def test_criteria(self, standard_summary):
+        found = criteria(standard_summary)
+        assert found[0].found == max(v.peak_device_acceleration_g for v in standard_summary.vehicles)
+        assert all(c.kept for c in found)
+        beyond = replace(found[-1], found=1e6)
+        shown, left_out = most_used([*found, beyond, *found])
+        assert beyond in shown
+        assert (len(shown), left_out) == (16, 2 * len(found) + 1 - 16)
+        assert beyond.verdict.kind == "fail"
+        assert replace(beyond, limit=None).verdict.kind == "none"
+
+    @pytest.mark.filterwarnings("ignore:invalid value encountered in subtract")  # inf - inf, put in here
+    def test_values_that_are_not_finite_are_said_and_drawn_as_gaps(self, standard_result):
+        force = standard_result.force.copy()
+        velocity = standard_result.velocity.copy()
+        force[100:], velocity[100:] = np.nan, np.inf
+        energy = np.full_like(force, np.nan)
+        tally = replace(standard_result.tally, stroke_max=np.full_like(standard_result.tally.stroke_max, np.nan))
+        result = replace(standard_result, force=force, velocity=velocity, energy=energy, tally=tally)
+        summary = trainmj.summarise(result)
+        html = page_of_run(result, summary, Path("x/result.nc")).html()
+        assert "unstable" in html
+        assert "NaN" not in re.sub(r"<script>.*?</script>", "", html, flags=re.DOTALL)
+
+    def test_a_saved_result_of_another_name(self, run_folder, tmp_path):
+        shutil.copy(run_folder / "result.nc", tmp_path / "case_3.nc")
+        assert write_report(tmp_path / "case_3.nc") == tmp_path / "case_3.html"
+        assert (tmp_path / "case_3.html").stat().st_size < 1e6 * BAR_MB
+
+    def test_time_and_size(self, run_folder, python):
+        """Processor time of the whole process, which other work on the machine changes less than time on the clock."""
+        assert python("-m", "trainmj", "report", str(run_folder)).returncode == 0
+        before = os.times()
+        assert python("-m", "trainmj", "report", str(run_folder)).returncode == 0
+        after = os.times()
+        assert after.children_user + after.children_system - before.children_user - before.children_system <= BAR_S
+        assert (run_folder / "report.html").stat().st_size < 1e6 * BAR_MB
+
+
+class TestSweep:
+    def test_says_how_the_cases_ended(self, sweep_folder):
+        table = trainmj.read_table(sweep_folder)
+        said = text_of(sweep_folder / "report.html")
+        assert f"{len(table)} of {len(table)}" in said
+        for status, count in table["status"].value_counts().items():
+            assert re.search(rf"{status} {count} ", said)
+        assert "must be at least 1" in said or "greater than or equal to 1" in said  # why mass_t = -1 is refused
+
+    def test_effects_are_differences_of_means(self, sweep_folder):
+        table = trainmj.read_table(sweep_folder)
+        good = table[table["status"] != "refused"]
+        means = good.groupby("empty_stroke_mm")["TS_mm"].mean()
+        said = text_of(sweep_folder / "report.html")
+        assert f"empty_stroke_mm {means.max() - means.min():.4g}" in said
+
+    def test_names_in_words(self):
+        assert short("stroke_S1_M1_anti_climber_mm") == "stroke S1-M1 anti climber"
+        assert short("TS_mm") == "TS"
+
+    def test_levels(self, sweep_folder):
+        factors = factors_of(trainmj.read_table(sweep_folder), ["mass_t", "collision.partner"])
+        assert factors[0].levels == [-1.0, 30.0, 36.0]
+        assert not factors[1].numeric
+        assert factors[1].places(["rigid_wall", "b_type"]).tolist() == [1.0, 0.0]
+
+    def test_an_unfinished_sweep(self, sweep_folder, tmp_path):
+        copy = without(sweep_folder, to=tmp_path)
+        with sqlite3.connect(copy / "results.sqlite") as db:
+            db.execute('DELETE FROM results WHERE "case" > 3')
+        assert "unfinished: go on with --resume" in text_of(write_report(copy))
+
+    def test_no_finished_case(self, sweep_folder, tmp_path):
+        copy = without(sweep_folder, to=tmp_path)
+        with sqlite3.connect(copy / "results.sqlite") as db:
+            db.execute("DELETE FROM results")
+        with pytest.raises(InputError, match="no case of this sweep is finished"):
+            write_report(copy)
+
+    def test_many_random_cases_are_points(self, standard, tmp_path):
+        draw = np.random.default_rng(1)
+        columns = {"empty_stroke_mm": draw.uniform(20, 50, 20).tolist(), "mass_t": draw.uniform(30, 36, 20).tolist()}
+        plan = trainmj.sweep.plan.Plan(standard.with_values({"simulation.step_ms": 0.5}), (columns,))
+        trainmj.run_sweep(plan, tmp_path)
+        html = write_report(tmp_path).read_text(encoding="utf-8")
+        assert '"colorbar"' in html
+        assert "30 to" not in html or "classes" in html
+
+
+class TestStudy:
+    def test_says_what_was_chosen(self, study_folder):
+        facts = json.loads((study_folder / "summary.json").read_text())
+        said = text_of(study_folder / "report.html")
+        assert facts["decision"]["chosen"]["C"] in said
+        for row in facts["check"]["rows"]:
+            assert f"{row['simulated']:.5g}" in said
+        for weight in facts["weights"]["weights"].values():
+            assert f"{weight:.4f}" in said
+
+    def test_its_files_make_the_study_again(self, study_folder, tmp_path):
+        from trainmj.scenario.files import as_yaml
+
+        facts = json.loads((study_folder / "summary.json").read_text())
+        (tmp_path / "again.study.yaml").write_text(as_yaml(facts["study"]))
+        (tmp_path / "scenario.yaml").write_text(facts["scenario"])
+        again = trainmj.load_study(tmp_path / "again.study.yaml")
+        assert again.scenario.values() == trainmj.load("b_type", {"simulation.step_ms": 0.5}).values()
+        assert [f.name for f in again.space.factors] == ["D", "C"]
+
+    @pytest.mark.parametrize("missing", ["summary.json", "02_simulations.csv"])
+    def test_unfinished(self, study_folder, tmp_path, missing):
+        with pytest.raises(InputError, match=r"not finished|of a finished one"):
+            write_report(without(study_folder, missing, to=tmp_path))
+
+    @pytest.mark.parametrize("content", ["[]", "{", '{"check": 1}', '{"check": {"rows": null}}', "\udc00"])
+    def test_damaged(self, study_folder, tmp_path, content):
+        copy = without(study_folder, to=tmp_path)
+        (copy / "summary.json").write_bytes(content.encode("utf-8", "surrogatepass"))
+        with pytest.raises(InputError, match=r"study"):
+            write_report(copy)
+
+
+class TestFolder:
+    def test_holds_nothing(self, tmp_path):
+        with pytest.raises(InputError, match="holds no run, sweep or study"):
+            write_report(tmp_path)
+
+    def test_is_not_there(self, tmp_path):
+        with pytest.raises(InputError, match="there is no such folder"):
+            write_report(tmp_path / "nowhere")
+
+    def test_is_another_file(self, tmp_path):
+        (tmp_path / "a.txt").write_text("a")
+        with pytest.raises(InputError, match="is no result"):
+            write_report(tmp_path / "a.txt")
+
+    def test_holds_two(self, sweep_folder, run_folder, tmp_path):
+        copy = without(sweep_folder, to=tmp_path)
+        shutil.copy(run_folder / "result.nc", copy)
+        with pytest.raises(InputError, match="a run and a sweep: name one"):
+            write_report(copy)
+        assert "Sweep" in text_of(write_report(copy / "results.sqlite"))
+
+    @pytest.mark.parametrize("name", ["result.nc", "results.sqlite", "steps.json"])
+    def test_holds_something_else_of_that_name(self, tmp_path, name):
+        (tmp_path / name).write_bytes(b"\x00\xffnothing")
+        with pytest.raises(InputError, match=re.escape(str(tmp_path))):
+            write_report(tmp_path)
+
+
+class TestCommand:
+    def test_report(self, run_folder, tmp_path, python):
+        done = python("-m", "trainmj", "report", str(run_folder), "--out", str(tmp_path / "mine.html"))
+        assert (done.returncode, done.stderr) == (0, "")
+        assert (tmp_path / "mine.html").is_file()
+        assert "mine.html" in done.stdout
+
+    def test_run_with_report_needs_a_folder(self, python):
+        done = python("-m", "trainmj", "run", "b_type", "--report")
+        assert done.returncode == 2
+        assert "--report: needs --out" in done.stderr
+
+    def test_sweep_with_report(self, tmp_path, python):
+        out = tmp_path / "out"
+        done = python("-m", "trainmj", "sweep", "b_type", "--set", "simulation.step_ms=0.5", "--vary", "mass_t=30,36",
+                      "--out", str(out), "--report")  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert f"Report: {out / 'report.html'}" in done.stdout.replace("\n", "")
+
+    def test_errors_are_said_without_a_traceback(self, tmp_path, python):
+        done = python("-m", "trainmj", "report", str(tmp_path))
+        assert done.returncode == 2
+        assert done.stderr.startswith("Error: ")
