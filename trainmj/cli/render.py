@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,7 +53,8 @@ def render(
     SCENARIO may also be a saved result: result.nc, or the folder that `trainmj run --out` made. It is shown again
     without simulating.
     """
-    from trainmj.rendering import film, offscreen
+    with _without("MUJOCO_GL"):  # MuJoCo would load that library on import, and fail in its own way
+        from trainmj.rendering import film, offscreen
 
     film.check(out, camera, slow, size, at, fps)
     offscreen.check_platform()
@@ -76,6 +80,17 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
 
     viewer.check(slow)
     viewer.view(load_scenario(scenario, changes), slow)
+
+
+@contextmanager
+def _without(variable: str) -> Iterator[None]:
+    """Keep a variable of the environment from what is imported."""
+    value = os.environ.pop(variable, None)
+    try:
+        yield
+    finally:
+        if value is not None:
+            os.environ[variable] = value
 
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:

@@ -53,7 +53,7 @@ def fronts(
             axes.plot(simulated[~kept, i], simulated[~kept, j], "x", ms=4, color=GREY, zorder=4,
                       label="the same, beyond a limit")  # fmt: skip
     _legend(figure, panels)
-    title = "Hypervolume of the surrogates' front over that of the simulator's:\n"
+    title = "Hypervolume, surrogates' front over simulator's:\n"
     title += f"{facts['ratio_predicted']:.3f} predicted, {facts['ratio_simulated']:.3f} simulated"
     figure.suptitle(title, x=0.01, ha="left")
     return figure
@@ -117,6 +117,7 @@ def _bars(axes: Axes, names: list[str], values: FloatArray, colour: str, form: s
     axes.bar_label(bars, [form.format(v) for v in values], padding=3, fontsize=7)
     axes.set_yticks(place, names)
     axes.margins(x=0.2)
+    axes.locator_params(axis="x", nbins=5)
     axes.axvline(0, color="0.3", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.grid(visible=False, axis="y")

@@ -115,20 +115,39 @@ def _write_mp4(av: Any, file: Path, images: Iterator[Image], size: tuple[int, in
     from fractions import Fraction
 
     rate = Fraction(fps).limit_denominator(1000)
-    with replacing(file) as part, part.open("wb") as out, av.open(_Plain(out), "w", format="mp4") as film:
-        stream = film.add_stream("libx264", rate=rate, options={"crf": "20", "preset": "veryfast"})
-        stream.width, stream.height = size
-        stream.pix_fmt = "yuv420p"
-        image = None
-        for image in images:
-            film.mux(stream.encode(av.VideoFrame.from_image(image)))
-        for _ in range(round(hold * fps) if image is not None else 0):
-            film.mux(stream.encode(av.VideoFrame.from_image(image)))
-        film.mux(stream.encode())
+    with replacing(file) as part, part.open("wb") as out:
+        kept = _Kept(out)
+        with av.open(kept, "w", format="mp4") as film:
+            stream = film.add_stream("libx264", rate=rate, options={"crf": "20", "preset": "veryfast"})
+            stream.width, stream.height = size
+            stream.pix_fmt = "yuv420p"
+            image = None
+            for image in images:
+                film.mux(stream.encode(av.VideoFrame.from_image(image)))
+                kept.check()
+            for _ in range(round(hold * fps) if image is not None else 0):
+                film.mux(stream.encode(av.VideoFrame.from_image(image)))
+            film.mux(stream.encode())
+        kept.check()
 
 
-class _Plain:
-    """An open file without its name, so that errors of writing are raised as they are."""
+class _Kept:
+    """An open file that keeps its first error: FFmpeg, which must be closed after one, would hide it behind its own."""
 
     def __init__(self, out: IO[bytes]) -> None:
-        self.write, self.seek, self.tell = out.write, out.seek, out.tell
+        self._out = out
+        self._error: OSError | None = None
+        self.seek, self.tell = out.seek, out.tell
+
+    def write(self, content: bytes) -> int:
+        if self._error is None:
+            try:
+                self._out.write(content)
+            except OSError as error:
+                self._error = error
+        return len(content)
+
+    def check(self) -> None:
+        """Raise what was kept."""
+        if self._error is not None:
+            raise self._error

@@ -13,7 +13,7 @@ from PIL.Image import Image
 
 from trainmj import model as models
 from trainmj.chain import WALL, Chain
-from trainmj.errors import InputError
+from trainmj.errors import InputError, OutputError
 from trainmj.rendering.cameras import CAMERAS, Camera, Director, strip_height
 from trainmj.rendering.files import FILMS, STILLS, film_writer, write_still
 from trainmj.rendering.offscreen import Canvas
@@ -95,6 +95,7 @@ def check(
 
     Raises:
         InputError: naming the value, the rule and the cure.
+        OutputError: if there is no folder for the file.
     """
     suffix = file.suffix.lower()
     if suffix not in FILMS + STILLS:
@@ -111,6 +112,10 @@ def check(
         raise InputError(f"size {size[0]}x{size[1]}: width and height of an MP4 film must be even")
     if at is not None and suffix not in STILLS:
         raise InputError(f"{file}: a time is for a still; let the file end in .png")
+    if not file.parent.is_dir():
+        raise OutputError(f"{file}: there is no folder {file.parent}")
+    if file.is_dir():
+        raise OutputError(f"{file}: is a folder")
 
 
 def _still(result: Result, at: float | None) -> NDArray[np.intp]:

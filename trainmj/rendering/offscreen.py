@@ -17,7 +17,8 @@ from trainmj.errors import EngineError
 Picture = NDArray[np.uint8]
 """(height, width, 3) red, green and blue, the upper row first."""
 
-_PLATFORMS = {"osmesa": "libosmesa6", "egl": "libegl1"}
+_NAMES = {"osmesa": "OSMesa", "egl": "EGL"}
+_PACKAGES = {"osmesa": "libosmesa6", "egl": "libegl1 libopengl0 libgl1-mesa-dri"}
 _NEAR, _FAR = 0.3, 3000.0  # what a camera sees [m]
 
 
@@ -120,11 +121,13 @@ def new_context(width: int, height: int) -> Any:
             from mujoco.osmesa import GLContext
         context = GLContext(width, height)
         context.make_current()
-    except (ImportError, AttributeError, RuntimeError, OSError) as error:  # PyOpenGL's ways to miss a library
+    except (ImportError, AttributeError, OSError):  # PyOpenGL's ways to miss a library
         raise EngineError(
-            f"pictures are drawn in memory by {platform}, which could not be started ({error}). On Debian and Ubuntu: "
-            f"apt install {_PLATFORMS[platform]}"
+            f"pictures are drawn in memory by {_NAMES[platform]}, which is not installed; on Debian and Ubuntu: "
+            f"apt install {_PACKAGES[platform]}"
         ) from None
+    except RuntimeError as error:
+        raise EngineError(f"{_NAMES[platform]} cannot draw on this machine ({error})") from None
     return context
 
 
