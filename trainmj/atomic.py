@@ -28,8 +28,9 @@ def replacing(file: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: if something cannot be written, such as on a full disk.
     """
-    file = Path(os.path.realpath(file))
-    direct = file.exists() and not file.is_file() and not file.is_dir()
+    direct = Path(file).is_absolute() and Path(file).parts[1:2] in (("dev",), ("proc",))
+    file = Path(file) if direct else Path(os.path.realpath(file))
+    direct |= file.exists() and not file.is_file() and not file.is_dir()  # a pipe somewhere else
     part = file if direct else file.with_name(f".{file.name[:200]}.{os.getpid()}.part")
     try:
         yield part

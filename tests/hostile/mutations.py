@@ -139,14 +139,18 @@ def wrong_values(draw: st.DrawFn, values: Any) -> tuple[str, str]:
     for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):
         where = draw(st.sampled_from([p for p in places(values) if p] or [()]))
         parent, key = where[:-1], (where or ("",))[-1]
-        what = draw(st.sampled_from(["value", "value", "value", "value", "scale", "drop", "rename", "add", "twice", "move"]))
+        what = draw(
+            st.sampled_from(["value", "value", "value", "value", "scale", "drop", "rename", "add", "twice", "move"])
+        )
         if what == "value" or not where:
             new = draw(strange)
             values = replaced(values, where, lambda _, new=new: new)
         elif what == "scale":
             factor = draw(st.sampled_from([-1, 0, 1e-3, 1e3, 1e-6, 1e6, 1e9, 1e-12, 1e200]))
             values = replaced(
-                values, where, lambda v, f=factor: v * f if isinstance(v, int | float) and not isinstance(v, bool) else [v]
+                values,
+                where,
+                lambda v, f=factor: v * f if isinstance(v, int | float) and not isinstance(v, bool) else [v],
             )
         elif what == "drop":
             values = replaced(values, parent, lambda v, key=key: _without(v, key))

@@ -1,0 +1,381 @@
+"""What happens when the machine fails: each command with each fault, for real, in a process of its own.
+
+The processes are forked from this one, so that each begins with all imports done. Another command is one more row of COMMANDS.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import pandas as pd
+import pytest
+from mutations import document
+
+import trainmj
+import trainmj.experiment
+import trainmj.model
+import trainmj.native
+import trainmj.offsets
+import trainmj.simulation
+from trainmj.cli import main
+
+FAST = ("--set", "simulation.step_ms=0.5", "--set", "simulation.time_limit_s=0.1")
+STUDY = {
+    "scenario": "b_type_wall",
+    "set": {"simulation.step_ms": 0.5, "simulation.time_limit_s": 0.1},
+    "factors": {"D": {"sets": "empty_stroke_mm", "bounds": [20, 50]}, "M": {"sets": "mass_t", "bounds": [30, 36]}},
+    "responses": {"TS": "TS_mm", "TAMA": "TAMA_g"},
+    "design": {"n": 8, "seed": 1},
+    "surrogates": {"default": {"order": 1}},
+    "objectives": {"TS": "minimise", "TAMA": "minimise"},
+    "optimiser": {"surrogate": {"particles": 8, "iterations": 4}},
+    "cross_validation": {"against": []},
+}
+NOBODY = 65534
+root = hasattr(os, "geteuid") and os.geteuid() == 0
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that leaves files.
+
+    Attributes:
+        args: what is typed, without --out.
+        out: where it writes, in the folder of results.
+        whole: fails if what is there is torn; what is not there is no harm.
+            again: what is added to go on after a fault.
+        over: exit code where the output exists already.
+        works: a function that is called in the middle of its work.
+    """
+
+    args: tuple[str, ...]
+    out: str
+    whole: Callable[[Path], None]
+    again: tuple[str, ...] = ()
+    over: int = 0
+    works: tuple[Any, str] = (trainmj.experiment, "check_step")
+
+
+def whole_run(out: Path) -> None:
+    if (out / "summary.json").exists():
+        summary = json.loads((out / "summary.json").read_text())
+        assert trainmj.summarise(trainmj.load_result(out / "result.nc")).as_dict() == summary
+        assert len(pd.read_csv(out / "vehicles.csv")) == len(summary["vehicles"])
+        trainmj.load(out / "scenario.yaml")
+    elif (out / "result.nc").exists():
+        trainmj.load_result(out / "result.nc")
+
+
+def whole_export(out: Path) -> None:
+    if out.exists():
+        mujoco.MjModel.from_xml_path(str(out))
+
+
+def whole_sweep(out: Path) -> None:
+    if (out / "results.csv").exists():
+        assert len(pd.read_csv(out / "results.csv")) == 6
+
+
+def whole_study(out: Path) -> None:
+    for table in out.glob("*.csv"):
+        pd.read_csv(table)
+    for facts in out.glob("*.json"):
+        json.loads(facts.read_text())
+
+
+COMMANDS = {
+    "run": Command(
+        ("run", "b_type_wall", *FAST, "--figures", "none"), "out", whole_run, works=(trainmj.simulation, "check_step")
+    ),
+    "export": Command(("export", "b_type_wall"), "model.xml", whole_export, works=(trainmj.model, "spec")),
+    "sweep": Command(
+        ("sweep", "b_type_wall", *FAST, "--vary", "mass_t=30:36:6", "--threads", "1"),
+        "out",
+        whole_sweep,
+        again=("--resume",),
+        over=2,
+    ),
+    "study": Command(("study", "my.study.yaml", "--figures", "none", "--threads", "1"), "out", whole_study),
+}
+every_command = pytest.mark.parametrize("command", COMMANDS.values(), ids=list(COMMANDS))
+
+
+@pytest.fixture
+def place() -> Iterator[Path]:
+    """A folder that every user of the machine can reach."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        (folder / "my.study.yaml").write_text(document(STUDY))
+        yield folder
+
+
+Prepare = Callable[[], None]
+"""What is done first in the process of a command: patches, limits."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a process ended: its exit code, or minus the signal that killed it."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def trainmj_(place: Path, *args: str | Path, prepare: Prepare = lambda: None) -> Ended:
+    """The command as a user types it."""
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        child = os.fork()
+        if child == 0:
+            code = 70
+            try:
+                os.chdir(place)
+                os.dup2(out.fileno(), 1)
+                os.dup2(err.fileno(), 2)
+                sys.stdout, sys.stderr = (open(fd, "w", encoding="utf-8", closefd=False) for fd in (1, 2))
+                sys.argv = ["trainmj", *map(str, args)]
+                prepare()
+                main()
+            except SystemExit as end:
+                code = end.code if isinstance(end.code, int) else 0
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(code)
+        returncode = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        out.seek(0)
+        err.seek(0)
+        return Ended(returncode, out.read().decode(), err.read().decode())
+
+
+def done(place: Path, command: Command, *more: str, prepare: Prepare = lambda: None) -> Ended:
+    return trainmj_(place, *command.args, *more, "--out", place / command.out, prepare=prepare)
+
+
+def process(place: Path, *args: str | Path, **options: Any) -> subprocess.Popen[str]:
+    """The command from the very start."""
+    words = [sys.executable, "-m", "trainmj", *map(str, args)]
+    return subprocess.Popen(words, cwd=place, stdout=-1, stderr=-1, text=True, **options)
+
+
+def said_no(ended: Ended, *words: str) -> None:
+    """One clear message, exit code 2, no traceback."""
+    assert ended.returncode == 2, ended.stdout + ended.stderr
+    assert ended.stderr.startswith("Error: ")
+    assert "Traceback" not in ended.stderr
+    for word in words:
+        assert re.search(word, ended.stderr), ended.stderr
+
+
+def worked(ended: Ended) -> None:
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def leftovers(folder: Path) -> list[str]:
+    return [p.name for p in folder.rglob("*") if "part" in p.name]
+
+
+@contextmanager
+def disk(folder: Path, *options: str) -> Iterator[bool]:
+    """A file system of its own in a folder, where this machine allows it."""
+    folder.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", ",".join(options), "tmpfs", str(folder)]
+    mounted = root and subprocess.run(mount, capture_output=True, check=False).returncode == 0
+    try:
+        yield mounted
+    finally:
+        if mounted:
+            subprocess.run(["umount", str(folder)], check=True)
+
+
+@every_command
+def test_a_full_disk_is_said_nothing_is_torn_and_with_room_it_goes_on(place: Path, command: Command) -> None:
+    inside = replace(command, out=f"disk/{command.out}")
+    with disk(place / "disk", "size=8k") as mounted:
+        limit = (lambda: None) if mounted else partial(resource.setrlimit, resource.RLIMIT_FSIZE, (2000, 2000))
+        said_no(done(place, inside, prepare=limit), r"cannot be (written|used|made)|disk is full")
+        command.whole(place / inside.out)
+        assert not leftovers(place / "disk")
+        if mounted:
+            subprocess.run(["mount", "-o", "remount,size=20m", str(place / "disk")], check=True)
+        worked(done(place, inside, *command.again))
+        command.whole(place / inside.out)
+
+
+@every_command
+def test_a_folder_that_cannot_be_written_is_said(place: Path, command: Command) -> None:
+    with disk(place / "disk", "ro") as mounted:
+        if root and not mounted:
+            pytest.skip("root may write everywhere, and may not mount here")
+        (place / "disk").chmod(0o555) if not mounted else None
+        said_no(done(place, replace(command, out=f"disk/{command.out}")), "Read-only|Permission denied")
+
+
+@every_command
+def test_output_that_exists_is_replaced_whole_or_refused_as_documented(place: Path, command: Command) -> None:
+    out = place / command.out
+    worked(done(place, command))
+    before = {p: p.read_bytes() for p in (out.rglob("*") if out.is_dir() else [out])}
+    (place / "own.txt").write_text("mine")
+    ended = done(place, command)
+    assert ended.returncode == command.over, ended.stderr
+    after = {p: p.read_bytes() for p in before}
+    different = [p.name for p in before if before[p] != after[p] and p.suffix in (".csv", ".xml", ".yaml", ".json")]
+    assert not different, "the same command leaves the same files"
+    command.whole(out)
+    assert not leftovers(place)
+
+
+@every_command
+@pytest.mark.parametrize("n", [1, 3])
+def test_killed_while_files_are_put_in_place_nothing_is_torn_and_it_can_be_done_again(
+    place: Path, command: Command, n: int
+) -> None:
+    """Before the first file is put in place, and between two of them."""
+    if n > 1 and command.out != "out":
+        return  # a single file
+
+    def prepare() -> None:
+        put, left = os.replace, [n]
+
+        def killing(*args: Any) -> None:
+            left[0] -= 1
+            if left[0] == 0:
+                os.kill(os.getpid(), signal.SIGKILL)
+            put(*args)
+
+        os.replace = killing  # type: ignore[assignment]
+
+    ended = done(place, command, prepare=prepare)
+    if "sweep" in command.args and n > 1:
+        worked(ended)  # its table is the only file that is put in place
+        return
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
+    command.whole(place / command.out)
+    worked(done(place, command, *command.again))
+    command.whole(place / command.out)
+
+
+def test_killed_at_any_moment_a_run_leaves_the_earlier_result_or_the_new_one(place: Path) -> None:
+    command = COMMANDS["run"]
+    worked(done(place, command))
+    for wait in (0.1, 0.3, 0.4, 0.6):
+
+        def prepare(wait: float = wait) -> None:
+            signal.signal(signal.SIGALRM, lambda *_: os.kill(os.getpid(), signal.SIGKILL))
+            signal.setitimer(signal.ITIMER_REAL, wait)
+
+        done(place, command, "--set", "mass_t=36", prepare=prepare)
+        assert (place / "out" / "summary.json").exists()
+        whole_run(place / "out")
+
+
+def interrupt_at(module: Any, name: str) -> Prepare:
+    """Ctrl-C when a function is called."""
+
+    def prepare() -> None:
+        function = getattr(module, name)
+
+        def now(*args: Any, **named: Any) -> Any:
+            os.kill(os.getpid(), signal.SIGINT)
+            return function(*args, **named)
+
+        setattr(module, name, now)
+
+    return prepare
+
+
+@every_command
+def test_an_interruption_ends_with_130_and_a_word(place: Path, command: Command) -> None:
+    ended = done(place, command, prepare=interrupt_at(*command.works))
+    assert ended.returncode == 130, ended.stderr
+    assert ended.stderr.startswith("Stopped.")
+    assert "Traceback" not in ended.stderr
+    command.whole(place / command.out)
+
+
+def test_an_interruption_while_the_law_is_compiled_is_not_lost(place: Path) -> None:
+    def prepare() -> None:
+        trainmj.native._callbacks.cache_clear()
+        interrupt_at(trainmj.native, "_compile")()
+
+    ended = done(place, COMMANDS["run"], prepare=prepare)
+    assert (ended.returncode, ended.stderr) == (130, "Stopped.\n")
+
+
+def test_without_home_and_with_caches_that_cannot_be_written_it_works(place: Path) -> None:
+    """The law is compiled for this process alone, and a line says how to keep it."""
+    with disk(place / "caches", "ro") as mounted:
+        if root and not mounted:
+            pytest.skip("root may write everywhere, and may not mount here")
+        (place / "caches").chmod(0o555) if not mounted else None
+        caches = dict.fromkeys(("NUMBA_CACHE_DIR", "MPLCONFIGDIR"), str(place / "caches"))
+        env = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")} | caches
+        started = process(place, "run", "b_type_wall", *FAST, env=env)
+        _, said = started.communicate(timeout=100)
+    assert started.returncode == 0, said
+    assert "Traceback" not in said
+
+
+def test_a_mujoco_that_keeps_its_fields_elsewhere_is_refused(place: Path) -> None:
+    def prepare() -> None:
+        search = trainmj.offsets._search
+        mujoco.__version__ = "9.9.9"
+        trainmj.offsets._search = lambda address, wanted: (
+            search(address, wanted) | dict.fromkeys({"qvel"} & set(wanted), set())
+        )
+        trainmj.offsets.field_offsets.cache_clear()
+        trainmj.native._callbacks.cache_clear()
+
+    ended = trainmj_(place, "run", "b_type_wall", *FAST, prepare=prepare)
+    said_no(ended, r"MuJoCo 9\.9\.9 keeps qvel where it was not found: this version is not supported")
+
+
+def test_another_mujoco_that_has_its_fields_runs_and_the_result_says_which(place: Path) -> None:
+    def prepare() -> None:
+        version = trainmj.simulation.version
+        trainmj.simulation.version = lambda name: "4.9.9" if name == "mujoco" else version(name)
+
+    worked(done(place, COMMANDS["run"], prepare=prepare))
+    ended = trainmj_(place, "run", "out")
+    worked(ended)
+    assert "The same as the saved result, bit for bit." in ended.stdout
+    assert f"mujoco 4.9.9 then, {mujoco.__version__} now" in ended.stdout
+
+
+def test_two_sweeps_at_once_into_one_folder_end_in_one_whole_table(place: Path) -> None:
+    args = (*COMMANDS["sweep"].args, "--resume", "--out", place / "out")
+    both = [process(place, *args) for _ in range(2)]
+    ends = [(started.communicate(timeout=100)[1], started.returncode) for started in both]
+    assert 0 in [code for _, code in ends]
+    for said, code in ends:
+        assert code in (0, 2)
+        assert "Traceback" not in said
+        assert code == 0 or "another sweep is writing" in said
+    whole_sweep(place / "out")
+
+
+def test_export_writes_to_a_device_as_it_is(place: Path) -> None:
+    """A disk that is full for real, and a device that must not be replaced by a file."""
+    ended = trainmj_(place, "export", "b_type_wall", "--out", "/dev/full")
+    said_no(ended, "/dev/full: cannot be written .*No space left")
+    assert not Path("/dev/full").is_file()
+    assert "<mujoco" in trainmj_(place, "export", "b_type_wall", "--out", "/dev/stdout").stdout
