@@ -26,6 +26,9 @@ from trainmj.errors import EngineError
 _SLACK_M, _SLACK_M_S, _SLACK_N = 1e-12, 1e-11, 1e-3
 """How far a condition may be broken before its branch is left, so that what rests at a boundary rests."""
 
+_LONGEST = 1e-3
+"""Longest step [s]: what fails and holds again within one is not seen."""
+
 _SAMPLE = 5e-5  # peaks between switches are looked for this often [s]
 
 
@@ -256,6 +259,7 @@ def solve(chain: Chain, until: float, tolerance: float = 1e-9) -> Solution:
             np.linspace(t, until, 2 + int((until - t) / _SAMPLE)),
             events=holds,
             rtol=tolerance,
+            max_step=_LONGEST,
             atol=1e-13,
         )
         if found.status < 0:
