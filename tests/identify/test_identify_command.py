@@ -72,12 +72,15 @@ def test_same_bytes_on_any_threads_and_after_a_kill(tmp_path):
 def test_what_was_found_runs_and_is_built_on_what_it_was_found_for(tmp_path):
     file = targets_file(tmp_path)
     runner = CliRunner()
-    done = runner.invoke(main, ["identify", str(file), "--out", str(tmp_path / "out"), "--json"])
+    done = runner.invoke(main, ["identify", str(file), "--out", str(tmp_path / "out"), "--json", "--report"])
     assert done.exit_code == 0, done.output
     pictures = {file.name for file in (tmp_path / "out").glob("*.png")}
     assert pictures == {"residuals.png", "correlations.png", "search.png"}
     summary = json.loads(done.stdout)
     assert set(summary["parameters"]) == set(KNOWN)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert all(f">{name}<" in page for name in KNOWN)
+    assert "solved from energy" in page
     ran = runner.invoke(main, ["run", str(tmp_path / "out" / "found.yaml"), "--json"])
     assert ran.exit_code == 0, ran.output
     text = (tmp_path / "out" / "found.yaml").read_text()
@@ -94,13 +97,19 @@ def test_a_bar_that_is_not_kept_is_told_by_the_exit_code(tmp_path):
     assert "NOT" in done.output
 
 
-def test_trials_serve_another_search_but_not_another_scenario(tmp_path):
+def test_trials_serve_another_search_but_not_another_scenario(tmp_path, monkeypatch):
     file = targets_file(tmp_path)
     arguments = ["identify", str(file), "--out", str(tmp_path / "out"), "--figures", "none", "--resume", "--json"]
     assert CliRunner().invoke(main, arguments).exit_code == 0
     targets_file(tmp_path, targets__s1__tolerance=3)  # other weights: the first trials are the same
     changed = CliRunner().invoke(main, arguments)
     assert changed.exit_code == 0, changed.output
+    with monkeypatch.context() as other_law:
+        other_law.setattr("trainmj.identify.run.responses_of", lambda summary: {"TS_mm": 1.0})
+        other_law.setattr("trainmj.identify.run._check_start", lambda plan, threads: None)
+        refused = CliRunner().invoke(main, arguments)
+        assert refused.exit_code == 2
+        assert "what the simulation gives has changed since these trials were computed" in refused.output
     with (tmp_path / "train.yaml").open("a") as out:
         out.write("notes: changed\n")
     refused = CliRunner().invoke(main, arguments)

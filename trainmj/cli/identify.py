@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from trainmj.cli.options import takes_figures
+from trainmj.cli.report import takes_report
 
 if TYPE_CHECKING:
     from trainmj.plotting import Format, Width
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--resume", is_flag=True, help="Use the trials in the folder; none of them is simulated again.")
 @click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
 @takes_figures
+@takes_report
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
 def identify(
     targets: str,
@@ -29,6 +31,7 @@ def identify(
     threads: int,
     figures: tuple[Format, ...],
     figure_width: Width,
+    with_report: bool,
     as_json: bool,
 ) -> None:
     """Find the values of a scenario that make its responses meet values from a test or a table.
@@ -54,6 +57,10 @@ def identify(
         sys.exit(130)
     finally:
         line.stop()
+    if with_report:
+        from trainmj.identify import page
+
+        page.page_of(found, page.command_of(targets, found)).write(out / page.PAGE)
     if as_json:
         click.echo(json.dumps(found.summary, indent=2))
     else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -121,7 +122,7 @@ def identify(
         raise InputError(f"{folder}: has an identification already: go on with --resume, or take another folder")
     _check_start(plan, threads)
     with TrialStore(folder / FILE) as store:
-        store.agree({"format": "trainmj identification 1", "scenario": to_yaml(plan.scenario), **_versions()})
+        store.agree(_about(plan.scenario))
         there = len(store)
         trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
         place, way = search(plan, trials, watch)
@@ -225,8 +226,21 @@ def _final(plan: Identification, place: Place) -> Point:
     return point._replace(value=np.array([rounded(v, _DIGITS + 2) for v in point.value]))
 
 
-def _versions() -> dict[str, str]:
-    return {f"version_{name}": version for name, version in versions().items()}
+def _about(scenario: Scenario) -> dict[str, str]:
+    """What all trials depend on: the scenario, the versions, and what the law makes of it."""
+    try:
+        chain = line_up(scenario)
+        check_step(chain)
+        ((_, summary),) = run_chains([(0, chain)], 1)
+        numbers = json.dumps(responses_of(summary))
+    except InputError as error:
+        numbers = str(error)
+    return {
+        "format": "trainmj identification 1",
+        "scenario": to_yaml(scenario),
+        **{f"version_{name}": version for name, version in versions().items()},
+        "what the simulation gives": hashlib.sha256(numbers.encode()).hexdigest(),
+    }
 
 
 def _summary(plan: Identification, point: Point, known: Uncertainty, fit: pd.DataFrame) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 
-import numpy as np
 import pandas as pd
 from rich.console import Console
 from rich.status import Status
@@ -102,19 +101,10 @@ def _parameters(rows: pd.DataFrame) -> Table:
     table.columns[-1].header = ""
     table.columns[-1].no_wrap = True
     for row in rows.to_dict("records"):
-        low, high = row["low_95"], row["high_95"]
-        ends = [
-            f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
-            f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
-        ]
         remark = "solved" if row["remark"].startswith("solved") else row["remark"]
         name = _cut(f"{row['parameter']} {row['unit']}".strip(), _LONGEST)
-        table.add_row(name, f"{row['value']:.6g}", *ends, remark)
+        table.add_row(name, f"{row['value']:.6g}", *tables.interval(row), remark)
     return table
-
-
-def _number(value: float) -> str:
-    return f"{value:.5g}" if np.isfinite(value) else "-"
 
 
 def _cut(text: str, most: int) -> str:

@@ -24,6 +24,10 @@ _SMALL = 1e-7  # relative change of the sum of squares, or of the place, at whic
 _FLAT = 1e-12  # slope at which there is nothing to go down
 
 
+PHASES = {"explore": "explore", "refine": "refine", "finish": "finish, in its own norm"}
+"""Phases of a search, and what a legend calls them."""
+
+
 class Place(NamedTuple):
     """A place of the unit cube and its cost."""
 

@@ -47,8 +47,8 @@ class SetPart(Part):
     """A value of the scenario as a straight line over a parameter: factor * parameter + offset."""
 
     path: str = Field(description="parameter or path of the scenario")
-    factor: Number = 1.0
-    offset: Number = 0.0
+    factor: Number = Field(1.0, description="slope of the line")
+    offset: Number = Field(0.0, description="value at a parameter of 0")
 
 
 def _kind(value: Any) -> str:
@@ -70,9 +70,9 @@ class ParameterPart(Part):
     sets: Sets = Field(
         description="parameter or path of the scenario, or several; each may have a factor and an offset"
     )
-    bounds: Annotated[list[Number], Field(min_length=2, max_length=2)]
+    bounds: Annotated[list[Number], Field(min_length=2, max_length=2, description="lowest and highest value")]
     start: Number | None = Field(default=None, description="by default the value that the scenario has now")
-    scale: Literal["linear", "log"] = "linear"
+    scale: Literal["linear", "log"] = Field("linear", description="log for a value that may span decades")
     above: str | None = Field(default=None, description="another parameter that this one never falls below")
     gap: NotNegative = Field(0.0, description="by how much it stays above")
     unit: Annotated[str, Field(max_length=20)] | None = Field(
@@ -84,9 +84,9 @@ class AreaPart(Part):
     """An equality that every trial meets: the area under a curve, by one of the parameters."""
 
     of: str = Field(description="path of the curve, such as curves.buffer")
-    from_mm: NotNegative = 0.0
-    to_mm: Positive
-    area_kJ: Positive
+    from_mm: NotNegative = Field(0.0, description="stroke at which the area begins [mm]")
+    to_mm: Positive = Field(description="stroke at which it ends [mm]")
+    area_kJ: Positive = Field(description="the area, an energy [kJ]")
     by: str = Field(description="the parameter that is solved for, and so no longer sought")
     tolerance: Amount = Field("0.1 %", description="what a miss counts where that parameter ends at a bound")
 
@@ -105,7 +105,7 @@ class TargetPart(Part):
     response: str = Field(description="a column of the simulation's results, or a sum such as TS_mm - stroke_M1_M2_mm")
     tolerance: Amount = Field(description="standard deviation of a value, in its unit or as in 1 %")
     weight: NotNegative = Field(1.0, description="counts this much more than its tolerance says; 0 is only reported")
-    bars: BarsPart = BarsPart()
+    bars: BarsPart = Field(BarsPart(), description="what the fit must keep")
 
 
 class DataPart(Part):
@@ -114,7 +114,9 @@ class DataPart(Part):
     table: str | list[str] | None = Field(
         default=None, description="CSV file beside this one, or a published table that ships with trainmj"
     )
-    rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] | None = None
+    rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] | None = Field(
+        default=None, description="the rows themselves, instead of a table"
+    )
     where: dict[str, Any] = Field(
         default_factory=dict, description="rows taken, by values of columns; a list for any of them"
     )
@@ -130,7 +132,9 @@ class ExplorePart(Part):
     """The search everywhere between the bounds: a covariance matrix adaptation evolution strategy (CMA-ES)."""
 
     trials: Annotated[int, Field(ge=0, le=10_000_000, description="at most; 0 for none")] = 2000
-    population: Annotated[int, Field(ge=4, le=10_000)] | None = None
+    population: Annotated[int, Field(ge=4, le=10_000)] | None = Field(
+        default=None, description="trials of a generation, one batch; by default from the number of parameters"
+    )
     spread: Annotated[float, Field(gt=0, le=1, description="first standard deviation, as part of the range")] = 0.25
     start: Literal["start", "middle"] = Field(
         default="start", description="first mean: start values, or middle of the bounds"
@@ -144,36 +148,42 @@ class RefinePart(Part):
     iterations: Annotated[int, Field(ge=0, le=10_000, description="at most; 0 for none")] = 30
     starts: Annotated[int, Field(ge=1, le=100, description="best distinct trials of the exploration refined")] = 1
     difference: Annotated[float, Field(ge=1e-6, le=0.1, description="for derivatives, as part of the range")] = 2e-3
-    step_ms: Step | None = None
+    step_ms: Step | None = Field(default=None, description="of the refinement [ms]; by default the scenario's")
 
 
 class FinishPart(Part):
     """A second refinement in a higher norm, which makes the largest deviations smaller and all others larger."""
 
-    norm: Annotated[float, Field(gt=2, le=32)] = 8.0
-    iterations: Annotated[int, Field(ge=1, le=10_000)] = 20
+    norm: Annotated[float, Field(gt=2, le=32, description="exponent of the deviations")] = 8.0
+    iterations: Annotated[int, Field(ge=1, le=10_000, description="at most")] = 20
 
 
 class MethodPart(Part):
     """How long and how finely is searched."""
 
-    seed: Seed = 0
-    explore: ExplorePart = ExplorePart()
-    refine: RefinePart = RefinePart()
-    finish: FinishPart | None = None
+    seed: Seed = Field(0, description="of the exploration")
+    explore: ExplorePart = Field(ExplorePart(), description="the search everywhere between the bounds")
+    refine: RefinePart = Field(RefinePart(), description="the refinement by least squares")
+    finish: FinishPart | None = Field(
+        default=None, description="a second refinement that makes the largest misses smaller"
+    )
     bar_weight: NotNegative = Field(default=10.0, description="residual of a value that is a whole bars.each beyond it")
 
 
 class TargetsFile(Part):
     """A targets file: which values of a scenario are sought so that its responses meet which values."""
 
-    title: Title = ""
-    notes: Notes = ""
+    title: Title = Field("", description="one line that heads every output")
+    notes: Notes = Field("", description="where the numbers come from, and the like")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
-    parameters: Annotated[dict[Name, ParameterPart], Field(min_length=1, max_length=MAX_PARAMETERS)]
-    constraints: dict[Name, AreaPart] = Field(default_factory=dict)
-    targets: Annotated[dict[Name, TargetPart], Field(min_length=1)]
-    data: Annotated[dict[Name, DataPart], Field(min_length=1)]
+    parameters: Annotated[dict[Name, ParameterPart], Field(min_length=1, max_length=MAX_PARAMETERS)] = Field(
+        description="values that are sought, by name"
+    )
+    constraints: dict[Name, AreaPart] = Field(default_factory=dict, description="equalities that every trial meets")
+    targets: Annotated[dict[Name, TargetPart], Field(min_length=1)] = Field(
+        description="responses that have values to meet, by name"
+    )
+    data: Annotated[dict[Name, DataPart], Field(min_length=1)] = Field(description="the values, table by table")
     held_out: dict[Name, DataPart] = Field(default_factory=dict, description="likewise; reported, never fitted")
-    method: MethodPart = MethodPart()
+    method: MethodPart = Field(MethodPart(), description="how long and how finely is searched")

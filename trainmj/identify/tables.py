@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]
+OPEN = "not determined"
 _WORDS = 4  # parameters that a direction is said in at most
 _LEAST = 0.3  # part of a direction that is worth a word
 
@@ -119,7 +120,7 @@ def parameter_table(plan: Identification, known: Uncertainty) -> pd.DataFrame:
         if known.at_bound[k]:
             remarks.append(f"at its {known.at_bound[k]} bound")
         elif known.error[k] > WIDE * p.range:
-            remarks.append("not determined")
+            remarks.append(OPEN)
         rows.append(
             {
                 "parameter": p.name,
@@ -136,6 +137,19 @@ def parameter_table(plan: Identification, known: Uncertainty) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def interval(row: Mapping[Any, Any]) -> tuple[str, str]:
+    """Both ends of the 95 % interval of a row of the parameters, for reading; beyond a bound only that is said."""
+    low, high = row["low_95"], row["high_95"]
+    return (
+        f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
+        f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:.5g}" if np.isfinite(value) else "-"
 
 
 def correlation_table(plan: Identification, known: Uncertainty) -> pd.DataFrame:
