@@ -67,6 +67,7 @@ _STYLE: dict[Any, Any] = {
     "xtick.labelsize": 7.5,
     "ytick.labelsize": 7.5,
     "savefig.dpi": DPI,
+    "text.parse_math": False,  # a dollar in a title is a dollar
     "pdf.fonttype": 42,  # TrueType, which journals ask for and editors can change
     "svg.fonttype": "path",  # letters as shapes: right where the font is missing
     "svg.hashsalt": "trainmj",  # names inside the file do not change from run to run

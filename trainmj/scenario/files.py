@@ -95,6 +95,7 @@ def read_value(text: str, said: str) -> Any:
     Raises:
         InputError: if it is not valid YAML; said says where it stands.
     """
+    said = said[:200]
     values, _ = parse(f"value: {text}", said)
     if set(values) != {"value"}:
         raise InputError(f"{said}: must be a single value")
