@@ -21,6 +21,7 @@ from trainmj.scenario import Scenario
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 
 if TYPE_CHECKING:
+    from trainmj.convergence import Convergence
     from trainmj.sweep.run import Outcome
 
 WIDTH = 80
@@ -50,6 +51,49 @@ def print_summary(scenario: Scenario, summary: Summary) -> None:
     ):
         criteria.add_row(Text(name, style="bold"), Text(value, justify="right"), what)
     console.print(criteria)
+
+
+def print_convergence(convergence: Convergence) -> None:
+    """What halving the step changes, and the error of the scenario's own step."""
+    console = new_console()
+    table = new_table(
+        "Step\nms",
+        "TS\nmm",
+        "change\n%",
+        "TAMA\ng",
+        "change\n%",
+        "largest change\nof a stroke, mm",
+        "energy\nbalance",
+        title="The step, halved until TS and TAMA settle",
+    )
+    before = None
+    rows = zip(convergence.step_ms, convergence.summaries, convergence.stroke_changes_mm, strict=True)
+    for step, s, stroke in rows:
+        changes = [
+            "" if before is None else f"{100 * (getattr(s, name) / (getattr(before, name) or 1.0) - 1):+.4f}"
+            for name in ("TS_mm", "TAMA_g")
+        ]
+        error = s.balance.energy_error
+        values = f"{s.TS_mm:.3f}", changes[0], f"{s.TAMA_g:.5f}", changes[1], f"{stroke:.3f}", f"{error:.0e}"
+        table.add_row(f"{step:g}", *values)
+        before = s
+    console.print()
+    console.print(table)
+    own = convergence.step_ms[0]
+    for name, estimate, unit in (("TS", convergence.TS, "mm"), ("TAMA", convergence.TAMA, "g")):
+        how = "extrapolated" if estimate.order is not None else "the smallest step's"
+        console.print(
+            f"{name}: {estimate.value:.6g} {unit} ({how}, sure to {100 * estimate.doubt:.1g} %); a step of {own:g} ms "
+            f"is off by {100 * estimate.error:.2g} %.",
+            markup=False,
+        )
+    console.print(
+        f"Settled at {convergence.step_ms[-1]:g} ms."
+        if convergence.settled
+        else f"Not settled at {convergence.step_ms[-1]:g} ms: single events, such as a shear-off, still move the "
+        "criteria.",
+        style="bold",
+    )
 
 
 def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 )
 @takes_figures
 @takes_report
+@click.option(
+    "--converge", "with_steps", is_flag=True, help="Halve the step until TS and TAMA settle, and say what it changes."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 def run(
     scenario: str,
@@ -33,14 +36,15 @@ def run(
     figures: tuple[Format, ...],
     figure_width: Width,
     with_report: bool,
+    with_steps: bool,
     as_json: bool,
 ) -> None:
     """Compute one collision and print its interfaces, vehicles, criteria and balances.
 
     SCENARIO may also be a saved result, or the folder of one: it is computed again and compared, number by number.
 
-    Exit code: 0 when computed (the status says how it ended), 1 if unstable or if a repeated result differs from the
-    saved one, 2 for wrong input.
+    Exit code: 0 when computed (the status says how it ended), 1 if unstable, if a repeated result differs from the
+    saved one, or if the criteria do not settle as the step is halved, 2 for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
@@ -66,15 +70,24 @@ def run(
         write_run(result, summary, out, figures, figure_width)
         if with_report:
             write_run_report(result, summary, out)
+    steps = None
+    if with_steps:
+        from trainmj.convergence import converge
+
+        steps = converge(loaded)
     if as_json:
-        click.echo(json.dumps(summary.as_dict() | ({"repeated": again.as_dict()} if again else {}), indent=2))
+        more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
+        click.echo(json.dumps(summary.as_dict() | more, indent=2))
     else:
         terminal.print_summary(loaded, summary)
+        if steps is not None:
+            terminal.print_convergence(steps)
         for line in again.said() if again else ():
             click.echo(line)
         if out is not None:
             click.echo(f"Written to {out}{'' if str(out).endswith('/') else '/'}")
-    if summary.status.startswith("unstable") or (again is not None and not again.same):
+    differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
+    if summary.status.startswith("unstable") or differs or drifts:
         sys.exit(1)
 
 
