@@ -131,7 +131,7 @@ def grid(n: int, height: float, most: int = 3, narrowest: float = 50.0) -> tuple
 
 
 def encode(picture: Figure, form: Format) -> bytes:
-    """A figure as the bytes of a file.
+    """A figure as the bytes of a file; the first call settles its layout, so that all formats show the same.
 
     Args:
         picture: what is written.
@@ -139,6 +139,9 @@ def encode(picture: Figure, form: Format) -> bytes:
     """
     content = io.BytesIO()
     with styled():
+        if picture.get_layout_engine() is not None:
+            picture.draw_without_rendering()
+            picture.set_layout_engine("none")  # each further pass would move it a little
         picture.savefig(content, format=form, metadata=_NO_DATE[form])
     return content.getvalue()
 

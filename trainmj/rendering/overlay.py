@@ -102,7 +102,7 @@ class Overlay:
             (f"speed {name}", f"{v + 0.0:.1f} km/h".replace("-0.0 ", "0.0 ")) for name, v in reading.speeds_km_h.items()
         ]
         if self.pace:
-            rows.append(("shown at", self.pace))
+            rows.append(("pace", self.pace))
         big, normal = font(p(30), True), font(p(17))
         clock = f"{reading.time:.3f} s"
         wide = p(246)
