@@ -38,12 +38,14 @@ class Curve(_Part):
     """Points of a crush curve: two lists, or a CSV file beside the scenario with these two columns."""
 
     stroke_mm: Annotated[list[Stroke], Field(max_length=MAX_POINTS)] | None = Field(
-        None, description="strokes [mm], always growing"
+        default=None, description="strokes [mm], always growing"
     )
     force_kN: Annotated[list[Force], Field(max_length=MAX_POINTS)] | None = Field(
-        None, description="crush force at each stroke [kN]"
+        default=None, description="crush force at each stroke [kN]"
     )
-    file: str | None = Field(None, description="CSV file with columns stroke_mm and force_kN, instead of the lists")
+    file: str | None = Field(
+        default=None, description="CSV file with columns stroke_mm and force_kN, instead of the lists"
+    )
 
 
 def _kind(value: Any) -> str:
@@ -65,7 +67,7 @@ class ShearOff(_Part):
 
     force_kN: Force = Field(description="force at which the bolts shear [kN]")
     ramp_mm: Annotated[Stroke, Field(ge=1e-3)] = Field(
-        0.25, description="stroke of the rise, and again of the drop [mm]"
+        default=0.25, description="stroke of the rise, and again of the drop [mm]"
     )
 
 
@@ -73,25 +75,27 @@ class StageSpec(_Part):
     """One part of a device, from the stroke at which it engages."""
 
     curve: CurveRef = Field(description=_CURVE_DOC)
-    empty_stroke_mm: Stroke = Field(0.0, description="travel without force before the stage engages [mm]")
-    shear_off: ShearOff | None = None
+    empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before the stage engages [mm]")
+    shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
     stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
-        None, description="largest stroke the design allows the stage [mm]"
+        default=None, description="largest stroke the design allows the stage [mm]"
     )
 
 
 class DeviceSpec(_Part):
     """A device: one curve, or stages that act one after the other; and how it unloads."""
 
-    curve: CurveRef | None = Field(None, description=_CURVE_DOC)
-    empty_stroke_mm: Stroke = Field(0.0, description="travel without force before the device engages [mm]")
-    shear_off: ShearOff | None = None
+    curve: CurveRef | None = Field(default=None, description=_CURVE_DOC)
+    empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before the device engages [mm]")
+    shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
     stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
-        None, description="largest stroke the design allows [mm]"
+        default=None, description="largest stroke the design allows [mm]"
     )
-    stages: Annotated[dict[Key, StageSpec], Field(min_length=1, max_length=MAX_STAGES)] | None = None
+    stages: Annotated[dict[Key, StageSpec], Field(min_length=1, max_length=MAX_STAGES)] | None = Field(
+        default=None, description="stages by name, in the order in which they act, instead of a curve"
+    )
     stiffness_kN_per_mm: Stiffness = Field(description="unloading stiffness [kN/mm]")
-    damping_kN_s_per_m: Damping = Field(0.0, description="dashpot on the elastic branch [kN s/m]")
+    damping_kN_s_per_m: Damping = Field(default=0.0, description="dashpot on the elastic branch [kN s/m]")
 
     def all_stages(self) -> dict[str, StageSpec]:
         """The stages by name; a device without any is its own single stage."""
@@ -111,10 +115,10 @@ class DeviceSpec(_Part):
 class VehicleSpec(_Part):
     """One vehicle of a train; what it leaves out the train states for all."""
 
-    name: Label
+    name: Label = Field(description="kind of vehicle; --set finds it by this name")
     mass_t: Mass | None = None
     length_m: Length | None = None
-    coupler: str | None = Field(None, description="device between this vehicle and the next one behind it")
+    coupler: str | None = Field(default=None, description="device between this vehicle and the next one behind it")
 
 
 class Car(NamedTuple):
@@ -134,11 +138,11 @@ class TrainSpec(_Part):
         | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES), Tag("list")],
         Discriminator(lambda value: "list" if isinstance(value, list) else "count"),
     ] = Field(description="the vehicles from the front end, or only how many")
-    mass_t: Mass | None = Field(None, description="mass of each vehicle that states none of its own [t]")
-    length_m: Length = Field(20.0, description="length of each vehicle that states none of its own [m]")
-    coupler: str | None = Field(None, description="device between vehicles where no vehicle states one")
-    front: str | None = Field(None, description="device at the front end")
-    rear: str | None = Field(None, description="device at the rear end")
+    mass_t: Mass | None = Field(default=None, description="mass of each vehicle that states none of its own [t]")
+    length_m: Length = Field(default=20.0, description="length of each vehicle that states none of its own [m]")
+    coupler: str | None = Field(default=None, description="device between vehicles where no vehicle states one")
+    front: str | None = Field(default=None, description="device at the front end")
+    rear: str | None = Field(default=None, description="device at the rear end")
 
     def cars(self) -> list[Car]:
         """Every vehicle from the front end, with what the train states for all filled in."""
@@ -162,20 +166,26 @@ class Collision(_Part):
     speed_km_h: Speed
     partner: str = Field(description=f"another train, the same one again, or {RIGID_WALL}")
     partner_speed_km_h: Speed = 0.0
-    partner_end: Literal["front", "rear"] = Field("front", description="the end of the partner that is struck")
-    gap_mm: Stroke = Field(0.0, description="distance between the two when the clock starts [mm]")
+    partner_end: Literal["front", "rear"] = Field(default="front", description="the end of the partner that is struck")
+    gap_mm: Stroke = Field(default=0.0, description="distance between the two when the clock starts [mm]")
     rail_friction: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
-        0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
+        default=0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
     )
 
 
 class Simulation(_Part):
     """How it is computed. The step is that of a convergence study; see the documentation."""
 
-    step_ms: Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)] = 0.1
-    record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = 1.0
-    time_limit_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 3.0
-    integrator: str = "euler"
+    step_ms: Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)] = Field(
+        default=0.1, description="time step [ms]; too large a one for the devices is refused"
+    )
+    record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = Field(
+        default=1.0, description="from one sample of the histories to the next [ms], a whole multiple of step_ms"
+    )
+    time_limit_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = Field(
+        default=3.0, description="a collision that lasts longer is cut off here [s]"
+    )
+    integrator: str = Field(default="euler", description="euler, implicitfast or implicit, as MuJoCo names them")
 
     @property
     def steps_per_record(self) -> int:
@@ -186,18 +196,22 @@ class Simulation(_Part):
 class Parts(_Part):
     """All parts of a scenario together."""
 
-    title: Annotated[str, Field(max_length=200)] = ""
-    notes: Annotated[str, Field(max_length=20_000)] = ""
+    title: Annotated[str, Field(max_length=200)] = Field(default="", description="one line that heads every output")
+    notes: Annotated[str, Field(max_length=20_000)] = Field(
+        default="", description="where the numbers come from, and the like"
+    )
     parameters: dict[Key, str | list[str]] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
         description="short names for values further down: a path, or several that move together",
     )
-    curves: dict[Key, Curve] = Field(default_factory=dict, max_length=MAX_NAMES)
-    devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES)
-    trains: dict[Key, TrainSpec] = Field(max_length=MAX_NAMES)
-    collision: Collision
-    simulation: Simulation = Simulation()
+    curves: dict[Key, Curve] = Field(
+        default_factory=dict, max_length=MAX_NAMES, description="curves that several devices share, by name"
+    )
+    devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES, description="couplers, absorbers, buffers, by name")
+    trains: dict[Key, TrainSpec] = Field(max_length=MAX_NAMES, description="trains and wagons, by name")
+    collision: Collision = Field(description="who runs into whom")
+    simulation: Simulation = Field(default=Simulation(), description="how it is computed")
 
     def curve_points(self, ref: str | Curve | list[str | Curve]) -> tuple[list[float], list[float]]:
         """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""

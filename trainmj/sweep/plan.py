@@ -41,9 +41,9 @@ class _Part(BaseModel):
 class Span(_Part):
     """Evenly spaced values, both ends included."""
 
-    start: Annotated[Number, Field(alias="from")]
-    to: Number
-    count: Annotated[int, Field(ge=2, le=MAX_VALUES)]
+    start: Annotated[Number, Field(alias="from", description="first value")]
+    to: Number = Field(description="last value")
+    count: Annotated[int, Field(ge=2, le=MAX_VALUES, description="how many")]
 
     def values(self) -> list[float]:
         """The values."""
@@ -53,11 +53,13 @@ class Span(_Part):
 class Distribution(_Part):
     """How one value scatters; exactly one of the three."""
 
-    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = None
-    normal: (
-        Annotated[list[Number], Field(min_length=2, max_length=2, description="mean, standard deviation")] | None
-    ) = None
-    choice: Annotated[list[Any], Field(min_length=1)] | None = None
+    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="lowest and highest value"
+    )
+    normal: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="mean and standard deviation"
+    )
+    choice: Annotated[list[Any], Field(min_length=1)] | None = Field(default=None, description="values, equally likely")
 
     def at(self, quantile: np.ndarray) -> list[Any]:
         """Values at quantiles (n,) between 0 and 1."""
@@ -76,10 +78,14 @@ class Distribution(_Part):
 class Sample(_Part):
     """A random or designed sample of several values at once."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_VALUES)]
-    seed: Annotated[int, Field(ge=0)] = 0
-    method: Literal["random", "latin_hypercube", "sobol"] = "random"
-    factors: Annotated[dict[str, Distribution], Field(min_length=1)]
+    count: Annotated[int, Field(ge=1, le=MAX_VALUES, description="how many cases")]
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="the same seed gives the same sample")
+    method: Literal["random", "latin_hypercube", "sobol"] = Field(
+        default="random", description="how the points are spread"
+    )
+    factors: Annotated[dict[str, Distribution], Field(min_length=1)] = Field(
+        description="how each value scatters, by parameter or path"
+    )
 
     def columns(self) -> dict[str, list[Any]]:
         """Values by name, count of each; the same for the same seed."""
@@ -112,9 +118,9 @@ class SweepFile(_Part):
         default_factory=dict, description="lists of equal length whose entries go together"
     )
     cases: str | None = Field(
-        None, description="CSV file beside this one: a row for each case, a column for each value"
+        default=None, description="CSV file beside this one: a row for each case, a column for each value"
     )
-    sample: Sample | None = None
+    sample: Sample | None = Field(default=None, description="random or designed sample of several values at once")
     responses: Annotated[list[str], Field(min_length=1)] = Field(
         default=["*"], description="columns wanted; * stands for any"
     )
