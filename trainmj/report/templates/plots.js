@@ -1,6 +1,7 @@
 "use strict";
 (() => {
-  const PAPER = { width: 660, height: 250 }; // of a plot in print, in pixels: three to a sheet of A4
+  const PAPER = 660; // width of a plot on a sheet of A4, in pixels
+  const onPaper = (height) => Math.round(0.65 * height); // about three to a sheet
   const plots = [...document.querySelectorAll(".plot figure")].map((figure) => ({
     canvas: figure.querySelector(".canvas"),
     ...JSON.parse(figure.querySelector("script").textContent),
@@ -18,8 +19,9 @@
   };
   const resize = (paper) => {
     for (const { canvas, layout } of plots) {
-      canvas.style.height = `${paper ? PAPER.height : layout.height}px`;
-      Plotly.relayout(canvas, paper ? PAPER : { width: null, height: layout.height, autosize: true });
+      const height = paper ? onPaper(layout.height) : layout.height;
+      canvas.style.height = `${height}px`;
+      Plotly.relayout(canvas, paper ? { width: PAPER, height } : { width: null, height, autosize: true });
     }
   };
   window.addEventListener("beforeprint", () => resize(true));
