@@ -124,6 +124,12 @@ def test_mistakes_are_said(folder, changes, message):
         ({"table": ["other.csv", "table3_devices_vs_D"]}, "has no column 'D', by which the tables are joined"),
         ({"table": "bad.csv", "values": {"s": "force"}}, "row 1: force = 'many': must be a number"),
         ({"rows": [{"D": 20, "M": None, "force": 1}], "values": {"s": "force"}}, "row 1: M: is empty"),
+        ({"rows": [{"D": 20, "M": [1], "force": 1}], "values": {"s": "force"}}, "row 1: M: must be a number or text"),
+        ({"rows": [{"D": 20, "M": "=1+1", "force": 1}], "values": {"s": "force"}}, "must not begin as a formula"),
+        ({"rows": [{"D": 20, "M": 10**400, "force": 1}], "values": {"s": "force"}}, "row 1: M: must be a number"),
+        ({"rows": [{"D": 20, "M": 1, "force": 10**400}], "values": {"s": "force"}}, "force = 1000.*: must be a number"),
+        ({"rows": [{"D": 20, "M": 1, "force": True}], "values": {"s": "force"}}, "force = True: must be a number"),
+        ({"table": "table.csv", "where": {"D": 10**400}}, "where.D: no row has the value"),
         ({"rows": [{"D": 20, "M": 1, "force": None}], "values": {"s": "force"}}, "gives no value"),
     ],
 )

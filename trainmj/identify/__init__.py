@@ -2,8 +2,9 @@
 
 ::
 
-    plan = trainmj.identify.load_targets("b_type")
-    found = trainmj.identify.identify(plan, "out")
+    from trainmj.identify import identify, load_targets
+
+    found = identify(load_targets("b_type"), "out")
     print(found.parameters)
 
 A targets file states the scenario, the parameters sought with their bounds and constraints, the targets, tables of

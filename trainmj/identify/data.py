@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.identify.spec import DataPart
+from trainmj.identify.spec import LARGEST, DataPart
 from trainmj.identify.sums import Sum, parse_sum, value_of
 from trainmj.resources import shipped_folder
 from trainmj.tables import read_given
-from trainmj.text import beside
+from trainmj.text import FORMULA, beside
 
 Row = dict[str, Any]
 
@@ -149,24 +149,33 @@ def _in(cell: Any, value: Any) -> bool:
 
 
 def _same(cell: Any, value: Any) -> bool:
-    if isinstance(cell, (int, float)) and isinstance(value, (int, float)):
+    if _is_number(cell) and _is_number(value):
         return math.isclose(cell, value, rel_tol=1e-12)
     return bool(cell == value)
 
 
+def _is_number(cell: Any) -> bool:
+    return isinstance(cell, (int, float)) and not isinstance(cell, bool) and abs(cell) <= LARGEST
+
+
 def _value(cell: Any, said: str) -> Any:
     """A cell that sets a value of the scenario."""
-    if cell is None or cell == "" or (isinstance(cell, float) and math.isnan(cell)):
+    if cell is None or cell == "" or cell != cell:
         raise InputError(f"{said}: is empty; a case must have every value")
+    if isinstance(cell, str):
+        if cell.startswith(FORMULA):
+            raise InputError(f"{said} = {cell[:60]!a}: must not begin as a formula of a spreadsheet does")
+    elif not isinstance(cell, bool) and not _is_number(cell):
+        raise InputError(f"{said}: must be a number or text")
     return cell
 
 
 def _number(cell: Any, said: str) -> float:
     """A cell of a value that is wanted; NaN if it is empty."""
-    if cell is None or cell == "":
+    if cell is None or cell == "" or cell != cell:
         return math.nan
-    if isinstance(cell, bool) or not isinstance(cell, (int, float)) or math.isinf(cell):
-        raise InputError(f"{said} = {cell!r}: must be a number")
+    if not _is_number(cell):
+        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number")
     return float(cell)
 
 

@@ -13,19 +13,19 @@ from pydantic_core import PydanticCustomError
 
 from trainmj.workflow.spec import Name, Notes, Seed, Title
 
-_LARGEST = 1e100  # sums and squares stay finite
+LARGEST = 1e100  # sums and squares stay finite
 _PERCENT = re.compile(r"^\s*\d{1,9}(\.\d{1,9})?\s*%\s*$")
 
-Number = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False)]
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
 
 
 def _amount(value: Any) -> Any:
     percent = isinstance(value, str) and _PERCENT.match(value)
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if percent or (number and 0 < value <= _LARGEST):
+    if percent or (number and 0 < value <= LARGEST):
         return value
     raise PydanticCustomError("amount", "must be a number above 0, in the unit of the response, or a part such as 1 %")
 
@@ -47,8 +47,8 @@ class SetPart(Part):
     """A value of the scenario as a straight line over a parameter: factor * parameter + offset."""
 
     path: str = Field(description="parameter or path of the scenario")
-    factor: Number = Field(1.0, description="slope of the line")
-    offset: Number = Field(0.0, description="value at a parameter of 0")
+    factor: Number = Field(default=1.0, description="slope of the line")
+    offset: Number = Field(default=0.0, description="value at a parameter of 0")
 
 
 def _kind(value: Any) -> str:
@@ -72,10 +72,10 @@ class ParameterPart(Part):
     )
     bounds: Annotated[list[Number], Field(min_length=2, max_length=2, description="lowest and highest value")]
     start: Number | None = Field(default=None, description="by default the value that the scenario has now")
-    scale: Literal["linear", "log"] = Field("linear", description="log for a value that may span decades")
+    scale: Literal["linear", "log"] = Field(default="linear", description="log for a value that may span decades")
     above: str | None = Field(default=None, description="another parameter that this one never falls below")
-    gap: NotNegative = Field(0.0, description="by how much it stays above")
-    unit: Annotated[str, Field(max_length=20)] | None = Field(
+    gap: NotNegative = Field(default=0.0, description="by how much it stays above")
+    unit: Annotated[str, Field(pattern=r"^([A-Za-z][A-Za-z0-9 /^.]*)?$", max_length=20)] | None = Field(
         default=None, description="by default from the end of the path's name"
     )
 
@@ -84,11 +84,11 @@ class AreaPart(Part):
     """An equality that every trial meets: the area under a curve, by one of the parameters."""
 
     of: str = Field(description="path of the curve, such as curves.buffer")
-    from_mm: NotNegative = Field(0.0, description="stroke at which the area begins [mm]")
+    from_mm: NotNegative = Field(default=0.0, description="stroke at which the area begins [mm]")
     to_mm: Positive = Field(description="stroke at which it ends [mm]")
     area_kJ: Positive = Field(description="the area, an energy [kJ]")
     by: str = Field(description="the parameter that is solved for, and so no longer sought")
-    tolerance: Amount = Field("0.1 %", description="what a miss counts where that parameter ends at a bound")
+    tolerance: Amount = Field(default="0.1 %", description="what a miss counts where that parameter ends at a bound")
 
 
 class BarsPart(Part):
@@ -104,8 +104,10 @@ class TargetPart(Part):
 
     response: str = Field(description="a column of the simulation's results, or a sum such as TS_mm - stroke_M1_M2_mm")
     tolerance: Amount = Field(description="standard deviation of a value, in its unit or as in 1 %")
-    weight: NotNegative = Field(1.0, description="counts this much more than its tolerance says; 0 is only reported")
-    bars: BarsPart = Field(BarsPart(), description="what the fit must keep")
+    weight: NotNegative = Field(
+        default=1.0, description="counts this much more than its tolerance says; 0 is only reported"
+    )
+    bars: BarsPart = Field(default=BarsPart(), description="what the fit must keep")
 
 
 class DataPart(Part):
@@ -161,9 +163,9 @@ class FinishPart(Part):
 class MethodPart(Part):
     """How long and how finely is searched."""
 
-    seed: Seed = Field(0, description="of the exploration")
-    explore: ExplorePart = Field(ExplorePart(), description="the search everywhere between the bounds")
-    refine: RefinePart = Field(RefinePart(), description="the refinement by least squares")
+    seed: Seed = Field(default=0, description="of the exploration")
+    explore: ExplorePart = Field(default=ExplorePart(), description="the search everywhere between the bounds")
+    refine: RefinePart = Field(default=RefinePart(), description="the refinement by least squares")
     finish: FinishPart | None = Field(
         default=None, description="a second refinement that makes the largest misses smaller"
     )
@@ -173,8 +175,8 @@ class MethodPart(Part):
 class TargetsFile(Part):
     """A targets file: which values of a scenario are sought so that its responses meet which values."""
 
-    title: Title = Field("", description="one line that heads every output")
-    notes: Notes = Field("", description="where the numbers come from, and the like")
+    title: Title = Field(default="", description="one line that heads every output")
+    notes: Notes = Field(default="", description="where the numbers come from, and the like")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     parameters: Annotated[dict[Name, ParameterPart], Field(min_length=1, max_length=MAX_PARAMETERS)] = Field(
@@ -186,4 +188,4 @@ class TargetsFile(Part):
     )
     data: Annotated[dict[Name, DataPart], Field(min_length=1)] = Field(description="the values, table by table")
     held_out: dict[Name, DataPart] = Field(default_factory=dict, description="likewise; reported, never fitted")
-    method: MethodPart = Field(MethodPart(), description="how long and how finely is searched")
+    method: MethodPart = Field(default=MethodPart(), description="how long and how finely is searched")
