@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from typing import Any
 
 from trainmj.scenario import Scenario
-from trainmj.scenario.files import BUILDS_ON
+from trainmj.scenario.files import BUILDS_ON, as_yaml
 
 
 def found_yaml(scenario: Scenario, changes: Mapping[str, float], base: str, title: str) -> str:
@@ -22,7 +21,7 @@ def found_yaml(scenario: Scenario, changes: Mapping[str, float], base: str, titl
         title: of the new scenario.
     """
     before, after = scenario.values(), scenario.with_values(changes).values()
-    return _yaml({BUILDS_ON: base, "title": title, **_changed(before, after)})
+    return as_yaml({BUILDS_ON: base, "title": title, **_changed(before, after)})
 
 
 def _changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:
@@ -36,15 +35,3 @@ def _changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, A
             value = _changed(there, value)
         result[key] = value
     return result
-
-
-def _yaml(values: dict[str, Any]) -> str:
-    from ruamel.yaml import YAML
-
-    text = io.StringIO()
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    yaml.width = 120
-    yaml.dump(values, text)
-    return text.getvalue()
