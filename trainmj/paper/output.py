@@ -17,6 +17,7 @@ from trainmj.plotting.style import Format, save
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 PAGE = "paper.html"
 SUMMARY = "summary.json"
@@ -42,10 +43,19 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
     _write_table(reproduction.recomputed.front_table(), folder / "figure9_front_from_table_9.csv")
     _write_table(reproduction.ours.front_table(), folder / "figure9_front_ours.csv")
     write_bytes(folder / SUMMARY, json.dumps(summary(reproduction), indent=2).encode())
-    drawn = {name: draw() for name, draw in figures(reproduction).items()}
+    drawn = {name: _settled(draw()) for name, draw in figures(reproduction).items()}
     for name, picture in drawn.items():
         save(picture, folder / name, formats)
     page_of(reproduction, drawn, f"trainmj paper --out {folder}").write(folder / PAGE)
+
+
+def _settled(picture: Figure) -> Figure:
+    """Lay a figure out once for all its files: that takes as long as drawing it."""
+    engine = picture.get_layout_engine()
+    if engine is not None:
+        engine.execute(picture)
+    picture.set_layout_engine("none")
+    return picture
 
 
 def make_folder(folder: Path) -> None:
