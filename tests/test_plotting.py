@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import struct
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from trainmj.cli import main
 from trainmj.errors import OutputError
@@ -75,6 +77,16 @@ def test_panels_stand_side_by_side_where_there_is_room(n, width, columns):
     assert len(panels) == n
     assert len({round(axes.get_position().x0, 2) for axes in panels}) == columns
     assert picture.get_figwidth() * 25.4 == pytest.approx(WIDTHS["column" if n == 1 else width])
+
+
+def test_titles_and_numbers_are_read_as_written(result):
+    """A dollar is a dollar, and no number of an axis shows the marks of a formula."""
+    odd = replace(result, scenario=load("b_type", {"title": "5 $ and $\\nonsense{ $"}))
+    picture = collision(odd)
+    encode(picture, "pdf")
+    texts = [t.get_text() for t in picture.findobj(Text)]
+    assert any("$\\nonsense{" in t for t in texts)
+    assert not [t for t in texts if "mathdefault" in t]
 
 
 def test_the_style_leaves_other_figures_alone():

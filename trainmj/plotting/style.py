@@ -56,7 +56,7 @@ _STYLE: dict[Any, Any] = {
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "axes.formatter.use_mathtext": True,
+    "axes.formatter.use_mathtext": False,
     "figure.titlesize": 9,
     "grid.color": "0.9",
     "grid.linewidth": 0.6,
@@ -139,11 +139,23 @@ def encode(picture: Figure, form: Format) -> bytes:
     """
     content = io.BytesIO()
     with styled():
+        _let_powers_be_formulas(picture)
         if picture.get_layout_engine() is not None:
             picture.draw_without_rendering()
             picture.set_layout_engine("none")  # each further pass would move it a little
         picture.savefig(content, format=form, metadata=_NO_DATE[form])
     return content.getvalue()
+
+
+def _let_powers_be_formulas(picture: Figure) -> None:
+    """Numbers of a logarithmic axis are formulas, 10 to a power, where all other text is as written."""
+    from matplotlib.ticker import LogFormatter
+
+    for axes in picture.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_formatter(), LogFormatter):
+                for label in axis.get_ticklabels(which="both"):
+                    label.set_parse_math(True)
 
 
 def save(picture: Figure, path: str | Path, formats: Sequence[Format] = ("png",)) -> list[Path]:
