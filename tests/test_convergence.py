@@ -1,0 +1,70 @@
+"""Halving the step: limits of known sequences, and what a user is told."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from builders import scenario
+from click.testing import CliRunner
+
+from trainmj import convergence
+from trainmj.cli import main
+from trainmj.convergence import converge, limit
+from trainmj.errors import InputError
+from trainmj.scenario import load
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0])
+def test_limit_of_a_sequence_that_follows_an_order(order):
+    steps = 0.1 * 0.5 ** np.arange(4)
+    found = limit([1370.0 + 40.0 * h**order for h in steps])
+    assert found.value == pytest.approx(1370.0, rel=1e-12)
+    assert found.order == pytest.approx(order, rel=1e-6)
+    assert found.error == pytest.approx(40.0 * 0.1**order / 1370.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("values", [[1.0, 2.0, 1.5], [1.0, 1.1, 1.3], [1.0, 1.1, 1.1], [0.0, 0.0, 0.0]])
+def test_a_sequence_without_order_is_not_extrapolated(values):
+    found = limit(values)
+    assert found.order is None
+    assert found.value == values[-1]
+
+
+def test_smooth_collision_settles_and_its_error_is_that_of_the_formula():
+    """A spring against a wall: the largest force is v sqrt(k m)."""
+    case = scenario([(0, 0), (1000, 1e6)], 1.0, mass_t=[1.0], step_ms=0.4, time_limit_s=0.2)
+    found = converge(case)
+    exact = np.sqrt(1e6 * 1e3) / 1e3 / 9.80665
+    assert found.settled
+    assert found.step_ms[0] == pytest.approx(0.4)
+    assert found.step_ms[1] == pytest.approx(0.2)
+    assert found.TAMA.value == pytest.approx(exact, rel=2e-4)
+    assert found.TAMA.error == pytest.approx(abs(found.summaries[0].TAMA_g / exact - 1), abs=2e-4)
+    assert found.stroke_changes_mm[-1] == 0.0
+
+
+def test_not_settled_is_said_and_is_exit_code_1(monkeypatch):
+    monkeypatch.setattr(convergence, "SETTLED", 0.0)
+    monkeypatch.setattr(convergence, "MOST_HALVINGS", 3)
+    said = CliRunner().invoke(main, ["run", "b_type_wall", "--converge"])
+    assert said.exit_code == 1
+    assert "Not settled at 0.0125 ms" in said.output
+    assert max(len(line) for line in said.output.splitlines()) <= 80
+
+
+def test_json_has_every_step():
+    said = CliRunner().invoke(main, ["run", "b_type_wall", "--converge", "--json"])
+    assert said.exit_code == 0
+    found = json.loads(said.output)["convergence"]
+    assert found["settled"]
+    steps = [s["step_ms"] for s in found["steps"]]
+    assert steps == pytest.approx([0.1 / 2**n for n in range(len(steps))])
+    assert found["TAMA_g"]["error"] < 0.002
+
+
+def test_a_step_that_cannot_be_halved_is_refused():
+    case = load("b_type", {"simulation.step_ms": 0.0002, "simulation.time_limit_s": 0.001})
+    with pytest.raises(InputError, match="cannot be halved 2 times"):
+        converge(case)

@@ -1,0 +1,166 @@
+"""The verification that users run: that it can fail, what it prints, and that its oracle is itself right."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from builders import chain, envelope
+from click.testing import CliRunner
+
+from trainmj.cli import main
+from trainmj.device import Envelope
+from trainmj.errors import EngineError
+from trainmj.verify import closed_forms, independent, oracles, suite, symmetries
+from trainmj.verify.check import Check, Kind, furthest
+from trainmj.verify.independent import solve
+from trainmj.verify.systems import shipped
+
+
+def never():
+    raise EngineError("the law <b>did not</b> run")
+    yield
+
+
+@pytest.fixture
+def short(monkeypatch) -> None:
+    """A suite of three cases, one of which cannot be computed."""
+    monkeypatch.setattr(
+        suite,
+        "GROUPS",
+        (
+            suite.Group("Good", "What holds.", (closed_forms.standing, symmetries.mirror)),
+            suite.Group("Bad", "What does not.", (never,)),
+        ),
+    )
+
+
+# checks
+
+
+@pytest.mark.parametrize(
+    ("kind", "found", "passed"),
+    [
+        (Kind.RELATIVE, 10.09, True),
+        (Kind.RELATIVE, 10.11, False),
+        (Kind.ABSOLUTE, 9.991, True),
+        (Kind.ABSOLUTE, 9.98, False),
+        (Kind.AT_LEAST, 9.995, True),
+        (Kind.AT_LEAST, 9.98, False),
+        (Kind.AT_LEAST, 99.0, True),
+        (Kind.RELATIVE, np.nan, False),
+        (Kind.AT_LEAST, np.inf, False),
+    ],
+)
+def test_tolerance(kind, found, passed):
+    assert Check("case", "what", 10.0, found, 0.01, kind).passed is passed
+
+
+def test_furthest_sees_the_worst_place_and_a_wrong_shape():
+    assert furthest([1.0, 2.2, 0.0], [1.0, 2.0, 0.0]) == pytest.approx(0.1)
+    assert furthest([1.0, 2.0], [1.0, 2.5], 10.0) == pytest.approx(0.05)
+    assert np.isnan(furthest([1.0], [1.0, 2.0]))
+    assert np.isnan(furthest([np.nan, 1.0], [1.0, 1.0]))
+
+
+# the oracle
+
+
+def test_independent_solution_of_a_spring_against_a_wall():
+    case = chain([1000.0], [envelope([(0, 0), (1000, 1e6)], 1.0)], [1.0])
+    found = solve(case, 0.2)
+    assert found.stroke[0] == pytest.approx(0.031622777, rel=1e-6)
+    assert found.force[0] == pytest.approx(31_622.777, rel=1e-6)
+    assert found.speed[0] == pytest.approx(-1.0, rel=1e-8)
+
+
+def test_independent_solution_of_ideal_plasticity_and_of_coasting():
+    pair = envelope([(0, 0), (20, 800), (2000, 800)], 40)
+    found = solve(chain([33e3, 33e3], [pair], [3.0, 0.0], gap=0.05), 0.3)
+    assert found.stroke[0] == pytest.approx(0.1028125, rel=1e-7)
+    assert found.speed[1] - found.speed[0] == pytest.approx(0.984732, rel=1e-6)
+    mu, v = 0.2, 1.0
+    stopped = solve(chain([33e3], [pair], [v], friction=mu, gap=10.0), 2 * v / (mu * 9.80665))
+    assert stopped.speed[0] == 0.0
+
+
+@pytest.mark.parametrize("change", [{"stiffness": 0.8}, {"damping": 1.05}, {"force": 1.001}])
+def test_a_law_that_is_a_little_off_is_seen(change, monkeypatch):
+    """The independent solution of slightly other devices must not pass for the same collision."""
+
+    def other(case, until):
+        def changed(e):
+            values = {"stroke": e.stroke, "force": e.force, "stiffness": e.stiffness, "damping": e.damping}
+            return Envelope(**values | {k: values[k] * factor for k, factor in change.items()})
+
+        interfaces = tuple(replace(i, envelope=changed(i.envelope)) for i in case.interfaces)
+        return solve(replace(case, interfaces=interfaces), until)
+
+    monkeypatch.setattr(oracles, "solve", other)
+    monkeypatch.setattr(oracles, "FINE_STEP_MS", 0.05)
+    assert [c for c in oracles.standard_by_scipy() if not c.passed]
+
+
+def test_the_oracle_calls_nothing_of_the_device_law(monkeypatch):
+    def called(*_):
+        raise AssertionError("called the law it is to check")
+
+    for name in ("respond", "force_at", "energy"):
+        monkeypatch.setattr(Envelope, name, called)
+    found = solve(shipped(), 0.05)
+    assert found.switches > 10
+    assert {"native", "respond"}.isdisjoint(vars(independent))
+
+
+def test_the_step_is_not_used_by_the_oracle():
+    case = shipped()
+    a, b = solve(case, 0.1), solve(replace(case, step=1.0), 0.1)
+    np.testing.assert_array_equal(a.stroke, b.stroke)
+
+
+# the suite
+
+
+def test_a_case_that_cannot_be_computed_fails_and_the_others_go_on(short):
+    found = suite.verify()
+    assert not found.passed
+    assert len(found.failed) == 1
+    assert "the law <b>did not</b> run" in found.failed[0].what
+    assert len(found.checks) == 8
+
+
+def test_an_empty_suite_does_not_pass(monkeypatch):
+    monkeypatch.setattr(suite, "GROUPS", ())
+    assert not suite.verify().passed
+
+
+def test_command_prints_a_table_writes_a_page_and_exits_with_1(short, tmp_path):
+    page = tmp_path / "verify.html"
+    said = CliRunner().invoke(main, ["verify", "--page", str(page)])
+    assert said.exit_code == 1
+    assert "8 checks" in said.output
+    assert "1 FAILS" in said.output
+    assert max(len(line) for line in said.output.splitlines() if str(page) not in line) <= 80
+    html = page.read_text(encoding="utf-8")
+    assert "7 of 8" in html
+    assert "&lt;b&gt;did not&lt;/b&gt;" in html
+    assert "<b>did not" not in html
+
+
+def test_command_exits_with_0_where_all_pass(short, monkeypatch):
+    monkeypatch.setattr(suite, "GROUPS", suite.GROUPS[:1])
+    said = CliRunner().invoke(main, ["verify", "--json"])
+    assert said.exit_code == 0
+    found = json.loads(said.output)
+    assert found["passed"] is True
+    assert [g["title"] for g in found["groups"]] == ["Good"]
+    assert all(c["passed"] for g in found["groups"] for c in g["checks"])
+
+
+def test_a_page_that_cannot_be_written_is_found_before_the_work(short, monkeypatch, tmp_path):
+    monkeypatch.setattr(suite, "verify", lambda _: pytest.fail("the work was done"))
+    said = CliRunner().invoke(main, ["verify", "--page", str(tmp_path / "no" / "verify.html")])
+    assert said.exit_code == 2
+    assert "cannot be written" in said.output
