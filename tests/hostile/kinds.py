@@ -159,7 +159,7 @@ def cost_of_study(study: Any) -> float:
         optimiser.simulator.particles * optimiser.simulator.iterations if optimiser.on != "surrogate" else 0
     )
     guesses = optimiser.surrogate.particles * optimiser.surrogate.iterations * (optimiser.on != "simulator")
-    return runs * cost_of_scenario(study.scenario) + 1e3 * guesses
+    return runs * cost_of_scenario(study.scenario) + 1e3 * guesses + 250.0 * runs**2
 
 
 def use_scenario(file: Path, out: Path) -> list[tuple[int, str]]:

@@ -1,4 +1,5 @@
 """How a good file goes wrong: in its values, in its text, as a file, and in the files it names."""
+# ruff: noqa: E501
 
 from __future__ import annotations
 

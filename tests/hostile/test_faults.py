@@ -1,6 +1,7 @@
 """What happens when the machine fails: each command with each fault, for real, in a process of its own.
 
-The processes are forked from this one, so that each begins with all imports done. Another command is one more row of COMMANDS.
+The processes are forked from this one, so that each begins with all imports done. Another command is one more row of
+COMMANDS.
 """
 
 from __future__ import annotations
@@ -148,13 +149,13 @@ def trainmj_(place: Path, *args: str | Path, prepare: Prepare = lambda: None) ->
                 os.chdir(place)
                 os.dup2(out.fileno(), 1)
                 os.dup2(err.fileno(), 2)
-                sys.stdout, sys.stderr = (open(fd, "w", encoding="utf-8", closefd=False) for fd in (1, 2))
+                sys.stdout, sys.stderr = (os.fdopen(fd, "w", encoding="utf-8", closefd=False) for fd in (1, 2))
                 sys.argv = ["trainmj", *map(str, args)]
                 prepare()
                 main()
             except SystemExit as end:
                 code = end.code if isinstance(end.code, int) else 0
-            except BaseException:
+            except BaseException:  # noqa: BLE001 what a person would see as a traceback
                 traceback.print_exc()
             finally:
                 sys.stdout.flush()
@@ -339,9 +340,9 @@ def test_a_mujoco_that_keeps_its_fields_elsewhere_is_refused(place: Path) -> Non
     def prepare() -> None:
         search = trainmj.offsets._search
         mujoco.__version__ = "9.9.9"
-        trainmj.offsets._search = lambda address, wanted: (
-            search(address, wanted) | dict.fromkeys({"qvel"} & set(wanted), set())
-        )
+        trainmj.offsets._search = lambda address, wanted: {
+            name: set() if name == "qvel" else places for name, places in search(address, wanted).items()
+        }
         trainmj.offsets.field_offsets.cache_clear()
         trainmj.native._callbacks.cache_clear()
 

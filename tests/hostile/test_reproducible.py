@@ -1,0 +1,155 @@
+"""A result says what it was made from, and can be made again, bit for bit."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from pathlib import Path
+from typing import Any
+
+import h5py
+import pandas as pd
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from kinds import BASE, STUDY, TUBE, command
+from mutations import document
+
+import trainmj
+from trainmj.errors import InputError
+from trainmj.repeat import repeat
+
+SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
+VERSIONS = {"trainmj", "mujoco", "numba", "numpy", "python", "platform"}
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "out"
+    code, output = command("run", "b_type_wall", *SHORT, "--out", folder, "--figures", "none")
+    assert code == 0, output
+    return folder
+
+
+@pytest.fixture
+def copy(saved: Path, tmp_path: Path) -> Path:
+    file = tmp_path / "result.nc"
+    file.write_bytes((saved / "result.nc").read_bytes())
+    return file
+
+
+def test_a_result_records_scenario_versions_platform_and_step(saved: Path) -> None:
+    result = trainmj.load_result(saved / "result.nc")
+    assert set(result.versions) == VERSIONS
+    assert all(result.versions.values())
+    assert result.step_ms == 0.2
+    assert result.scenario.values() == trainmj.load(saved / "scenario.yaml").values()
+    with h5py.File(saved / "result.nc") as data:
+        assert data.attrs["step_ms"] == 0.2
+
+
+@pytest.mark.parametrize("name", ["", "result.nc"])
+def test_a_result_or_its_folder_is_repeated_bit_for_bit(saved: Path, name: str) -> None:
+    code, output = command("run", saved / name)
+    assert code == 0
+    assert "The same as the saved result, bit for bit." in output
+    assert "Versions and platform are the same." in output
+    code, output = command("run", saved / name, "--json")
+    assert json.loads(output)["repeated"] == {"same": True, "differences": {}, "changed": {}}
+
+
+def test_a_number_that_differs_is_said_with_exit_code_1(copy: Path) -> None:
+    with h5py.File(copy, "r+") as data:
+        data["force"][3, 2] += 1e-6
+        data.attrs["version_mujoco"] = "3.9.0"
+    code, output = command("run", copy)
+    assert code == 1
+    assert "Differs from the saved result: force by" in output
+    assert "mujoco 3.9.0 then" in output
+    again = repeat(trainmj.load_result(copy))
+    assert list(again.differences) == ["force"]
+    assert 0 < again.differences["force"] < 1e-9
+
+
+def test_the_step_is_that_of_the_result_even_if_the_default_is_another(copy: Path) -> None:
+    with h5py.File(copy, "r+") as data:
+        data.attrs["step_ms"] = 0.1
+    result = trainmj.load_result(copy)
+    assert result.step_ms == result.scenario.simulation.step_ms == 0.1
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (("--set", "mass_t=30"), "is computed again as it was"),
+        (("--out", "."), "has the result that is computed again"),
+    ],
+)
+def test_a_repetition_is_neither_changed_nor_written_over(
+    copy: Path, args: tuple[str, ...], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(copy.parent)
+    code, output = command("run", copy, *args)
+    assert code == 2
+    assert said in output
+
+
+@settings(
+    max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck), database=None
+)  # a damaged attribute or number may still be a result: what counts is that nothing else is raised
+@given(st.data())
+def test_damaged_results_are_refused_or_read(saved: Path, tmp_path_factory: Any, data: st.DataObject) -> None:
+    whole = (saved / "result.nc").read_bytes()
+    file = tmp_path_factory.mktemp("damaged") / "result.nc"
+    place = data.draw(st.integers(0, 8000) | st.integers(0, len(whole) - 1))
+    new = data.draw(st.binary(min_size=1, max_size=8))
+    file.write_bytes(whole[:place] + new + whole[place + len(new) :])
+    try:
+        trainmj.load_result(file)
+    except InputError as error:
+        assert str(error).startswith(str(file))  # noqa: PT017 it may also be read
+
+
+def test_a_file_that_claims_more_than_its_scenario_has_is_not_read(copy: Path) -> None:
+    """A few kilobytes of HDF5 can stand for a terabyte of zeros."""
+    with h5py.File(copy, "r+") as data:
+        del data["force"]
+        data.create_dataset("force", shape=(10**6, 10**5), chunks=(100, 100), dtype="f8")
+    with pytest.raises(InputError, match=r"(force|time) is not|not a readable"):
+        trainmj.load_result(copy)
+
+
+@pytest.fixture
+def base(tmp_path: Path) -> Path:
+    (tmp_path / "tube.csv").write_bytes(TUBE)
+    (tmp_path / "base.yaml").write_text(document(BASE))
+    return tmp_path
+
+
+def test_a_sweep_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -> None:
+    args = ("sweep", base / "base.yaml", "--vary", "mass_t=30:60:12", "--vary", "gap=20,40")
+    for threads in ("1", "2"):
+        code, output = command(*args, "--threads", threads, "--out", base / threads)
+        assert code == 0, output
+    assert (base / "1" / "results.csv").read_bytes() == (base / "2" / "results.csv").read_bytes()
+    with sqlite3.connect(base / "1" / "results.sqlite") as db:
+        about = dict(db.execute("SELECT key, value FROM about"))
+    assert {f"version_{name}" for name in VERSIONS} | {"scenario", "seed", "fingerprint"} <= set(about)
+    assert "step_ms: 0.2" in about["scenario"]
+
+
+def test_a_study_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -> None:
+    (base / "my.study.yaml").write_text(document(STUDY))
+    summaries = []
+    for threads in (1, 2):
+        trainmj.run_study(base / "my.study.yaml", base / str(threads), threads=threads, figures=())
+        summaries.append(json.loads((base / str(threads) / "summary.json").read_text()))
+    names = {p.name for p in (base / "1").glob("*.csv")}
+    assert len(names) > 8
+    for name in names:
+        assert (base / "1" / name).read_bytes() == (base / "2" / name).read_bytes(), name
+    assert summaries[0] == summaries[1]
+    assert set(summaries[0]["versions"]) == VERSIONS
+    assert summaries[0]["study"]["design"]["seed"] == 1
+    assert "step_ms: 0.2" in summaries[0]["scenario"]
+    assert len(pd.read_csv(base / "1" / "02_simulations.csv")) == 8

@@ -1,0 +1,134 @@
+"""Valid files of every kind: what is read, written and read again is the same, and it runs."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from kinds import KINDS, Kind
+from mutations import document, good
+
+import trainmj
+from trainmj.chain import check_step, line_up
+from trainmj.errors import InputError
+from trainmj.scenario import Scenario, from_yaml, to_yaml
+
+number = st.floats  # always with bounds
+words = st.text("abcäß列 [red]<b>&\"'`$%{}\\/:;,#|!?*=+-@~^_.", max_size=30)
+
+
+@st.composite
+def curves(draw: st.DrawFn) -> dict[str, list[float]]:
+    steps = draw(st.lists(number(0.001, 100), min_size=1, max_size=8))
+    forces = draw(st.lists(number(0, 2000), min_size=len(steps) + 1, max_size=len(steps) + 1))
+    stroke = [0.0]
+    for step in steps:
+        stroke.append(stroke[-1] + step)
+    return {"stroke_mm": stroke, "force_kN": forces}
+
+
+@st.composite
+def devices(draw: st.DrawFn) -> dict[str, Any]:
+    device: dict[str, Any] = {
+        "stiffness_kN_per_mm": draw(number(10, 5000)),
+        "damping_kN_s_per_m": draw(number(0, 5000)),
+    }
+    first = draw(curves())
+    if draw(st.booleans()):
+        return device | {"curve": first, "empty_stroke_mm": draw(number(0, 50))}
+    shear = {"force_kN": first["force_kN"][-1] + draw(number(1, 500)), "ramp_mm": draw(number(0.01, 1))}
+    second = {"curve": draw(st.sampled_from(["shared"]) | curves()), "empty_stroke_mm": draw(number(2, 60))}
+    return device | {"stages": {"one": {"curve": first, "shear_off": shear}, "two": second}}
+
+
+@st.composite
+def scenarios(draw: st.DrawFn) -> dict[str, Any]:
+    """Values of scenario files that keep all rules but perhaps that of the step."""
+    names = ["d1", "d2", "d3"]
+    train = {
+        "mass_t": draw(number(1, 200)),
+        "length_m": draw(number(0.5, 60)),
+        "coupler": draw(st.sampled_from(names)),
+        "front": draw(st.sampled_from(names)),
+        "rear": draw(st.sampled_from(names)),
+        "vehicles": draw(
+            st.integers(1, 6)
+            | st.lists(
+                st.fixed_dictionaries(
+                    {"name": st.from_regex(r"[A-Za-z0-9][A-Za-z0-9_.+/ -]{0,10}", fullmatch=True)},
+                    optional={"mass_t": number(1, 200), "coupler": st.sampled_from(names)},
+                ),
+                min_size=1,
+                max_size=5,
+            )
+        ),
+    }
+    speed = draw(number(1, 200))
+    partner = draw(st.sampled_from(["t", "rigid_wall"]))
+    return {
+        "title": draw(words),
+        "notes": draw(words),
+        "curves": {"shared": draw(curves())},
+        "devices": {name: draw(devices()) for name in names},
+        "trains": {"t": train},
+        "collision": {
+            "train": "t",
+            "speed_km_h": speed,
+            "partner": partner,
+            "partner_speed_km_h": 0 if partner == "rigid_wall" else draw(number(-200, speed - 0.5)),
+            "partner_end": draw(st.sampled_from(["front", "rear"])),
+            "gap_mm": draw(number(0, 100)),
+            "rail_friction": draw(number(0, 1)),
+        },
+        "simulation": {"step_ms": 0.02, "record_every_ms": 1, "time_limit_s": 0.02},
+    }
+
+
+def shape(scenario: Scenario) -> str:
+    chain = line_up(scenario)
+    interfaces = [
+        (i.name, i.left, i.right, i.envelope.stroke.tolist(), i.envelope.force.tolist(), i.left_stroke.tolist())
+        for i in chain.interfaces
+    ]
+    return repr((chain.vehicles, interfaces, [i.envelope.damping for i in chain.interfaces], chain.gap, chain.step))
+
+
+@settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(scenarios())
+def test_scenarios_written_and_read_again_are_the_same(values: dict[str, Any]) -> None:
+    scenario = Scenario.from_values(values)
+    again = from_yaml(to_yaml(scenario))
+    assert again.values() == scenario.values()
+    assert shape(again) == shape(scenario)
+    assert from_yaml(document(values)).values() == again.values(), "however it is laid out"
+    assert to_yaml(again) == to_yaml(scenario)
+
+
+@settings(max_examples=8, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(scenarios())
+def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> None:
+    scenario = Scenario.from_values(values)
+    try:
+        check_step(line_up(scenario))
+    except InputError:
+        return
+    summary = trainmj.summarise(trainmj.run(scenario))
+    assert summary.status
+    json.dumps(summary.as_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_a_good_file_of_each_kind_runs_and_reads_the_same_twice(kind: Kind, tmp_path: Any) -> None:
+    for name, content in good(kind).items():
+        (tmp_path / name).write_bytes(content)
+    file = tmp_path / kind.main
+    first, second = kind.load(file), kind.load(file)
+    for what in ("fingerprint", "identity", "values"):
+        if hasattr(first, what):
+            one, two = getattr(first, what), getattr(second, what)
+            assert (one() if callable(one) else one) == (two() if callable(two) else two)
+    for code, output in kind.use(file, tmp_path):
+        assert code == 0, output
