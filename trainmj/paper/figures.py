@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CAPTIONS = {
-    "figure4_scenarios": "Figure 4. Energy, strokes (at S1-M1 of both trains together) and speeds, scenarios of Table 2",
+    "figure4_scenarios": "Figure 4. Energy, strokes (S1-M1: both trains together), speeds in the scenarios of Table 2",
     "figure5_devices_vs_D": "Figure 5. Compression and energy over time for nine empty strokes D, at 33 t",
     "figure6_speeds_vs_D": "Figure 6. Speeds over time for nine empty strokes D, at 33 t",
     "figure7_devices_vs_M": "Figure 7. Compression and energy over time for nine masses M, at D = 35 mm",
