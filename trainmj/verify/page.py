@@ -47,9 +47,18 @@ def page_of(verification: Verification, command: str) -> Page:
             Column("tolerance"),
             Column("verdict", text=True),
         ]
-        section.table(
-            columns,
-            [(c.case, what(c), expected(c), number(c.found), tolerance(c) or "–", judged(c.passed)) for c in checks],
-        )
+        before = ("", *(c.case for c in checks))  # a case is named in its first row
+        rows = [
+            (
+                "" if c.case == last else c.case,
+                what(c),
+                expected(c),
+                number(c.found),
+                tolerance(c) or "–",
+                judged(c.passed),
+            )
+            for c, last in zip(checks, before, strict=False)
+        ]
+        section.table(columns, rows)
     page.section("Not checked").notes(NOT_CHECKED)
     return page
