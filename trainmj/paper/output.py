@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from trainmj.atomic import write_bytes
@@ -46,7 +47,7 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
     drawn = {name: _settled(draw()) for name, draw in figures(reproduction).items()}
     for name, picture in drawn.items():
         save(picture, folder / name, formats)
-    page_of(reproduction, drawn, f"trainmj paper --out {folder}").write(folder / PAGE)
+    page_of(reproduction, drawn, f"trainmj paper --out {quote(str(folder))}").write(folder / PAGE)
 
 
 def _settled(picture: Figure) -> Figure:
