@@ -185,9 +185,10 @@ def line_up(scenario: Parts) -> Chain:
 def largest_step(chain: Chain) -> float:
     """Largest stable step of a chain [s].
 
-    For an oscillator of circular frequency w and damping ratio z the semi-implicit Euler step with an explicit
-    dashpot is stable below 2 (sqrt(1 + z2) - z) / w. The bound takes each interface on its elastic branch between its
-    two vehicles, both of them held by another interface as stiff.
+    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < 1, K and C the matrices of
+    stiffness and damping over mass with every interface on its elastic branch. Gershgorin's circles around the rows
+    of a chain turn that into a bound for each interface: its own two vehicles, both of them held by another one as
+    stiff. For a single oscillator it is 2 (sqrt(1 + z2) - z) / w.
     """
     steps = []
     mass = chain.mass
