@@ -33,7 +33,9 @@ def collision(result: Result, width: Width = "page") -> Figure:
     with styled(width):
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
         if result.scenario.title:
-            figure.suptitle(result.scenario.title, x=0.01, ha="left", wrap=True)
+            # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
+            title = result.scenario.title.replace("$", r"\$")
+            figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
         _speeds(axes[0], result)
         share = np.array([_side_share(chain, k) for k in range(len(chain.interfaces))])
         own = _own_interfaces(chain)
