@@ -70,7 +70,7 @@ def test_same_bytes_on_any_threads_and_after_a_kill(tmp_path):
 
 
 def test_what_was_found_runs_and_is_built_on_what_it_was_found_for(tmp_path):
-    file = targets_file(tmp_path)
+    file = targets_file(tmp_path, targets__s1__bars={"each": "90 %"}, targets__s12__bars={"rms": 900})
     runner = CliRunner()
     done = runner.invoke(main, ["identify", str(file), "--out", str(tmp_path / "out"), "--json", "--report"])
     assert done.exit_code == 0, done.output
@@ -81,6 +81,8 @@ def test_what_was_found_runs_and_is_built_on_what_it_was_found_for(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text()
     assert all(f">{name}<" in page for name in KNOWN)
     assert "solved from energy" in page
+    assert "each 90 %<" in page.replace("\n", "")
+    assert "nan" not in page.partition("<script")[0]
     ran = runner.invoke(main, ["run", str(tmp_path / "out" / "found.yaml"), "--json"])
     assert ran.exit_code == 0, ran.output
     text = (tmp_path / "out" / "found.yaml").read_text()

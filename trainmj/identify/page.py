@@ -162,7 +162,10 @@ def _fit(section: Section, found: Found, role: str, of: pd.DataFrame) -> None:
 
 
 def _bars(row: Mapping[Any, Any]) -> Verdict:
-    stated = [f"{key} {row[f'bar_{key}']}" for key in ("each", "rms", "bias") if row[f"bar_{key}"] is not None]
+    bars = {key: row[f"bar_{key}"] for key in ("each", "rms", "bias")}
+    stated = [
+        f"{key} {bar}" for key, bar in bars.items() if bar is not None and bar == bar
+    ]  # NaN where a table has none
     kept = None if row["kept"] is None else bool(row["kept"])
     return judged(kept, ", ".join(stated), f"not kept: {', '.join(stated)}", "none")
 

@@ -74,7 +74,6 @@ def fit_table(plan: Identification, residuals: pd.DataFrame) -> pd.DataFrame:
 def _fit(target: Target, role: str, of: pd.DataFrame) -> Row:
     off, wanted = of["deviation"].to_numpy(), of["wanted"].to_numpy()
     bars = target.part.bars
-    worst = int(np.argmax(np.abs(off)))
     rms, bias = float(np.sqrt(np.mean(off**2))), float(np.mean(off))
     kept = [
         bars.each is None or bool(of["within"].all()),
@@ -89,14 +88,20 @@ def _fit(target: Target, role: str, of: pd.DataFrame) -> Row:
         "values": len(of),
         "rms": rms,
         "bias": bias,
-        "largest": float(off[worst]),
-        "largest_percent": float(100.0 * off[worst] / wanted[worst]) if wanted[worst] else np.nan,
+        "largest": _furthest(off),
+        "largest_percent": _furthest(of["deviation_percent"].to_numpy()),
         "outside": int((~of["within"]).sum()),
         "bar_each": bars.each,
         "bar_rms": bars.rms,
         "bar_bias": bars.bias,
         "kept": all(kept) if stated else None,
     }
+
+
+def _furthest(values: Array) -> float:
+    """The value furthest from 0; NaN where none is a number."""
+    known = values[~np.isnan(values)]
+    return float(known[np.argmax(np.abs(known))]) if known.size else np.nan
 
 
 def _keeps(amount: Amount | None, off: Array, wanted: Array, measure: Any) -> bool:
