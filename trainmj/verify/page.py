@@ -40,22 +40,22 @@ def page_of(verification: Verification, command: str) -> Page:
         section = page.section(group.title)
         section.text(group.note)
         columns = [
+            Column("", text=True),  # the verdict first: on a phone the rest scrolls
             Column("Case", text=True),
             Column("what", text=True),
             Column("expected"),
             Column("found"),
             Column("tolerance"),
-            Column("verdict", text=True),
         ]
         before = ("", *(c.case for c in checks))  # a case is named in its first row
         rows = [
             (
+                judged(c.passed),
                 "" if c.case == last else c.case,
                 what(c),
                 expected(c),
                 number(c.found),
                 tolerance(c) or "–",
-                judged(c.passed),
             )
             for c, last in zip(checks, before, strict=False)
         ]
