@@ -10,8 +10,8 @@ from typing import Any
 
 import mujoco
 import pytest
-from kinds import BASE, TUBE, command
-from mutations import document
+from kinds import BASE, KINDS, TUBE, command
+from mutations import document, good
 
 import trainmj
 from trainmj.errors import InputError
@@ -195,3 +195,11 @@ def test_what_would_take_all_memory_is_refused_at_once(args: tuple[str, ...], sa
     assert code == 2
     assert re.search(said, output), output
     assert len(output) < 6000
+
+
+def test_too_few_given_points_are_refused(tmp_path: Path) -> None:
+    """Found by the long run: a table cut short."""
+    kind = next(kind for kind in KINDS if kind.name == "study of given points")
+    for name, content in (good(kind) | {"points.csv": b"D,M,device\n20,30,link\n"}).items():
+        (tmp_path / name).write_bytes(content)
+    assert [code for code, _ in kind.use(tmp_path / kind.main, tmp_path)] == [2]

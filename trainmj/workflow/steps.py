@@ -148,11 +148,11 @@ def usable(study: Study, table: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     results = table[["status", "reason", *(r.head for r in study.responses)]]
     good = ~failed(results)
     if good.sum() < 3:
+        if good.all():
+            raise InputError(f"the design has {len(table)} points, too few to go on: give three or more")
+        said = f"only {int(good.sum())} of the {len(table)} cases of the design could be computed, too few to go on"
         first = results[~good].iloc[0]
-        raise InputError(
-            f"only {int(good.sum())} of the {len(table)} cases of the design could be computed, too few to go on; the "
-            f"first that failed is {first['status']}: {first['reason']}"
-        )
+        raise InputError(f"{said}; the first that failed is {first['status']}: {first['reason']}")
     values = results.loc[good, [r.head for r in study.responses]].to_numpy(dtype=np.float64)
     return points_of(study, table[good]), values
 
