@@ -1,0 +1,69 @@
+"""The pages of Python: which names they show. mkdocstrings takes the rest from the docstrings."""
+
+from __future__ import annotations
+
+import trainmj
+import trainmj.study
+
+_INTRODUCTION = """# Python
+
+```python
+import trainmj
+
+result = trainmj.run(trainmj.load("b_type", {"empty_stroke_mm": 50}))
+print(trainmj.summarise(result).TS_mm)
+```
+
+Inside, everything is in SI; other units are at the edges, in the names. Names that are not on these pages may change.
+"""
+
+_STUDY = """# Python: studies on arrays
+
+The modules of `trainmj.study` know nothing of trains: factors, points and responses are plain arrays, from any model.
+"""
+
+_GROUPS = {
+    "Scenarios": ["load", "save", "Scenario"],
+    "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "line_up", "installed"],
+    "Many collisions": ["run_cases", "plan_of", "load_plan", "run_sweep", "read_table"],
+    "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
+    "Errors": ["TrainmjError", "InputError", "OutputError", "EngineError"],
+}
+
+_FURTHER = {
+    "Films": ["trainmj.rendering.film.render"],
+    "Devices": ["trainmj.device.Envelope", "trainmj.device.Device", "trainmj.device.in_series"],
+}
+
+
+def page() -> str:
+    """The public names of trainmj, by what they are for."""
+    listed = [name for names in _GROUPS.values() for name in names]
+    if missing := set(trainmj.__all__) ^ set(listed):
+        raise ValueError(f"docs/hooks/api.py: these names are public or listed, but not both: {sorted(missing)}")
+    parts = [_INTRODUCTION]
+    for title, names in _GROUPS.items():
+        parts.append(f"## {title}")
+        for name in names:
+            thing = getattr(trainmj, name)
+            parts.append(_directive(f"{thing.__module__}.{name}", f"trainmj.{name}"))
+    for title, paths in _FURTHER.items():
+        parts.append(f"## {title}")
+        parts += [_directive(path, path) for path in paths]
+    return "\n\n".join(parts) + "\n"
+
+
+def study_page() -> str:
+    """The public names of trainmj.study."""
+    parts = [_STUDY]
+    for name in trainmj.study.__all__:
+        thing = getattr(trainmj.study, name)
+        home = getattr(thing, "__module__", "")
+        if home.startswith("trainmj.study."):
+            parts.append(_directive(f"{home}.{name}", name, level=2))
+    return "\n\n".join(parts) + "\n"
+
+
+def _directive(path: str, heading: str, level: int = 3) -> str:
+    options = {"heading": heading, "toc_label": heading, "heading_level": level}
+    return "\n".join([f"::: {path}", "    options:", *(f"      {key}: {value}" for key, value in options.items())])

@@ -1,0 +1,29 @@
+"""The pages that are made from the software itself: commands, files, Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import api
+import commands
+import fields
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+PAGES: dict[str, Callable[[], str]] = {
+    "reference/commands.md": commands.page,
+    "reference/scenario-file.md": fields.scenario_page,
+    "reference/sweep-file.md": fields.sweep_page,
+    "reference/study-file.md": fields.study_page,
+    "reference/targets-file.md": fields.targets_page,
+    "reference/python.md": api.page,
+    "reference/python-study.md": api.study_page,
+}
+
+
+def on_files(files: Files, config: MkDocsConfig, **_: Any) -> Files:
+    """Add the pages that are made."""
+    for name, make in PAGES.items():
+        files.append(File.generated(config, name, content=make()))
+    return files
