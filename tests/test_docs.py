@@ -1,72 +1,145 @@
-"""What the README and the docs show works as it is written there."""
+"""What README and docs show works as it is written there.
+
+The default run checks every command's words, every link and every file shown. Running each page from top to bottom, as
+a newcomer would in a fresh clone, takes minutes: `pytest -m as_written`, which .ci/run does.
+"""
 
 from __future__ import annotations
 
+import os
 import re
+import shutil
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 import pytest
+from pages import PAGES, ROOT, blocks, read, script, without_blocks
 
 import trainmj
+from trainmj.cli import main
 
-ROOT = Path(__file__).resolve().parent.parent
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+NOT_RUN = {
+    ("docs/identification.md", "takes half an hour"): 1,
+    ("docs/safety.md", "takes an hour"): 1,
+    ("docs/sweeps.md", "needs a SLURM cluster"): 1,
+}
+"""Blocks that no test runs, by what they say themselves."""
+
+IN_A_CLONE = ["README.md", "docs/start.md"]
+"""Pages that begin with the installation, in the order in which they are read."""
+
+GENERATED = "reference/"
+"""Pages that are made while the site is built, which then checks the links to them."""
+
+EVERY = [block for page in PAGES for block in blocks(page)]
 
 
-def blocks(text: str, language: str) -> list[str]:
-    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.DOTALL)
+def file_block(page: str, title: str) -> str:
+    (text,) = [block.text for block in blocks(page) if block.title == title]
+    return text
 
 
-def page(name: str) -> str:
-    return (ROOT / "docs" / name).read_text(encoding="utf-8")
+def test_blocks_that_no_test_runs_say_so_and_are_these():
+    assert Counter((b.page, b.not_run) for b in EVERY if b.not_run) == NOT_RUN
 
 
-def test_the_python_of_the_readme_runs(tmp_path):
-    (code,) = blocks(README, "python")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=False)
+def test_every_block_is_of_a_kind_that_is_tested():
+    assert {b.language for b in EVERY} <= {"sh", "python", "yaml", "text"}
+    for page in PAGES:
+        hidden = re.search(r"\n\n    (trainmj|pip|python|import|from) .*", without_blocks(page))
+        assert hidden is None, f"{page}: a command outside a block: {hidden}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_are_ones_that_the_command_line_takes(page):
+    """Each command parses: its name, its options, their values. What it does is tested elsewhere, or as written."""
+    for words in (words for block in blocks(page) for words in block.commands):
+        name, *rest = words
+        main.commands[name].make_context(name, list(rest))
+
+
+def test_python_blocks_are_whole():
+    for block in EVERY:
+        if block.language == "python":
+            compile(block.text, block.page, "exec")
+            assert "import " in block.text, f"{block.page}: a block that cannot be pasted: {block.text}"
+
+
+def test_the_python_of_the_readme_runs(python, tmp_path):
+    (code,) = (b.text for b in blocks("README.md") if b.language == "python")
+    done = python("-c", code, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("over 1354."), "TS of the standard case at an empty stroke of 35 mm"
+    status, ts = done.stdout.split()[:2]
+    assert status == "over"
+    assert float(ts) == pytest.approx(1345.454, rel=0.01), "Table 5 of the paper at D = 35 mm"
 
 
-def test_the_train_of_ones_own_in_the_readme_loads_and_runs(tmp_path):
-    (text,) = blocks(README, "yaml")
-    (tmp_path / "coupler.csv").write_text("stroke_mm,force_kN\n0,0\n73,700\n600,700\n", encoding="utf-8")
-    (tmp_path / "mine.yaml").write_text(text, encoding="utf-8")
-    scenario = trainmj.load(tmp_path / "mine.yaml", {"simulation.step_ms": 0.5})
+@pytest.mark.parametrize("page", ["README.md", "docs/start.md"])
+def test_the_softer_coupler_is_felt(page, tmp_path):
+    for title in ("coupler.csv", "soft.yaml"):
+        (tmp_path / title).write_text(file_block(page, title), encoding="utf-8")
+    scenario = trainmj.load(tmp_path / "soft.yaml", {"simulation.step_ms": 0.25})
     assert trainmj.summarise(trainmj.run(scenario)).interfaces[1].peak_force_kN == pytest.approx(700)
 
 
-@pytest.mark.parametrize("command", re.findall(r"^trainmj [^#\n]+", README, flags=re.MULTILINE))
-def test_commands_of_the_readme_have_the_options_they_use(command):
-    """The options are those the command knows; what the commands do is tested elsewhere."""
-    name, *words = command.split()[1:]
-    text = subprocess.run(
-        [sys.executable, "-m", "trainmj", name, "--help"], capture_output=True, text=True, check=True
-    ).stdout
-    unknown = [w for w in words if w.startswith("--") and w not in text]
-    assert not unknown
-
-
 def test_the_whole_scenario_file_of_the_docs_runs(tmp_path):
-    text = blocks(page("scenario-files.md"), "yaml")[0]
-    (tmp_path / "shuttle.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "shuttle.yaml").write_text(file_block("docs/scenario-files.md", "shuttle.yaml"), encoding="utf-8")
     scenario = trainmj.load(tmp_path / "shuttle.yaml", {"mass_t": 38, "trains.shuttle.vehicles.B.mass_t": 34})
     summary = trainmj.summarise(trainmj.run(scenario))
     assert summary.status == "over"
     assert [v.mass_t for v in summary.vehicles] == [38, 34]
 
 
-def test_the_sweep_file_of_the_docs_is_a_plan(tmp_path):
-    text = blocks(page("sweeps.md"), "yaml")[0]
-    (tmp_path / "cases.csv").write_text("simulation.time_limit_s\n1.5\n2\n", encoding="utf-8")
-    (tmp_path / "many.yaml").write_text(text, encoding="utf-8")
-    plan = trainmj.load_plan(tmp_path / "many.yaml")
-    assert len(plan) == 9 * 3 * 3 * 2 * 2 * 100
+def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):
+    for title in ("cases.csv", "many.yaml"):
+        (tmp_path / title).write_text(file_block("docs/sweeps.md", title), encoding="utf-8")
+    assert f"{len(trainmj.load_plan(tmp_path / 'many.yaml'))} cases" in read("docs/sweeps.md")
 
 
-def test_links_of_the_readme_and_docs_lead_somewhere():
-    for file in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
-        for target in re.findall(r"\]\(([^)#:]+)\)", file.read_text(encoding="utf-8")):
-            assert (file.parent / target).exists(), f"{file.name}: {target}"
+def test_links_lead_somewhere():
+    for page in PAGES:
+        folder = (ROOT / page).parent
+        for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", read(page)):
+            assert target.startswith(GENERATED) or (folder / target).exists(), f"{page}: {target}"
+
+
+def test_ci_runs_the_test_command_of_the_readme():
+    (line,) = [line for b in blocks("README.md") for line in b.text.splitlines() if line.endswith("pytest")]
+    assert line in read(".ci/run").splitlines()
+
+
+# every page as written
+
+
+@pytest.mark.as_written
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in IN_A_CLONE])
+def test_page_as_written(page, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    follow(page, tmp_path, Path(sys.executable).parent)
+
+
+@pytest.mark.as_written
+def test_newcomer_as_written(tmp_path):
+    """Clone, then README and the first page of the docs, each step as it stands, installation included."""
+    clone = tmp_path / "clone"
+    subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
+    for page in IN_A_CLONE:
+        follow(page, clone, clone / ".venv" / "bin")
+
+
+def follow(page: str, folder: Path, binaries: Path) -> None:
+    """Run a page in a folder; what fails is shown with the command that failed."""
+    text = "\n".join(line for line in script(page).splitlines() if not line.endswith("pytest"))  # .ci/run does that
+    outside = {key: value for key, value in os.environ.items() if key not in ("VIRTUAL_ENV", "PYTHONPATH")}
+    done = subprocess.run(
+        ["bash", "-euxo", "pipefail", "-c", text],
+        cwd=folder,
+        env=outside | {"PATH": f"{binaries}:{os.environ['PATH']}"},
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
+    assert done.returncode == 0, f"{page}: exit code {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"

@@ -33,7 +33,7 @@ def _command(name: str, command: click.Command) -> str:
 def _option(option: click.Option, context: click.Context) -> str:
     names = ", ".join(f"`{n}`" for n in (*option.opts, *option.secondary_opts))
     if not option.is_flag:
-        names += f" `{_escaped(option.make_metavar(context))}`"
+        names += f" `{option.make_metavar(context)}`"
     return f"| {names} | {_default(option)} | {_escaped(option.help or '')} |"
 
 

@@ -158,7 +158,8 @@ def _default(field: Schema) -> str:
     value = field.get("default")
     if value is None or isinstance(value, dict) or value in ("", []):
         return ""
-    return "`" + ", ".join(map(str, value)) + "`" if isinstance(value, list) else f"`{value}`"
+    values = value if isinstance(value, list) else [value]
+    return f"`{', '.join(f'{v:g}' if isinstance(v, float) else str(v) for v in values)}`"
 
 
 def _meaning(field: Schema, schema: Schema) -> str:
