@@ -33,6 +33,8 @@ IN_A_CLONE = ["README.md", "docs/start.md"]
 GENERATED = "reference/"
 """Pages that are made while the site is built, which then checks the links to them."""
 
+QUIET = os.environ | {"NO_MKDOCS_2_WARNING": "1"}  # no advertisement of the theme's successor
+
 EVERY = [block for page in PAGES for block in blocks(page)]
 
 
@@ -127,6 +129,33 @@ def test_newcomer_as_written(tmp_path):
     subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
     for page in IN_A_CLONE:
         follow(page, clone, clone / ".venv" / "bin")
+
+
+@pytest.mark.as_written
+def test_site_works_without_a_network(tmp_path):
+    """Built without a warning; opened from its folder it asks nobody for anything, and its search finds."""
+    sync = pytest.importorskip("playwright.sync_api")
+    site = tmp_path / "site"
+    subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "-q", "-d", str(site)], cwd=ROOT, env=QUIET, check=True
+    )
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))))
+    with sync.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 390, "height": 844})
+        wrong: list[str] = []
+        page.on("console", lambda m: wrong.append(m.text) if m.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        page.on("request", lambda r: None if r.url.startswith("file:") else wrong.append(r.url))
+        for file in sorted(f for f in site.rglob("*.html") if f.name != "404.html"):  # which only servers show
+            page.goto(file.as_uri())
+            assert page.evaluate("document.documentElement.scrollWidth") <= 390, f"{file.name} is wider than a phone"
+        page.goto((site / "index.html").as_uri())
+        page.locator("label[for=__search]").first.click()
+        page.keyboard.type("shear", delay=50)
+        page.wait_for_selector(".md-search-result__item", state="attached", timeout=20_000)
+        browser.close()
+    assert wrong == []
 
 
 def follow(page: str, folder: Path, binaries: Path) -> None:

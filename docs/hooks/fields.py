@@ -104,7 +104,7 @@ def _one_type(field: Schema) -> str:
         return f"`{field['const']}`"
     match field.get("type"):
         case "array":
-            return f"list of {_type(field['items'])}" if field.get("items") else "list"
+            return f"list of {_plural(_type(field['items']))}" if field.get("items") else "list"
         case "object":
             named = field.get("additionalProperties") or next(iter(field.get("patternProperties", {}).values()), None)
             return f"by name: {_type(named)}" if isinstance(named, dict) else "by name: any value"
@@ -117,6 +117,10 @@ def _one_type(field: Schema) -> str:
         case "boolean":
             return "true or false"
     return "any value"
+
+
+def _plural(type_: str) -> str:
+    return f"{type_}s" if type_ in ("number", "whole number") else type_
 
 
 def _rule(field: Schema) -> str:
