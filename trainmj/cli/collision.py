@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trainmj.cli.options import load_scenario, takes_figures, takes_scenario
+from trainmj.cli.options import holds_folder, load_scenario, takes_figures, takes_scenario
 from trainmj.cli.report import takes_report
-from trainmj.errors import InputError, OutputError
+from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     from trainmj.plotting import Format, Width
@@ -54,7 +54,7 @@ def run(
     before = None if saved is None else _load_saved(saved, changes, out)
     loaded = load_scenario(scenario, changes) if before is None else before.scenario
     if out is not None:
-        _make_folder(out)
+        holds_folder(out)
     from trainmj import terminal
     from trainmj.metrics import summarise
     from trainmj.repeat import repeat
@@ -146,10 +146,3 @@ def scenarios() -> None:
     from trainmj.scenario import load, shipped
 
     terminal.print_scenarios({name: load(name) for name in shipped()})
-
-
-def _make_folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"--out {out}: cannot be made a folder ({error.strerror})") from None

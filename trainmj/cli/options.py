@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from trainmj.errors import InputError
+from trainmj.folder import held
 
 if TYPE_CHECKING:
     from trainmj.scenario import Scenario
@@ -54,6 +56,15 @@ def load_scenario(scenario: str, changes: dict[str, Any]) -> Scenario:
     from trainmj.scenario import load
 
     return load(scenario, changes)
+
+
+def holds_folder(out: Path) -> None:
+    """Make the folder of --out and hold it until the command ends.
+
+    Raises:
+        OutputError: if it cannot be made, or another process writes there.
+    """
+    click.get_current_context().with_resource(held(out))
 
 
 def split_assignment(option: str, text: str, example: str) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import takes_formats
+from trainmj.cli.options import holds_folder, takes_formats
 
 if TYPE_CHECKING:
     from trainmj.plotting import Format
@@ -28,9 +28,7 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
     Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
     """
     if out is not None:
-        from trainmj.paper.output import make_folder
-
-        make_folder(out)
+        holds_folder(out)
     from trainmj.paper.reproduce import reproduce
 
     reproduction = reproduce(threads)

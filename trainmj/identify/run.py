@@ -15,8 +15,9 @@ import numpy as np
 from trainmj.atomic import write_bytes
 from trainmj.batch import run_chains
 from trainmj.chain import Chain, check_step, line_up
-from trainmj.errors import InputError, OutputError, close_match
+from trainmj.errors import InputError, close_match
 from trainmj.experiment import responses_of
+from trainmj.folder import held
 from trainmj.identify import tables
 from trainmj.identify.found import found_yaml
 from trainmj.identify.misfit import Misfit
@@ -111,51 +112,48 @@ def identify(
     Raises:
         InputError: if trials are there and resume is not asked for, or they are of another scenario; if a response
             does not exist, or the start values cannot be simulated.
-        OutputError: if the folder or a file cannot be written.
+        OutputError: if the folder or a file cannot be written, or another process writes there.
     """
-    folder, began = Path(folder), time.monotonic()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-    if (folder / FILE).exists() and not resume:
-        raise InputError(f"{folder}: has an identification already: go on with --resume, or take another folder")
-    _check_start(plan, threads)
-    with TrialStore(folder / FILE) as store:
-        store.agree(_about(plan.scenario))
-        there = len(store)
-        trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
-        place, way = search(plan, trials, watch)
-        point = _final(plan, place)
-        misfit = Misfit(plan, trials, plan.spec.method.refine.step_ms)
-        known = uncertainty(misfit, point, 2 * plan.spec.method.refine.difference)
-        changes = plan.unknowns.changes(point.value)
-        samples = {"fitted": (plan.fitted, plan.found(plan.fitted, trials([changes])[0]))}
-        if len(plan.held_out):
-            apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads)
-            samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes])[0]))
-        simulated = trials.simulated
-    residuals = tables.residual_table(plan, samples)
-    fit = tables.fit_table(plan, residuals)
-    result = Found(
-        plan,
-        point,
-        plan.scenario.with_values(changes),
-        known,
-        fit,
-        residuals,
-        tables.parameter_table(plan, known),
-        tables.correlation_table(plan, known),
-        tables.direction_table(plan, known),
-        tuple(way),
-        _summary(plan, point, known, fit),
-        folder,
-        simulated,
-        there,
-        time.monotonic() - began,
-    )
-    _write(result, figures, width)
-    return result
+    began = time.monotonic()
+    with held(folder) as folder:
+        if (folder / FILE).exists() and not resume:
+            raise InputError(f"{folder}: has an identification already: go on with --resume, or take another folder")
+        _check_start(plan, threads)
+        with TrialStore(folder / FILE) as store:
+            store.agree(_about(plan.scenario))
+            there = len(store)
+            trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
+            place, way = search(plan, trials, watch)
+            point = _final(plan, place)
+            misfit = Misfit(plan, trials, plan.spec.method.refine.step_ms)
+            known = uncertainty(misfit, point, 2 * plan.spec.method.refine.difference)
+            changes = plan.unknowns.changes(point.value)
+            samples = {"fitted": (plan.fitted, plan.found(plan.fitted, trials([changes])[0]))}
+            if len(plan.held_out):
+                apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads)
+                samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes])[0]))
+            simulated = trials.simulated
+        residuals = tables.residual_table(plan, samples)
+        fit = tables.fit_table(plan, residuals)
+        result = Found(
+            plan,
+            point,
+            plan.scenario.with_values(changes),
+            known,
+            fit,
+            residuals,
+            tables.parameter_table(plan, known),
+            tables.correlation_table(plan, known),
+            tables.direction_table(plan, known),
+            tuple(way),
+            _summary(plan, point, known, fit),
+            folder,
+            simulated,
+            there,
+            time.monotonic() - began,
+        )
+        _write(result, figures, width)
+        return result
 
 
 def _write(found: Found, formats: Sequence[Format], width: Width) -> None:

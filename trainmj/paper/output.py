@@ -10,7 +10,6 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from trainmj.atomic import write_bytes
-from trainmj.errors import OutputError
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction
@@ -29,13 +28,12 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
 
     Args:
         reproduction: what was computed.
-        folder: made if it is not there.
+        folder: that is there.
         formats: of the figures beside the page, which has them anyway.
 
     Raises:
         OutputError: if a file cannot be written.
     """
-    make_folder(folder)
     for table in reproduction.tables.values():
         _write_table(table.table(), folder / f"{table.name}.csv")
     _write_table(reproduction.optima, folder / "optima.csv")
@@ -57,18 +55,6 @@ def _settled(picture: Figure) -> Figure:
         engine.execute(picture)
     picture.set_layout_engine("none")
     return picture
-
-
-def make_folder(folder: Path) -> None:
-    """Make the folder.
-
-    Raises:
-        OutputError: if it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"--out {folder}: cannot be made a folder ({error.strerror})") from None
 
 
 def summary(reproduction: Reproduction) -> dict[str, Any]:

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from trainmj.errors import InputError, OutputError
+from trainmj.errors import InputError
 from trainmj.experiment import REFUSED, Case, Row, case_rows, chosen, ordered
+from trainmj.folder import held
 from trainmj.scenario import to_yaml
 from trainmj.simulation import run, versions
 from trainmj.sweep.plan import Plan
@@ -69,27 +70,24 @@ def run_sweep(
 
     Raises:
         InputError: if a sweep is there and resume is not asked for, or it is another one.
-        OutputError: if the folder or file cannot be written; what was finished is kept.
+        OutputError: if the folder or file cannot be written, or another process writes there; what was finished is
+            kept.
     """
-    folder = Path(folder)
     began = time.monotonic()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-    if (folder / FILE).exists() and not resume:
-        raise InputError(f"{folder}: has a sweep already: go on with --resume, or take another folder")
-    with Store(folder / FILE) as store:
-        _agree(store, plan)
-        finished = store.finished()
-        progress(len(finished))
-        compute = engine or (lambda cases: case_rows(plan.scenario, cases, threads))
-        _compute(plan, store, compute(plan.cases(left_out=finished)), len(finished), progress)
-        store.arrange([*plan.names, *ordered(set(store.columns()) - {CASE, *plan.names})])
-        store.write_csv(folder / "results.csv")
-        failed = sum(status == REFUSED or str(status).startswith("unstable") for status in store.column("status"))
-    write_histories(plan, folder)
-    return Outcome(folder, len(plan), len(plan) - len(finished), failed, time.monotonic() - began)
+    with held(folder) as folder:
+        if (folder / FILE).exists() and not resume:
+            raise InputError(f"{folder}: has a sweep already: go on with --resume, or take another folder")
+        with Store(folder / FILE) as store:
+            _agree(store, plan)
+            finished = store.finished()
+            progress(len(finished))
+            compute = engine or (lambda cases: case_rows(plan.scenario, cases, threads))
+            _compute(plan, store, compute(plan.cases(left_out=finished)), len(finished), progress)
+            store.arrange([*plan.names, *ordered(set(store.columns()) - {CASE, *plan.names})])
+            store.write_csv(folder / "results.csv")
+            failed = sum(status == REFUSED or str(status).startswith("unstable") for status in store.column("status"))
+        write_histories(plan, folder)
+        return Outcome(folder, len(plan), len(plan) - len(finished), failed, time.monotonic() - began)
 
 
 def _compute(

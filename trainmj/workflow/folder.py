@@ -74,25 +74,18 @@ class Folder:
     """The files of a study.
 
     Args:
-        path: made if it is not there.
+        path: that is there.
         figures: formats in which figures are drawn; none for no figures.
         width: of figures.
-
-    Raises:
-        OutputError: if it cannot be made.
     """
 
     def __init__(self, path: Path, figures: Sequence[Format] = ("png",), width: Width = "page") -> None:
-        """Make the folder, or see what is in it."""
+        """See what is in it."""
         self.path = path
         self._figures = list(figures)
         self._width = width
         self._drawn = [width, *figures] if figures else []
         self.steps: list[Step] = []
-        try:
-            path.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(f"{path}: cannot be made a folder ({error.strerror})") from None
         self._state = self._read_state()
 
     def step(self, name: str, inputs: Any, make: Callable[[], Output]) -> Step:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import close_match
+from trainmj.folder import held
 from trainmj.plotting.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.scenario.problems import Problem, refuse
@@ -97,12 +98,13 @@ def run_study(
     Raises:
         InputError: if the file breaks a rule, too few cases of the design can be computed, a surrogate cannot be
             fitted, or no design keeps the constraints.
-        OutputError: if a file cannot be written; finished steps and simulations are kept.
+        OutputError: if a file cannot be written or another process writes there; finished steps and simulations are
+            kept.
     """
     study = study if isinstance(study, Study) else load_study(study)
     watch = watch or Watch()
-    files = Folder(Path(folder), figures, figure_width)
-    with Simulator(files.path / FILE, study, threads, watch.simulated) as simulator:
+    with held(folder) as path, Simulator(path / FILE, study, threads, watch.simulated) as simulator:
+        files = Folder(path, figures, figure_width)
         _steps(study, files, simulator, watch)
         files.finish()
         summary = _summary(study, files.steps)
