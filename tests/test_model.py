@@ -15,27 +15,32 @@ from trainmj.errors import OutputError
 from trainmj.layout import Car, Joint, Layout
 from trainmj.model import MOTION, SENSED, build, export, plateau, spec, write
 from trainmj.resources import shipped_folder
-from trainmj.scenario import load, shipped
+from trainmj.scenario import Scenario, load, shipped
 from trainmj.simulation import start
 
 TABLE_2 = [34.08, 36.26, 36.26, 36.26, 36.26, 34.08]
 
 
 @pytest.fixture(scope="module")
-def case() -> Chain:
+def scenario() -> Scenario:
     """Table 2's scenario 1, with values that are nobody's defaults."""
-    return line_up(
-        load(
-            "b_type_scenario_1",
-            {
-                "collision.gap_mm": 250,
-                "collision.partner_speed_km_h": -5,
-                "simulation.step_ms": 0.05,
-                "trains.b_type.length_m": 19.5,
-                "trains.b_type.vehicles.2.length_m": 21.0,
-            },
-        )
+    return load(
+        "b_type_scenario_1",
+        {
+            "collision.gap_mm": 250,
+            "collision.partner_speed_km_h": -5,
+            "simulation.step_ms": 0.05,
+            "trains.b_type.length_m": 19.5,
+            "trains.b_type.vehicles.2.length_m": 21.0,
+            "devices.coupler_a_b.stiffness_kN_per_mm": 3000,
+            "devices.coupler_a_b.damping_kN_s_per_m": 20000,
+        },
     )
+
+
+@pytest.fixture(scope="module")
+def case(scenario: Scenario) -> Chain:
+    return line_up(scenario)
 
 
 @pytest.fixture(scope="module")
@@ -108,23 +113,29 @@ def test_start_keyframe_has_both_sides_at_speed_and_apart(case, model):
     assert data.sensor("stroke M1-M2").data[0] == 0.0
 
 
-def test_devices_arrive_in_the_block_of_user_data(case):
+def test_devices_arrive_in_the_block_of_user_data(scenario, case):
     layout = Layout.of(case)
     block = layout.block(case)
     assert layout.car(block, Car.FRICTION_LIMIT) == pytest.approx(0.008 * 9.80665 * case.mass)
     stiffness = layout.joint(block, Joint.STIFFNESS) / 1e6
     damping = layout.joint(block, Joint.DAMPING) / 1e3
-    c_d, a_b = (2471.4, 7130.5), (2979.5, 19715)
-    expected = [a_b if i in (4, 6) else c_d for i in range(11)]
-    expected[5] = (356.67 / 2, 11.4 / 2)  # both trains' front devices in series
-    assert stiffness == pytest.approx([e[0] for e in expected])
-    assert damping == pytest.approx([e[1] for e in expected])
+    couplers = [car.coupler for car in scenario.trains["b_type"].cars()[:-1]]
+    used = [scenario.devices[name] for name in (*couplers[::-1], "front", *couplers)]
+    sides = np.where(np.arange(len(used)) == case.front, 2, 1)  # both trains' front devices in series
+    assert stiffness == pytest.approx([d.stiffness_kN_per_mm for d in used] / sides)
+    assert damping == pytest.approx([d.damping_kN_s_per_m for d in used] / sides)
 
 
 def test_front_curve_of_the_standard_case_is_that_of_the_file():
     """Two trains bring the same device: its force at twice its stroke, empty stroke per train."""
-    front = line_up(load("b_type", {"empty_stroke_mm": 35})).interfaces[5].envelope
-    expected = [(73, 800), (73.223, 1000), (353, 1000), (353.264, 1200), (353.528, 0), (388, 0), (388.1385, 1250)]
+    scenario = load("b_type", {"empty_stroke_mm": 35})
+    front = line_up(scenario).interfaces[5].envelope
+    coupler, climber = scenario.devices["front"].all_stages().values()
+    tube, shear = coupler.curve[-1], coupler.shear_off
+    end = tube.stroke_mm[-1]
+    expected = list(zip(tube.stroke_mm, tube.force_kN, strict=True))
+    expected += [(end + shear.ramp_mm, shear.force_kN), (end + 2 * shear.ramp_mm, 0), (end + 35, 0)]
+    expected += [(end + 35 + climber.curve.stroke_mm[1], climber.curve.force_kN[1])]
     for stroke, force in expected:
         k = int(np.argmin(np.abs(front.stroke - 2e-3 * stroke)))
         assert front.stroke[k] == pytest.approx(2e-3 * stroke)

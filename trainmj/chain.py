@@ -61,6 +61,19 @@ class Interface:
     left_stroke: Array
     devices: tuple[Device, ...]
 
+    @property
+    def equal_sides(self) -> bool:
+        """Whether both sides bring equal devices, so that one stands for both."""
+        if len(self.devices) == 1:
+            return False
+        left, right = self.devices
+        return left.stages == right.stages and bool(np.array_equal(self.left_stroke, self.envelope.stroke / 2))
+
+    @property
+    def shown_share(self) -> float:
+        """Part of stroke and energy that tables and figures show: one side's half where both are equal."""
+        return 0.5 if self.equal_sides else 1.0
+
     def side_stroke(self, stroke: float, side: int) -> float:
         """Stroke of one side's device when the interface is compressed by stroke [m]; side 0 is left, 1 right."""
         u = self.envelope.stroke
@@ -185,8 +198,8 @@ def line_up(scenario: Parts) -> Chain:
 def largest_step(chain: Chain) -> float:
     """Largest stable step of a chain [s].
 
-    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < 1, K and C the matrices of
-    stiffness and damping over mass with every interface on its elastic branch. Gershgorin's circles around the rows
+    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < 1, K and C the matrices
+    of stiffness and damping over mass with every interface on its elastic branch. Gershgorin's circles around the rows
     of a chain turn that into a bound for each interface: its own two vehicles, both of them held by another one as
     stiff. For a single oscillator it is 2 (sqrt(1 + z2) - z) / w.
     """

@@ -223,18 +223,10 @@ def _interfaces(chain: Chain, tally: Tally) -> Iterator[InterfaceMetrics]:
     front = chain.front
     for k in range(front, -1, -1):
         yield _interface(chain.interfaces[k], tally, k, 0)
-    if len(chain.interfaces[front].devices) == 2 and not _same(chain.interfaces[front]):
+    if len(chain.interfaces[front].devices) == 2 and not chain.interfaces[front].equal_sides:
         yield _interface(chain.interfaces[front], tally, front, 1)
     for k in range(front + 1, len(chain.interfaces)):
         yield _interface(chain.interfaces[k], tally, k, 0)
-
-
-def _same(interface: Interface) -> bool:
-    """Whether both sides of a front interface bring equal devices, so that one stands for both."""
-    half = interface.envelope.stroke / 2
-    return (
-        bool(np.array_equal(interface.left_stroke, half)) and interface.devices[0].stages == interface.devices[1].stages
-    )
 
 
 def _interface(interface: Interface, tally: Tally, k: int, side: int) -> InterfaceMetrics:
@@ -264,7 +256,7 @@ def _energy_share(interface: Interface, stroke: float, side: int) -> float:
     """Part of an interface's absorbed energy that one side takes: its work up to a stroke, less what it gives back."""
     if len(interface.devices) == 1:
         return 1.0
-    if _same(interface):
+    if interface.equal_sides:
         return 0.5
     envelope = interface.envelope
     inner = envelope.stroke[envelope.stroke < stroke]

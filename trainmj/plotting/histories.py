@@ -37,7 +37,7 @@ def collision(result: Result, width: Width = "page") -> Figure:
             title = result.scenario.title.replace("$", r"\$")
             figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
         _speeds(axes[0], result)
-        share = np.array([_side_share(chain, k) for k in range(len(chain.interfaces))])
+        share = np.array([interface.shown_share for interface in chain.interfaces])
         own = _own_interfaces(chain)
         _lines(axes[1], result, "Stroke", result.stroke[:, own] * share[own] / MM, "mm", own)
         _lines(axes[2], result, "Force", result.force[:, own] / KN, "kN", own)
@@ -55,15 +55,6 @@ def collision(result: Result, width: Width = "page") -> Figure:
 def _own_interfaces(chain: Chain) -> list[int]:
     """The front interface and those of the moving train, from the front backwards."""
     return list(range(chain.front, -1, -1))
-
-
-def _side_share(chain: Chain, k: int) -> float:
-    interface = chain.interfaces[k]
-    return (
-        0.5
-        if len(interface.devices) == 2 and np.allclose(interface.left_stroke * 2, interface.envelope.stroke)
-        else 1.0
-    )
 
 
 def _speeds(axes: Axes, result: Result) -> None:

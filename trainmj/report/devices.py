@@ -8,7 +8,7 @@ from pydantic import BaseModel
 from trainmj.chain import Chain, Interface
 from trainmj.device import Array, Device
 from trainmj.report.blocks import Section
-from trainmj.report.histories import MOST_LINES, side_share
+from trainmj.report.histories import MOST_LINES
 from trainmj.report.plot import COLOURS, Trace, axes, line
 from trainmj.result import Result
 from trainmj.scenario.parts import Curve, DeviceSpec
@@ -52,7 +52,7 @@ def _users(chain: Chain) -> dict[str, list[Place]]:
     order = [*range(chain.front, -1, -1), *range(chain.front + 1, n)]
     for k in order:
         interface = chain.interfaces[k]
-        sides = 1 if side_share(chain, k) == 0.5 else len(interface.devices)
+        sides = 1 if interface.equal_sides else len(interface.devices)
         for side in range(sides):
             found.setdefault(interface.devices[side].name, []).append((interface, k, side))
     return found

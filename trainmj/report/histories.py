@@ -22,13 +22,6 @@ _MOVING = ("#08306b", "#7fb5de")
 _PARTNER = ("#8c3a00", "#f5a65b")
 
 
-def side_share(chain: Chain, k: int) -> float:
-    """What one train's device has of the stroke and energy of an interface: half where both bring the same one."""
-    interface = chain.interfaces[k]
-    same = len(interface.devices) == 2 and np.allclose(interface.left_stroke * 2, interface.envelope.stroke)
-    return 0.5 if same else 1.0
-
-
 def add_histories(section: Section, result: Result) -> None:
     """Put the plots over time into a section."""
     chain = result.chain
@@ -36,7 +29,7 @@ def add_histories(section: Section, result: Result) -> None:
     time = result.time[::step]
     every = 1e3 * (time[1] - time[0]) if len(time) > 1 else 0.0
     joints = _nearest(chain, len(chain.interfaces), chain.front)
-    share = np.array([side_share(chain, k) for k in range(len(chain.interfaces))])
+    share = np.array([interface.shown_share for interface in chain.interfaces])
     own = "; the front is one train's side" if share[chain.front] == 0.5 else ""
     section.text(
         f"Drawn every {every:.3g} ms; peaks in the tables are from every step. Drag to zoom, double-click to go back, "

@@ -225,6 +225,7 @@ _LOOK = {
     "over": (COLOURS[0], "circle"),
     "stroke exhausted": (COLOURS[1], "triangle-up"),
     "time limit": (COLOURS[4], "square"),
+    "no contact": (COLOURS[2], "circle-open"),
     "unstable": ("#22262e", "x"),
     "refused": (GREY, "cross"),
 }

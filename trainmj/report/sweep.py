@@ -139,6 +139,7 @@ def _add_outcome(section: Section, sweep: Sweep, planned: int) -> None:
 _MEANING = {
     "over": "no device is pressed any more",
     "time limit": "the collision was not over at the time limit",
+    "no contact": "computed, but no device was pressed",
     "stroke exhausted": "computed, but a stroke limit or the end of a curve was passed",
     "unstable": "the energy balance is off, or a value is not finite",
     "refused": "the values break a rule; the reason names it",
@@ -152,7 +153,11 @@ def _add_failures(section: Section, sweep: Sweep) -> None:
         section.text("Every case came to its end within all limits.")
         return
     add_map(section, sweep.table, sweep.factors)
-    for statuses, title in ((_UNUSABLE, "Failed cases"), (("stroke exhausted", "time limit"), "Limits passed")):
+    for statuses, title in (
+        (_UNUSABLE, "Failed cases"),
+        (("stroke exhausted", "time limit"), "Limits passed"),
+        (("no contact",), "No contact"),
+    ):
         rows = off[off["status"].isin(statuses)]
         if rows.empty:
             continue
