@@ -121,24 +121,53 @@ def test_quasi_static_work_is_never_negative_on_a_closed_history(strokes: list[f
     assert work >= -1e-3 * max(1.0, float(np.sum(np.abs((force[1:] + force[:-1]) / 2 * np.diff(fine)))))
 
 
+POINTS = "an envelope needs two or more points, as many strokes as forces"
+FINITE = "an envelope must be finite at every point"
+FORWARD = "the strokes of an envelope must start at 0 and never go back"
+PUSH_ONLY = "the forces of an envelope must not be negative: devices push only"
+CONSTANTS = "an envelope needs a stiffness > 0 and a damping >= 0"
+
+
 @pytest.mark.parametrize(
     ("stroke", "force", "stiffness", "damping", "said"),
     [
-        ([0.0, 1.0], [0.0], 1.0, 0.0, "as many strokes as forces"),
-        ([0.0], [0.0], 1.0, 0.0, "two or more points"),
-        ([0.0, 0.2, 0.1], [0.0, 1.0, 1.0], 1.0, 0.0, "never go back"),
-        ([0.1, 0.2], [0.0, 1.0], 1.0, 0.0, "start at 0"),
-        ([0.0, 0.2], [0.0, -1.0], 1.0, 0.0, "must not be negative"),
-        ([0.0, np.nan], [0.0, 1.0], 1.0, 0.0, "finite"),
-        ([0.0, 0.2], [0.0, np.inf], 1.0, 0.0, "finite"),
-        ([0.0, 0.2], [0.0, 1.0], 0.0, 0.0, "stiffness > 0"),
-        ([0.0, 0.2], [0.0, 1.0], 1.0, -1.0, "damping >= 0"),
-        ([0.0, 0.2], [0.0, 1.0], np.nan, 0.0, "stiffness > 0"),
+        ([0.0, 1.0], [0.0], 1.0, 0.0, POINTS),
+        ([0.0], [0.0], 1.0, 0.0, POINTS),
+        ([[0.0, 1.0]] * 2, [[0.0, 1.0]] * 2, 1.0, 0.0, POINTS),
+        ([0.0, 0.2, 0.1], [0.0, 1.0, 1.0], 1.0, 0.0, FORWARD),
+        ([0.1, 0.2], [0.0, 1.0], 1.0, 0.0, FORWARD),
+        ([0.0, 0.2], [0.0, -1.0], 1.0, 0.0, PUSH_ONLY),
+        ([0.0, np.nan], [0.0, 1.0], 1.0, 0.0, FINITE),
+        ([0.0, 0.2], [0.0, np.inf], 1.0, 0.0, FINITE),
+        ([0.0, 0.2], [0.0, 1.0], 0.0, 0.0, CONSTANTS),
+        ([0.0, 0.2], [0.0, 1.0], np.inf, 0.0, CONSTANTS),
+        ([0.0, 0.2], [0.0, 1.0], np.nan, 0.0, CONSTANTS),
+        ([0.0, 0.2], [0.0, 1.0], 1.0, -1.0, CONSTANTS),
+        ([0.0, 0.2], [0.0, 1.0], 1.0, np.inf, CONSTANTS),
     ],
 )
 def test_an_impossible_envelope_is_refused(stroke, force, stiffness, damping, said):
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError) as refused:
         Envelope(np.array(stroke), np.array(force), stiffness, damping)
+    assert str(refused.value) == said
+
+
+def test_slopes_are_those_behind_each_point():
+    """0 across a jump and behind the last point, where the force holds."""
+    e = Envelope(np.array([0.0, 2.0, 2.0, 4.0]), np.array([1.0, 5.0, 6.0, 0.0]), 0.5)
+    assert e.slope.tolist() == [2.0, 0.0, -3.0, 0.0]
+    assert e.damping == 0.0
+    assert e.force_at(-1.0) == -1.0, "in front of the first point the curve goes on as it begins"
+    assert "slope" not in repr(e), "what follows from the rest is not shown"
+
+
+def test_the_law_where_its_branches_meet():
+    """Exactly at F_el = 0 there is no dashpot force, exactly at F_el = F_env there is no dashpot relief."""
+    e = Envelope(np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 2.0]), 4.0, 3.0)
+    assert e.respond(1.0, 9.0, 1.0) == (0.0, 1.0)
+    assert e.respond(1.5, -9.0, 1.0) == (2.0, 1.0)
+    soft = Envelope(np.array([0.0, 1.0]), np.array([0.0, 2.0]), 0.5)
+    assert soft.respond(0.5, 0.0, 0.0) == (0.25, 0.0), "a force below 1 N is a force"
 
 
 def test_stage_counts_its_own_stroke_only():
@@ -212,6 +241,24 @@ def test_the_weaker_plateau_crushes_first():
     assert pair.force_at(0.2) == 500e3
     assert pair.force_at(0.35) == 700e3
     assert pair.energy(0.310) == pytest.approx(weak.energy(0.3004) + strong.energy(0.0096), rel=1e-2)
+
+
+def test_equal_plateaus_of_different_curves_crush_one_after_the_other():
+    first = envelope([(0, 0), (10, 500), (100, 500), (110, 900)], 1000)
+    second = envelope([(0, 0), (20, 500), (60, 500), (90, 800)], 500)
+    pair, left = in_series(device(first), device(second))
+    assert (pair.stroke * 1e3).tolist() == pytest.approx([0, 30, 120, 160, 160 + 7.5 + 30])
+    assert (left * 1e3).tolist() == pytest.approx([0, 10, 100, 100, 107.5])
+    assert (pair.force / 1e3).tolist() == pytest.approx([0, 500, 500, 500, 800])
+
+
+def test_only_curves_that_are_alike_in_all_are_halves_of_one():
+    """A pair that differs in its stiffness alone is split where the stiffness says, and so in any other constant."""
+    curve = [(0, 0), (10, 500), (20, 100), (30, 900)]
+    for other in (envelope(curve, 100, 3), envelope(curve, 200, 2), envelope([*curve[:3], (30, 901)], 200, 3)):
+        pair, left = in_series(device(envelope(curve, 200, 3)), device(other))
+        assert len(left) > len(curve), "at the drop one side unloads while the other one goes on"
+        assert pair.stiffness == pytest.approx(1 / (1 / 200e6 + 1 / other.stiffness))
 
 
 def test_train_head_against_wagon_buffers():

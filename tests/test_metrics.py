@@ -1,4 +1,4 @@
-"""From a collision to an engineer's numbers: filters and windows on known signals, strokes, shares and statuses."""
+"""From a collision to an engineer's numbers: means of a known pulse, strokes, shares and statuses."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from builders import chain, envelope, joined, scenario, values
-from scipy.signal import butter, freqz, sosfilt, sosfreqz
 
 from trainmj.batch import run_chains
 from trainmj.chain import Chain, largest_step, line_up
-from trainmj.deceleration import cfc60_peak
 from trainmj.metrics import WINDOWS, Summary, measure, summarise
 from trainmj.result import Result, Tally
 from trainmj.scenario import Scenario, load
@@ -22,65 +20,7 @@ def collide(case: Chain) -> Summary:
     return next(summary for _, summary in run_chains([(0, case)]))
 
 
-# CFC 60
-
-
-def sine(frequency: float, interval: float = 1e-4, cycles: int = 60) -> tuple[np.ndarray, np.ndarray]:
-    """Times and speeds (one vehicle) whose acceleration is a sine of amplitude 1 that fades in and out."""
-    time = np.arange(0.0, cycles / frequency, interval)
-    fade = np.minimum(1.0, np.minimum(time, time[-1] - time) * frequency / 10)
-    acceleration = np.sin(2 * np.pi * frequency * time) * fade
-    return np.append(time, time[-1] + interval), np.append(0.0, np.cumsum(acceleration) * interval)[:, None]
-
-
-@pytest.mark.parametrize(
-    ("frequency", "gain"),
-    [(5.0, 1.0), (20.0, 1.0), (100.0, 10 ** (-3 / 20)), (200.0, None), (400.0, None)],
-)
-def test_cfc_60_passes_what_sae_j211_passes(frequency, gain):
-    """-3 dB at 100 Hz is what the class 60 means; above it the gain falls as that of four poles."""
-    if gain is None:
-        corner = np.tan(np.pi * 60 * 2.0775 * 1e-4)
-        gain = 1 / (1 + (np.tan(np.pi * frequency * 1e-4) / corner) ** 4)
-    assert cfc60_peak(*sine(frequency))[0] == pytest.approx(gain, rel=0.01, abs=5e-3)
-
-
-@pytest.mark.parametrize("interval", [1e-4, 1e-3])
-def test_cfc_60_equals_scipys_butterworth_run_forward_and_back(interval):
-    rng = np.random.default_rng(3)
-    n = round(0.4 / interval)
-    acceleration = rng.normal(size=(n, 3)) * np.exp(-np.linspace(0, 4, n))[:, None] * 30
-    velocity = np.vstack([np.zeros(3), np.cumsum(acceleration, axis=0) * interval])
-    time = np.arange(n + 1) * interval
-    # SAE J211 App. C: the two-pole filter whose double run is -3 dB at CFC / 0.6 has its own corner at 2.0775 CFC
-    sos = butter(2, 60 * 2.0775, fs=1 / interval, output="sos")
-    silence = np.zeros((round(0.2 / interval), 3))
-    padded = np.vstack([silence, acceleration, silence])
-    expected = np.abs(sosfilt(sos, sosfilt(sos, padded, axis=0)[::-1], axis=0)[::-1]).max(axis=0)
-    assert cfc60_peak(time, velocity) == pytest.approx(expected, rel=1e-6)
-
-
-def test_the_filter_that_these_tests_compare_with_is_the_standards():
-    """J211's own recipe for the coefficients, so that scipy's corner is not taken on trust."""
-    interval, wd = 1e-4, 2 * np.pi * 60 * 2.0775
-    wa = np.tan(wd * interval / 2)
-    scale = 1 + np.sqrt(2) * wa + wa**2
-    b = np.array([1, 2, 1]) * wa**2 / scale
-    a = np.array([1, 2 * (wa**2 - 1) / scale, (1 - np.sqrt(2) * wa + wa**2) / scale])
-    at = [20.0, 100.0, 300.0]
-    printed = np.abs(freqz(b, a, at, fs=1 / interval)[1])
-    assert np.abs(sosfreqz(butter(2, 60 * 2.0775, fs=1 / interval, output="sos"), at, fs=1 / interval)[1]) == (
-        pytest.approx(printed, rel=1e-6)
-    )
-
-
-def test_cfc_60_says_nothing_where_records_are_too_far_apart():
-    time = np.arange(0, 1, 0.005)
-    assert np.isnan(cfc60_peak(time, np.ones((len(time), 2)))).all()
-    assert cfc60_peak(np.array([0.0]), np.ones((1, 2))).tolist() == [0, 0]
-
-
-# moving windows
+# a known pulse
 
 
 def pulse(interval: float) -> tuple[Chain, Tally, np.ndarray, np.ndarray]:

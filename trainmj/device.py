@@ -179,23 +179,17 @@ def _series_path(a: Envelope, b: Envelope) -> Array:
     other one unloads by what the force falls.
     """
     rows: list[tuple[float, float, float]] = []
-    top = min(a.force.max(), b.force.max())
     levels = np.unique(np.concatenate([a.force, b.force]))
-    for level in levels[levels <= top]:
+    for level in levels[levels <= min(a.force.max(), b.force.max())]:
         held = [_reach(a, level), _reach(b, level)]
-        rows.append((held[0], held[1], level))
-        last = False
         for i, e, other in ((0, a, b), (1, b, a)):
-            points, leaves = _excursion(e, level)
+            points = _excursion(e, level)
             for stroke, force in points:
                 strokes = list(held)
                 strokes[i] = stroke
                 strokes[1 - i] -= (level - force) / other.stiffness
                 rows.append((strokes[0], strokes[1], force))
             held[i] = points[-1][0] if points else held[i]
-            last |= not leaves
-        if last:
-            return np.array(rows)
     return np.array(rows)
 
 
@@ -208,15 +202,14 @@ def _reach(e: Envelope, force: float) -> float:
     return float(e.stroke[k - 1] + share * (e.stroke[k] - e.stroke[k - 1]))
 
 
-def _excursion(e: Envelope, force: float) -> tuple[list[tuple[float, float]], bool]:
-    """Points a curve runs through from where it first carries a force to where it carries more; does it ever?"""
+def _excursion(e: Envelope, force: float) -> list[tuple[float, float]]:
+    """Points a curve runs through from where it first carries a force to where it carries more, or to its end."""
     first = int(np.argmax(e.force >= force))
     above = np.flatnonzero(e.force > force)
-    leaves = above.size > 0
-    until = int(above[0]) if leaves else e.force.size
+    until = int(above[0]) if above.size else e.force.size
     points = [(float(e.stroke[k]), float(e.force[k])) for k in range(first, until)]
-    if points and leaves and points[-1][1] < force:
+    if points and above.size and points[-1][1] < force:
         k = until - 1
         share = (force - e.force[k]) / (e.force[until] - e.force[k])
         points.append((float(e.stroke[k] + share * (e.stroke[until] - e.stroke[k])), force))
-    return points, leaves
+    return points
