@@ -44,8 +44,9 @@ def test_window_peak_is_the_largest_of_all_places(interval):
     braked = 10 - 50 * np.clip(time - 0.05, 0, 0.06) - 20 * np.clip(time - 0.11, 0, 0.08)
     pushed = 30 * np.clip(time - 0.1, 0, 0.05)
     speeds = np.column_stack([braked, pushed])
-    assert window_peak(0.030, time, speeds).tolist() == pytest.approx([50.0, 30.0], rel=1e-9)
-    assert window_peak(0.100, time, speeds).tolist() == pytest.approx([38.0, 15.0], rel=1e-2)
+    for clock in (time, time + 0.5):
+        assert window_peak(0.030, clock, speeds).tolist() == pytest.approx([50.0, 30.0], rel=1e-9)
+        assert window_peak(0.100, clock, speeds).tolist() == pytest.approx([38.0, 15.0], rel=1e-2)
 
 
 def test_a_window_behind_the_end_holds_the_last_speed():
@@ -90,6 +91,7 @@ def test_cfc_60_equals_scipys_butterworth_run_forward_and_back(interval):
     padded = np.vstack([silence, acceleration, silence])
     expected = np.abs(sosfilt(sos, sosfilt(sos, padded, axis=0)[::-1], axis=0)[::-1]).max(axis=0)
     assert cfc60_peak(time, velocity) == pytest.approx(expected, rel=1e-6)
+    assert cfc60_peak(time + 0.5, velocity) == pytest.approx(expected, rel=1e-6)
 
 
 def test_the_filter_that_these_tests_compare_with_is_the_standards():

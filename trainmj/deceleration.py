@@ -26,9 +26,9 @@ def mean_deceleration(first: float, last: float, time: Array, velocity: Array) -
         velocity: (n_sample, n_vehicle) [m/s].
 
     Returns:
-        (n_vehicle,) [m/s2]; 0 if there is no time between the two.
+        (n_vehicle,) [m/s2]; 0 if there is no time between the two, or but one record.
     """
-    if first < 0 or last <= first:
+    if first < 0 or last <= first or len(time) < 2:
         return np.zeros(velocity.shape[1])
     change = np.abs(_at(last, time, velocity) - _at(first, time, velocity))
     return np.asarray(change / (last - first))
@@ -37,8 +37,8 @@ def mean_deceleration(first: float, last: float, time: Array, velocity: Array) -
 def _at(instant: float, time: Array, velocity: Array) -> Array:
     """(n_vehicle,) speeds between two records [m/s]."""
     k = min(int(np.searchsorted(time, instant, side="right")), len(time) - 1)
-    share = (instant - time[k - 1]) / (time[k] - time[k - 1]) if k else 0.0
-    return np.asarray(velocity[k - 1] + share * (velocity[k] - velocity[k - 1]) if k else velocity[0])
+    share = (instant - time[k - 1]) / (time[k] - time[k - 1])
+    return np.asarray(velocity[k - 1] + share * (velocity[k] - velocity[k - 1]))
 
 
 def window_peak(window: float, time: Array, velocity: Array) -> Array:
