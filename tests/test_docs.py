@@ -116,19 +116,19 @@ def test_ci_runs_the_test_command_of_the_readme():
 
 
 @pytest.mark.as_written
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in IN_A_CLONE])
-def test_page_as_written(page, tmp_path):
-    shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    follow(page, tmp_path, Path(sys.executable).parent)
-
-
-@pytest.mark.as_written
 def test_newcomer_as_written(tmp_path):
     """Clone, then README and the first page of the docs, each step as it stands, installation included."""
     clone = tmp_path / "clone"
     subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
     for page in IN_A_CLONE:
         follow(page, clone, clone / ".venv" / "bin")
+
+
+@pytest.mark.as_written
+@pytest.mark.parametrize("page", [page for page in PAGES if page not in IN_A_CLONE])
+def test_page_as_written(page, tmp_path):
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    follow(page, tmp_path, Path(sys.executable).parent)
 
 
 @pytest.mark.as_written
