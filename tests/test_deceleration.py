@@ -49,10 +49,14 @@ def test_window_peak_is_the_largest_of_all_places(interval):
         assert window_peak(0.100, clock, speeds).tolist() == pytest.approx([38.0, 15.0], rel=1e-2)
 
 
-def test_a_window_behind_the_end_holds_the_last_speed():
-    time = np.array([0.0, 0.01])
-    assert window_peak(0.1, time, np.array([[3.0, 1.0], [1.0, 2.0]])).tolist() == pytest.approx([20.0, 10.0])
-    assert window_peak(0.1, time[:1], np.array([[3.0, 1.0]])).tolist() == [0.0, 0.0]
+@pytest.mark.parametrize("interval", [1e-3, 0.7e-3])
+def test_a_window_that_reaches_past_the_end_holds_the_last_speed(interval):
+    """It looks ahead: the fall from 0.9 to 0.8 counts with the rise from 0, that from 1.0 alone does not."""
+    time = np.arange(4) * interval
+    speeds = np.array([[0.0, 3.0], [1.0, 2.5], [0.9, 2.0], [0.8, 1.0]])
+    assert window_peak(0.030, time, speeds).tolist() == pytest.approx([0.8 / 0.030, 2.0 / 0.030])
+    assert window_peak(0.030, time[:1], speeds[:1]).tolist() == [0.0, 0.0]
+    assert window_peak(0.030, time[:2], speeds[:2]).tolist() == pytest.approx([1.0 / 0.030, 0.5 / 0.030])
 
 
 # CFC 60

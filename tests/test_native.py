@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from trainmj import native, offsets
 from trainmj.chain import Chain
 from trainmj.errors import EngineError
-from trainmj.layout import Car, Head, Joint, Layout
+from trainmj.layout import MAGIC, Car, Head, Joint, Layout
 from trainmj.model import build, check_integrator
 from trainmj.simulation import run, start
 
@@ -225,19 +225,48 @@ def test_threads_may_enter_and_leave_as_they_like():
     assert slots() == before
 
 
-@pytest.mark.parametrize("nuserdata", [0, 3, 500])
-def test_models_of_others_are_left_alone(law, nuserdata):
+@pytest.mark.parametrize(
+    ("nuserdata", "first"),
+    [(0, 0.0), (len(Head) - 1, MAGIC), (500, 1.0)],  # none; too short to be a block; long enough, but another's
+)
+def test_models_of_others_are_left_alone(law, nuserdata, first):
     xml = f"""<mujoco><size nuserdata="{nuserdata}"/><worldbody>
         <body><joint name="a" type="slide" axis="1 0 0" damping="2"/><geom size="1"/></body></worldbody>
         <sensor><user dim="1" needstage="acc"/></sensor></mujoco>"""
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
-    data.userdata[:] = 7.0
-    data.qpos[:], data.qvel[:] = 5.0, 1.0
+    theirs = np.ones(nuserdata)  # one vehicle, one interface, one point, were it a block of ours
+    theirs[Head.DONE : Head.DONE + 1] = 0.0
+    theirs[:1] = first
+    data.userdata[:] = theirs
+    data.time, data.qpos[:], data.qvel[:] = 0.5, 5.0, 1.0
     mujoco.mj_forward(model, data)
     assert data.qfrc_passive.tolist() == [-2.0]
-    assert (data.userdata == 7.0).all()
+    assert data.userdata.tolist() == theirs.tolist()
     assert data.sensordata.tolist() == [0.0]
+
+
+def test_the_law_is_made_while_another_callback_is_in_place(ours):
+    """MuJoCo compiles no model under a callback in Python, and the law needs one to find MuJoCo's fields."""
+    native._callbacks.cache_clear()
+    offsets.field_offsets.cache_clear()
+    with native.installed():
+        build(walled())
+    assert mujoco.get_mjcb_passive() is ours[0]
+
+
+def test_what_was_there_is_put_back_where_the_law_cannot_be_made(ours, monkeypatch):
+    def broken() -> None:
+        raise EngineError("not supported")
+
+    monkeypatch.setattr(native, "_callbacks", broken)
+    for _ in range(2):
+        with pytest.raises(EngineError, match="not supported"), native.installed():
+            pytest.fail("entered")
+        assert mujoco.get_mjcb_passive() is ours[0]
+    monkeypatch.undo()
+    with native.installed():
+        assert mujoco.get_mjcb_passive() is not ours[0], "what failed counts as no user"
 
 
 def test_without_the_law_the_vehicles_pass_through_each_other():
