@@ -168,7 +168,7 @@ def follow(page: str, folder: Path, binaries: Path) -> None:
         env=outside | {"PATH": f"{binaries}:{os.environ['PATH']}"},
         capture_output=True,
         text=True,
-        timeout=900,
+        timeout=1800,
         check=False,
     )
     assert done.returncode == 0, f"{page}: exit code {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-3000:]}"
