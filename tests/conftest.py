@@ -15,6 +15,8 @@ from trainmj.result import Result
 from trainmj.scenario import Scenario, load
 from trainmj.simulation import run
 
+os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
+
 Python = Callable[..., subprocess.CompletedProcess[str]]
 
 

@@ -200,12 +200,15 @@ def load_result(file: str | Path) -> Result:
     Raises:
         InputError: if the file is not there or not such a result.
     """
+    import h5py
     import xarray as xr
 
     if not Path(file).is_file():
         raise InputError(f"{file}: there is no such file")
     try:
-        with xr.open_dataset(file, engine="h5netcdf", decode_cf=False) as data:
+        with h5py.File(file) as raw:
+            raw.attrs.get("_nc3_strict")  # in h5netcdf's hands an error here would print a traceback
+        with xr.open_dataset(file, engine="h5netcdf", decode_cf=False, phony_dims="access") as data:
             scenario, step_ms = _scenario_of(data, str(file))
             chain = line_up(scenario)
             _check_sizes(data, chain, str(file))

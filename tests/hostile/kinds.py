@@ -5,8 +5,11 @@ Another kind of file is one more entry of KINDS.
 
 from __future__ import annotations
 
+import json
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +17,9 @@ from click.testing import CliRunner
 
 import trainmj
 from trainmj.cli import main
-from trainmj.errors import InputError, TrainmjError
+from trainmj.errors import EngineError, InputError, TrainmjError
+from trainmj.identify import Identification, load_targets
+from trainmj.rendering import offscreen
 from trainmj.scenario import Scenario
 
 BASE = {
@@ -105,6 +110,47 @@ STUDY_OF_POINTS = {
     "weights": {"method": "entropy"},
     "optimiser": {"on": "simulator", "simulator": {"particles": 4, "iterations": 2, "archive": 4, "patience": 1}},
 }
+WANTED = b"M,S,TS\n30,40,70\n33,42,\n36,45,75\n"
+TARGETS = {
+    "title": "The link",
+    "notes": "Values that nobody measured.",
+    "scenario": "base.yaml",
+    "set": {"collision.speed_km_h": 10},
+    "parameters": {
+        "k": {"sets": "devices.link.stiffness_kN_per_mm", "bounds": [100, 600], "scale": "log", "start": 200},
+        "f": {
+            "sets": ["devices.link.curve.force_kN.1", {"path": "devices.link.curve.force_kN.2", "offset": 1}],
+            "bounds": [500, 900],
+            "unit": "kN",
+        },
+        "b": {"sets": "curves.buffer.force_kN.1", "bounds": [300, 700]},
+        "e": {"sets": "curves.buffer.force_kN.2", "bounds": [300, 1000], "above": "b", "gap": 10},
+    },
+    "constraints": {"energy": {"of": "curves.buffer", "from_mm": 0, "to_mm": 73, "area_kJ": 35.1, "by": "e"}},
+    "targets": {
+        "S": {"response": "stroke_M1_wall_mm", "tolerance": "1 %", "bars": {"each": 500, "rms": "900 %"}},
+        "TS": {"response": "TS_mm - 0.5 * stroke_M1_M2_mm", "tolerance": 4, "weight": 2},
+        "a": {"response": "peak_device_M2_g", "tolerance": 0.1, "bars": {"bias": 100}},
+    },
+    "data": {
+        "measured": {
+            "table": "wanted.csv",
+            "leave_out": {"M": [33]},
+            "cases": {"M": "mass_t"},
+            "set": {"gap": 40},
+            "values": {"S": "S", "TS": "TS - 0.1 * S"},
+        },
+        "typed": {"rows": [{"M": 35, "a": 1.1}, {"M": 36, "a": 1.0}], "cases": {"M": "mass_t"}, "values": {"a": "a"}},
+    },
+    "held_out": {"more": {"table": ["wanted.csv"], "where": {"M": 33}, "cases": {"M": "mass_t"}, "values": {"S": "S"}}},
+    "method": {
+        "seed": 1,
+        "bar_weight": 3,
+        "explore": {"trials": 8, "population": 4, "spread": 0.2, "start": "middle", "step_ms": 0.25},
+        "refine": {"iterations": 1, "starts": 1, "difference": 0.01},
+        "finish": {"norm": 8, "iterations": 1},
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -114,7 +160,7 @@ class Kind:
     Attributes:
         name: of the kind.
         main: name of the file that is handed to trainmj.
-        files: good values, or bytes, of it and of the files it names.
+        files: gives good values, or bytes, of it and of the files it names.
         load: reads it without computing.
         cost: of computing what was loaded, in steps of a vehicle.
         use: what a user does with it, the folder for results given; gives the exit code and what was printed.
@@ -122,7 +168,7 @@ class Kind:
 
     name: str
     main: str
-    files: Mapping[str, Any]
+    files: Callable[[], Mapping[str, Any]]
     load: Callable[[Path], Any]
     cost: Callable[[Any], float]
     use: Callable[[Path, Path], list[tuple[int, str]]]
@@ -162,6 +208,21 @@ def cost_of_study(study: Any) -> float:
     return runs * cost_of_scenario(study.scenario) + 1e3 * guesses + 250.0 * runs**2
 
 
+def cost_of_targets(plan: Identification) -> float:
+    method = plan.spec.method
+    steps = method.refine.iterations * method.refine.starts + (method.finish.iterations if method.finish else 0) + 2
+    trials = method.explore.trials + (method.explore.population or 20) + steps * (len(plan.unknowns.names) + 2)
+    fine = min(method.explore.step_ms or 1, method.refine.step_ms or 1, plan.scenario.simulation.step_ms)
+    cases = [*plan.fitted.cases, *plan.held_out.cases]
+    costs = [0.0]
+    for case in cases[:40]:
+        try:
+            costs.append(cost_of_scenario(plan.scenario.with_values(case)))
+        except InputError:
+            continue
+    return trials * len(cases) * max(costs) * plan.scenario.simulation.step_ms / fine
+
+
 def use_scenario(file: Path, out: Path) -> list[tuple[int, str]]:
     return [
         command("check", file),
@@ -183,24 +244,95 @@ def use_study(file: Path, out: Path) -> list[tuple[int, str]]:
     return [(0 if result.summary["check"]["kept"] else 1, "")]
 
 
-BESIDE = {"base.yaml": BASE, "tube.csv": TUBE}
+def use_targets(file: Path, out: Path) -> list[tuple[int, str]]:
+    return [command("identify", file, "--out", out / "identified", "--threads", "1", "--figures", "none")]
+
+
+@cache
+def draws() -> bool:
+    """Whether this machine can draw without a screen."""
+    try:
+        offscreen.check_platform()
+    except EngineError:
+        return False
+    return True
+
+
+def use_result(file: Path, out: Path) -> list[tuple[int, str]]:
+    still = ("--size", "128x72", "--fast", "--at", "0.02")
+    return [
+        command("report", file, "--out", out / "report.html"),
+        command("run", file),
+        *([command("render", file, "--out", out / "still.png", *still)] if draws() else []),
+    ]
+
+
+def use_folder(file: Path, out: Path) -> list[tuple[int, str]]:
+    return [command("report", file.parent, "--out", out / "report.html")]
+
+
+@cache
+def results_of(kind: str) -> Mapping[str, Any]:
+    """The files that a good file of a kind leads to; JSON as values."""
+    with tempfile.TemporaryDirectory() as name:
+        for beside, values in {**BESIDE, "my.study.yaml": STUDY, "my.sweep.yaml": SWEEP, "cases.csv": CASES}.items():
+            Path(name, beside).write_bytes(values if isinstance(values, bytes) else json.dumps(values).encode())
+        folder = Path(name, "out")
+        if kind == "study":
+            trainmj.run_study(trainmj.load_study(Path(name, "my.study.yaml")), folder, threads=1, figures=())
+        elif kind == "sweep":
+            trainmj.run_sweep(trainmj.load_plan(Path(name, "my.sweep.yaml")), folder, threads=1)
+        else:
+            folder.mkdir()
+            trainmj.run(trainmj.load(Path(name, "base.yaml"))).save(folder / "result.nc")
+        files = {file.name: file.read_bytes() for file in folder.iterdir() if file.suffix in _LEFT[kind]}
+    return {n: json.loads(content) if n.endswith(".json") else content for n, content in files.items()}
+
+
+_LEFT = {"run": (".nc",), "sweep": (".sqlite",), "study": (".json", ".csv")}
+
+
+BESIDE: dict[str, Any] = {"base.yaml": BASE, "tube.csv": TUBE}
 KINDS = (
-    Kind("scenario", "my.yaml", BESIDE | {"my.yaml": SCENARIO}, trainmj.load, cost_of_scenario, use_scenario),
+    Kind("scenario", "my.yaml", lambda: BESIDE | {"my.yaml": SCENARIO}, trainmj.load, cost_of_scenario, use_scenario),
     Kind(
         "sweep",
         "my.sweep.yaml",
-        BESIDE | {"my.sweep.yaml": SWEEP, "cases.csv": CASES},
+        lambda: BESIDE | {"my.sweep.yaml": SWEEP, "cases.csv": CASES},
         trainmj.load_plan,
         cost_of_sweep,
         use_sweep,
     ),
-    Kind("study", "my.study.yaml", BESIDE | {"my.study.yaml": STUDY}, trainmj.load_study, cost_of_study, use_study),
     Kind(
-        "study of given points",
+        "study",
         "my.study.yaml",
-        BESIDE | {"my.study.yaml": STUDY_OF_POINTS, "points.csv": POINTS},
+        lambda: BESIDE | {"my.study.yaml": STUDY},
         trainmj.load_study,
         cost_of_study,
         use_study,
     ),
+    Kind(
+        "study of given points",
+        "my.study.yaml",
+        lambda: BESIDE | {"my.study.yaml": STUDY_OF_POINTS, "points.csv": POINTS},
+        trainmj.load_study,
+        cost_of_study,
+        use_study,
+    ),
+    Kind(
+        "targets",
+        "my.targets.yaml",
+        lambda: BESIDE | {"my.targets.yaml": TARGETS, "wanted.csv": WANTED},
+        load_targets,
+        cost_of_targets,
+        use_targets,
+    ),
 )
+RESULTS = (
+    Kind("result", "result.nc", lambda: results_of("run"), lambda file: None, lambda loaded: 0.0, use_result),
+    Kind("sweep folder", "results.sqlite", lambda: results_of("sweep"), lambda file: None, lambda _: 0.0, use_folder),
+    Kind(
+        "study folder", "summary.json", lambda: results_of("study"), lambda file: None, lambda loaded: 0.0, use_folder
+    ),
+)
+"""What trainmj itself has written, and reads again."""

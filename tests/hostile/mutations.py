@@ -62,6 +62,11 @@ def document(values: Any) -> str:
     return "".join(f"{emit(key)}: {emit(value)}\n" for key, value in values.items())
 
 
+def written(name: str, values: Any) -> str:
+    """The text of a file of values."""
+    return emit(values) if name.endswith(".json") else document(values)
+
+
 def nested(depth: int) -> Raw:
     return Raw("[" * depth + "]" * depth)
 
@@ -134,8 +139,8 @@ def replaced(values: Any, path: tuple[Any, ...], change: Callable[[Any], Any]) -
 
 
 @st.composite
-def wrong_values(draw: st.DrawFn, values: Any) -> tuple[str, str]:
-    """Text of a file with one to three wrong values, and what was done."""
+def wrong_values(draw: st.DrawFn, values: Any) -> tuple[Any, str]:
+    """Values of a file, one to three of them wrong, and what was done."""
     said = []
     for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):
         where = draw(st.sampled_from([p for p in places(values) if p] or [()]))
@@ -170,7 +175,7 @@ def wrong_values(draw: st.DrawFn, values: Any) -> tuple[str, str]:
         said.append(f"{what} {'.'.join(map(str, where))}")
         if not isinstance(values, dict | list):
             break
-    return document(values), "; ".join(said)
+    return values, "; ".join(said)
 
 
 def _at(values: Any, path: tuple[Any, ...]) -> Any:
@@ -226,7 +231,7 @@ def wrong_bytes(draw: st.DrawFn, content: bytes) -> tuple[bytes, str]:
         content = content[:a] + bytes([content[a] ^ draw(st.integers(1, 255))]) + content[a + 1 :]
     elif what == "encode":
         code = draw(st.sampled_from(["utf-16", "utf-16-le", "utf-32", "utf-8-sig", "cp037", "utf-7"]))
-        content = content.decode(errors="replace").encode(code)
+        content = content.decode(errors="replace").encode(code, "replace")
     return content, f"{what} at {a}"
 
 
@@ -285,7 +290,7 @@ class Mutant:
 
 def good(kind: Kind) -> dict[str, bytes]:
     """The files of a kind as they should be."""
-    return {n: v if isinstance(v, bytes) else document(v).encode() for n, v in kind.files.items()}
+    return {n: v if isinstance(v, bytes) else written(n, v).encode() for n, v in kind.files().items()}
 
 
 @st.composite
@@ -294,9 +299,10 @@ def mutants(draw: st.DrawFn, kind: Kind) -> Mutant:
     files: dict[str, Any] = dict(good(kind))
     name = draw(st.sampled_from([kind.main] * 6 + list(files)))
     way = draw(st.sampled_from(["values"] * 6 + ["bytes"] * 3 + ["special"]))
-    if way == "values" and not isinstance(kind.files[name], bytes):
-        text, said = draw(wrong_values(kind.files[name]))
-        files[name] = text.encode("utf-8", "surrogatepass")
+    values = kind.files()[name]
+    if way == "values" and not isinstance(values, bytes):
+        wrong, said = draw(wrong_values(values))
+        files[name] = written(name, wrong).encode("utf-8", "surrogatepass")
     elif way == "special":
         files[name] = draw(st.sampled_from(SPECIALS))
         said = "special"

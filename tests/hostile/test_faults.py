@@ -1,7 +1,7 @@
 """What happens when the machine fails: each command with each fault, for real, in a process of its own.
 
 The processes are forked from this one, so that each begins with all imports done. Another command is one more row of
-COMMANDS.
+COMMANDS. TRAINMJ_FAULTS=all has the slow rows too.
 """
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ import json
 import os
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,15 +27,26 @@ from typing import Any
 import mujoco
 import pandas as pd
 import pytest
+from kinds import BASE, TARGETS, TUBE, WANTED, draws
 from mutations import document
+from PIL import Image
 
 import trainmj
 import trainmj.experiment
+import trainmj.identify.run
 import trainmj.model
 import trainmj.native
 import trainmj.offsets
+import trainmj.paper.output
+import trainmj.paper.reproduce
+import trainmj.rendering.film
+import trainmj.report.run
 import trainmj.simulation
+import trainmj.verify.suite
 from trainmj.cli import main
+from trainmj.folder import held
+from trainmj.output import write_run
+from trainmj.report import write_report
 
 FAST = ("--set", "simulation.step_ms=0.5", "--set", "simulation.time_limit_s=0.1")
 STUDY = {
@@ -47,7 +60,7 @@ STUDY = {
     "optimiser": {"surrogate": {"particles": 8, "iterations": 4}},
     "cross_validation": {"against": []},
 }
-NOBODY = 65534
+ALL = os.environ.get("TRAINMJ_FAULTS") == "all"
 root = hasattr(os, "geteuid") and os.geteuid() == 0
 
 
@@ -56,12 +69,14 @@ class Command:
     """A command that leaves files.
 
     Attributes:
-        args: what is typed, without --out.
-        out: where it writes, in the folder of results.
+        args: what is typed, without the output.
+        out: where it writes, in the folder of results; a folder if it is "out".
         whole: fails if what is there is torn; what is not there is no harm.
-            again: what is added to go on after a fault.
+        again: what is added to go on after a fault.
         over: exit code where the output exists already.
         works: a function that is called in the middle of its work.
+        option: that names the output.
+        less: called first in its process: makes what does not matter here shorter.
     """
 
     args: tuple[str, ...]
@@ -70,6 +85,13 @@ class Command:
     again: tuple[str, ...] = ()
     over: int = 0
     works: tuple[Any, str] = (trainmj.experiment, "check_step")
+    option: str = "--out"
+    less: Callable[[], None] = lambda: None
+
+    @property
+    def folder(self) -> bool:
+        """Whether it fills a folder."""
+        return self.out == "out"
 
 
 def whole_run(out: Path) -> None:
@@ -99,6 +121,28 @@ def whole_study(out: Path) -> None:
         json.loads(facts.read_text())
 
 
+def whole_identification(out: Path) -> None:
+    whole_study(out)
+    if (out / "summary.json").exists():
+        assert len(pd.read_csv(out / "parameters.csv")) == len(TARGETS["parameters"])
+        trainmj.load(out / "found.yaml")
+
+
+def whole_page(out: Path) -> None:
+    if out.exists():
+        assert out.read_text(encoding="utf-8").rstrip().endswith("</html>")
+
+
+def whole_picture(out: Path) -> None:
+    if out.exists():
+        Image.open(out).load()
+
+
+def one_case_of_verify() -> None:
+    groups = trainmj.verify.suite.GROUPS
+    trainmj.verify.suite.GROUPS = (replace(groups[0], cases=groups[0].cases[:1]),)
+
+
 COMMANDS = {
     "run": Command(
         ("run", "b_type_wall", *FAST, "--figures", "none"), "out", whole_run, works=(trainmj.simulation, "check_step")
@@ -112,17 +156,65 @@ COMMANDS = {
         over=2,
     ),
     "study": Command(("study", "my.study.yaml", "--figures", "none", "--threads", "1"), "out", whole_study),
+    "identify": Command(
+        ("identify", "my.targets.yaml", "--figures", "none", "--threads", "1"),
+        "out",
+        whole_identification,
+        again=("--resume",),
+        over=2,
+        works=(trainmj.identify.run, "uncertainty"),
+    ),
+    "report": Command(("report", "finished"), "page.html", whole_page, works=(trainmj.report.run, "summarise")),
+    "render": Command(
+        ("render", "finished", "--size", "320x180", "--fast"),
+        "still.png",
+        whole_picture,
+        works=(trainmj.rendering.film, "write_still"),
+    ),
+    "paper": Command(("paper", "--figures", "none"), "out", whole_study, works=(trainmj.paper.output, "page_of")),
+    "verify": Command(
+        ("verify",),
+        "page.html",
+        whole_page,
+        works=(trainmj.verify.suite, "run_case"),
+        option="--page",
+        less=one_case_of_verify,
+    ),
 }
-every_command = pytest.mark.parametrize("command", COMMANDS.values(), ids=list(COMMANDS))
+NEEDS = {
+    "render": pytest.mark.skipif(not draws(), reason="nothing here draws without a screen: install libosmesa6"),
+    "paper": pytest.mark.skipif(not ALL, reason="slow: TRAINMJ_FAULTS=all"),
+}
+ROWS = {name: pytest.param(row, id=name, marks=NEEDS.get(name, ())) for name, row in COMMANDS.items()}
+every_command = pytest.mark.parametrize("command", ROWS.values())
+every_folder = pytest.mark.parametrize("command", [ROWS[name] for name, row in COMMANDS.items() if row.folder])
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run. Making it also imports and compiles what processes forked from here need."""
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "my.study.yaml").write_text(document(STUDY))
+    result = trainmj.run(trainmj.load("b_type_wall", {"simulation.step_ms": 0.5, "simulation.time_limit_s": 0.1}))
+    write_run(result, trainmj.summarise(result), folder, formats=())
+    write_report(folder)
+    trainmj.run_study(folder / "my.study.yaml", folder / "study", threads=1, figures=())
+    return folder
 
 
 @pytest.fixture
-def place() -> Iterator[Path]:
+def place(finished: Path) -> Iterator[Path]:
     """A folder that every user of the machine can reach."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         folder.chmod(0o755)
         (folder / "my.study.yaml").write_text(document(STUDY))
+        for file, content in (("my.targets.yaml", TARGETS), ("base.yaml", BASE)):
+            (folder / file).write_text(document(content))
+        (folder / "tube.csv").write_bytes(TUBE)
+        (folder / "wanted.csv").write_bytes(WANTED)
+        (folder / "finished").mkdir()
+        shutil.copy(finished / "result.nc", folder / "finished")
         yield folder
 
 
@@ -168,7 +260,11 @@ def trainmj_(place: Path, *args: str | Path, prepare: Prepare = lambda: None) ->
 
 
 def done(place: Path, command: Command, *more: str, prepare: Prepare = lambda: None) -> Ended:
-    return trainmj_(place, *command.args, *more, "--out", place / command.out, prepare=prepare)
+    def first() -> None:
+        command.less()
+        prepare()
+
+    return trainmj_(place, *command.args, *more, command.option, place / command.out, prepare=first)
 
 
 def process(place: Path, *args: str | Path, **options: Any) -> subprocess.Popen[str]:
@@ -251,8 +347,8 @@ def test_killed_while_files_are_put_in_place_nothing_is_torn_and_it_can_be_done_
     place: Path, command: Command, n: int
 ) -> None:
     """Before the first file is put in place, and between two of them."""
-    if n > 1 and command.out != "out":
-        return  # a single file
+    if n > 1 and not command.folder:
+        return
 
     def prepare() -> None:
         put, left = os.replace, [n]
@@ -289,14 +385,19 @@ def test_killed_at_any_moment_a_run_leaves_the_earlier_result_or_the_new_one(pla
         whole_run(place / "out")
 
 
-def interrupt_at(module: Any, name: str) -> Prepare:
-    """Ctrl-C when a function is called."""
+def interrupt() -> None:
+    """Ctrl-C."""
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def at(module: Any, name: str, act: Callable[[], None]) -> Prepare:
+    """Something happens when a function is called."""
 
     def prepare() -> None:
         function = getattr(module, name)
 
         def now(*args: Any, **named: Any) -> Any:
-            os.kill(os.getpid(), signal.SIGINT)
+            act()
             return function(*args, **named)
 
         setattr(module, name, now)
@@ -306,34 +407,71 @@ def interrupt_at(module: Any, name: str) -> Prepare:
 
 @every_command
 def test_an_interruption_ends_with_130_and_a_word(place: Path, command: Command) -> None:
-    ended = done(place, command, prepare=interrupt_at(*command.works))
+    ended = done(place, command, prepare=at(*command.works, interrupt))
     assert ended.returncode == 130, ended.stderr
-    assert ended.stderr.startswith("Stopped.")
+    assert ended.stderr.startswith("Stopped")
     assert "Traceback" not in ended.stderr
     command.whole(place / command.out)
+    assert not leftovers(place)
+
+
+@every_command
+def test_killed_in_the_middle_of_its_work_it_can_be_done_again(place: Path, command: Command) -> None:
+    ended = done(place, command, prepare=at(*command.works, lambda: os.kill(os.getpid(), signal.SIGKILL)))
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
+    command.whole(place / command.out)
+    worked(done(place, command, *command.again))
+    command.whole(place / command.out)
+
+
+@every_folder
+def test_a_second_one_in_the_same_folder_is_refused_and_may_come_later(place: Path, command: Command) -> None:
+    with held(place / "out"):
+        said_no(done(place, command), "out: another trainmj is writing to this folder: wait for it")
+        assert not list((place / "out").iterdir())
+    worked(done(place, command))
+
+
+def test_two_at_once_and_the_first_one_ends_as_if_it_were_alone(place: Path) -> None:
+    command = COMMANDS["sweep"]
+    first = os.fork()
+    if first == 0:
+        ended = done(place, command, prepare=at(*command.works, lambda: time.sleep(0.3)))
+        os._exit(ended.returncode)
+    until = time.monotonic() + 60
+    while not (place / "out" / "results.sqlite").exists() and time.monotonic() < until:
+        time.sleep(0.01)
+    said_no(done(place, command, "--resume"), "another trainmj is writing")
+    assert os.waitstatus_to_exitcode(os.waitpid(first, 0)[1]) == 0
+    whole_sweep(place / "out")
 
 
 def test_an_interruption_while_the_law_is_compiled_is_not_lost(place: Path) -> None:
     def prepare() -> None:
         trainmj.native._callbacks.cache_clear()
-        interrupt_at(trainmj.native, "_compile")()
+        at(trainmj.native, "_compile", interrupt)()
 
     ended = done(place, COMMANDS["run"], prepare=prepare)
     assert (ended.returncode, ended.stderr) == (130, "Stopped.\n")
 
 
-def test_without_home_and_with_caches_that_cannot_be_written_it_works(place: Path) -> None:
-    """The law is compiled for this process alone, and a line says how to keep it."""
+COLD = {name: row for name, row in COMMANDS.items() if ALL or name in ("run", "report", "render")}
+
+
+@pytest.mark.parametrize("command", [ROWS[name] for name in COLD])
+def test_without_home_and_with_caches_that_cannot_be_written_it_works(place: Path, command: Command) -> None:
+    """The law is compiled for this process alone."""
     with disk(place / "caches", "ro") as mounted:
         if root and not mounted:
             pytest.skip("root may write everywhere, and may not mount here")
         (place / "caches").chmod(0o555) if not mounted else None
         caches = dict.fromkeys(("NUMBA_CACHE_DIR", "MPLCONFIGDIR"), str(place / "caches"))
         env = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")} | caches
-        started = process(place, "run", "b_type_wall", *FAST, env=env)
-        _, said = started.communicate(timeout=100)
+        started = process(place, *command.args, command.option, place / command.out, env=env)
+        _, said = started.communicate(timeout=300)
     assert started.returncode == 0, said
     assert "Traceback" not in said
+    assert (place / command.out).exists()
 
 
 def test_a_mujoco_that_keeps_its_fields_elsewhere_is_refused(place: Path) -> None:
@@ -362,16 +500,13 @@ def test_another_mujoco_that_has_its_fields_runs_and_the_result_says_which(place
     assert f"mujoco 4.9.9 then, {mujoco.__version__} now" in ended.stdout
 
 
-def test_two_sweeps_at_once_into_one_folder_end_in_one_whole_table(place: Path) -> None:
-    args = (*COMMANDS["sweep"].args, "--resume", "--out", place / "out")
-    both = [process(place, *args) for _ in range(2)]
-    ends = [(started.communicate(timeout=100)[1], started.returncode) for started in both]
-    assert 0 in [code for _, code in ends]
-    for said, code in ends:
-        assert code in (0, 2)
-        assert "Traceback" not in said
-        assert code == 0 or "another sweep is writing" in said
-    whole_sweep(place / "out")
+def test_an_identification_does_not_go_on_with_another_mujoco(place: Path) -> None:
+    def prepare() -> None:
+        now = trainmj.identify.run.versions
+        trainmj.identify.run.versions = lambda: now() | {"mujoco": "4.9.9"}
+
+    worked(done(place, COMMANDS["identify"], prepare=prepare))
+    said_no(done(place, COMMANDS["identify"], "--resume"), "version_mujoco has changed .*4.9.9 then")
 
 
 def test_export_writes_to_a_device_as_it_is(place: Path) -> None:

@@ -5,13 +5,10 @@ from __future__ import annotations
 import json
 import sqlite3
 from pathlib import Path
-from typing import Any
 
 import h5py
 import pandas as pd
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from kinds import BASE, STUDY, TUBE, command
 from mutations import document
 
@@ -92,22 +89,6 @@ def test_a_repetition_is_neither_changed_nor_written_over(
     code, output = command("run", copy, *args)
     assert code == 2
     assert said in output
-
-
-@settings(
-    max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck), database=None
-)  # a damaged attribute or number may still be a result: what counts is that nothing else is raised
-@given(st.data())
-def test_damaged_results_are_refused_or_read(saved: Path, tmp_path_factory: Any, data: st.DataObject) -> None:
-    whole = (saved / "result.nc").read_bytes()
-    file = tmp_path_factory.mktemp("damaged") / "result.nc"
-    place = data.draw(st.integers(0, 8000) | st.integers(0, len(whole) - 1))
-    new = data.draw(st.binary(min_size=1, max_size=8))
-    file.write_bytes(whole[:place] + new + whole[place + len(new) :])
-    try:
-        trainmj.load_result(file)
-    except InputError as error:
-        assert str(error).startswith(str(file))  # noqa: PT017 it may also be read
 
 
 def test_a_file_that_claims_more_than_its_scenario_has_is_not_read(copy: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kinds import KINDS, Kind
+from kinds import KINDS, RESULTS, Kind
 from mutations import document, good
 
 import trainmj
@@ -96,7 +96,7 @@ def shape(scenario: Scenario) -> str:
     return repr((chain.vehicles, interfaces, [i.envelope.damping for i in chain.interfaces], chain.gap, chain.step))
 
 
-@settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(scenarios())
 def test_scenarios_written_and_read_again_are_the_same(values: dict[str, Any]) -> None:
     scenario = Scenario.from_values(values)
@@ -120,7 +120,7 @@ def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> 
     json.dumps(summary.as_dict(), allow_nan=False)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", KINDS + RESULTS, ids=lambda kind: kind.name)
 def test_a_good_file_of_each_kind_runs_and_reads_the_same_twice(kind: Kind, tmp_path: Any) -> None:
     for name, content in good(kind).items():
         (tmp_path / name).write_bytes(content)

@@ -172,7 +172,6 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     texts = {
         BASE: to_yaml(base),
         FOUND: found_yaml(base, plan.unknowns.changes(found.point.value), BASE, title),
-        "summary.json": json.dumps(found.summary, indent=2) + "\n",
     }
     for name, table in (
         ("fit", found.fit),
@@ -183,6 +182,7 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
         ("search", pd.DataFrame(found.way, columns=Progress._fields)),
     ):
         texts[f"{name}.csv"] = table.to_csv(index=False, float_format="%.9g")
+    texts["summary.json"] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
     for file, text in texts.items():
         write_bytes(folder / file, text.encode())
     with styled(width):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 from trainmj.errors import InputError
+from trainmj.text import printable
 
 if TYPE_CHECKING:
     from trainmj.metrics import Summary
@@ -55,7 +57,15 @@ def write_run_report(result: Result, summary: Summary, folder: Path) -> Path:
 
 
 def _page(source: Path) -> Page:
-    return _KINDS.get(source.name, ("run", _run))[1](source)
+    try:
+        return _KINDS.get(source.name, ("run", _run))[1](source)
+    except InputError:
+        raise
+    except _DAMAGED as error:
+        said = printable(f"{type(error).__name__}: {error}")[:200]
+        raise InputError(
+            f"{source.parent}: a file here is damaged or was changed by hand ({said}): make the results again"
+        ) from error
 
 
 def _run(source: Path) -> Page:
@@ -83,6 +93,16 @@ _KINDS: dict[str, tuple[str, Callable[[Path], Page]]] = {
 }
 """The file by which each kind of results is known."""
 
+_OTHERS = {
+    "trials.sqlite": "an identification: its report is made by trainmj identify TARGETS --out {folder} --resume "
+    "--report, which simulates nothing again",
+    "paper.html": "a reproduction of the paper: its report is paper.html, made by trainmj paper --out {folder}",
+}
+"""Files by which results are known whose own command makes their report."""
+
+_DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
+"""What numbers and words that are not as trainmj wrote them lead to."""
+
 
 def _source(results: Path) -> Path:
     """The file that holds the results, or tells what they are."""
@@ -93,6 +113,9 @@ def _source(results: Path) -> Path:
     if not results.exists():
         raise InputError(f"{results}: there is no such folder")
     there = [results / name for name in _KINDS if (results / name).is_file()]
+    for name, what in _OTHERS.items():
+        if not there and (results / name).is_file():
+            raise InputError(f"{results}: holds {what.format(folder=quote(str(results)))}")
     if not there:
         known = ", ".join(f"{name} ({kind})" for name, (kind, _) in _KINDS.items())
         raise InputError(f"{results}: holds no run, sweep or study: there is none of {known}")

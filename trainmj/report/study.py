@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.errors import InputError
 from trainmj.plotting.style import BLUE, GREEN, ORANGE, SKY, YELLOW
 from trainmj.report.blocks import Card, Column, Section, judged, passed, warned
 from trainmj.report.page import Page
@@ -29,21 +28,9 @@ def page_of_folder(folder: Path) -> Page:
     """The report of the folder of a study.
 
     Raises:
-        InputError: if the study is not finished, or a file of it is missing or damaged.
+        InputError: if the study is not finished, or a file of it cannot be read.
     """
     study = read_study(folder)
-    try:
-        return _page(study)
-    except InputError:
-        raise
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        raise InputError(
-            f"{folder}: the files of the study are not those of a finished one ({reason}): run trainmj study again"
-        ) from None
-
-
-def _page(study: Finished) -> Page:
     facts = study.facts
     factors = ", ".join(label(f, unit) for f, unit in study.factors.items())
     page = Page(
