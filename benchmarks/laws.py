@@ -329,10 +329,11 @@ def _against_the_engine() -> None:
     """The script's integrator against trainmj's engine, for the law they share, on the shipped curves."""
     fit = Fit(LAWS["capped"])
     scenario = trainmj.load("b_type", {"empty_stroke_mm": 35})
-    device = scenario.devices["coupler_c_d"]
     tube = fit.cases.strokes[0, 1, fit.cases.tube_at] * 1e3
     own = Cases(np.array([35.0]), np.array([33.0]))
-    constants = {"K": device.stiffness_kN_per_mm, "c": device.damping_kN_s_per_m}
+    named = {"front": "front", "ab": "coupler_a_b", "cd": "coupler_c_d"}
+    constants = {f"K_{k}": scenario.devices[name].stiffness_kN_per_mm for k, name in named.items()}
+    constants |= {f"c_{k}": scenario.devices[name].damping_kN_s_per_m for k, name in named.items()}
     peaks, _, TS = own.criteria(own.run(fit.law, own.buffer_kN, tube, constants))
     summary = trainmj.summarise(trainmj.run(scenario))
     theirs = np.array([v.peak_device_acceleration_g for v in summary.vehicles[:6]])
