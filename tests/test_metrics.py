@@ -106,6 +106,133 @@ def test_peaks_come_from_every_step_not_from_the_records():
     assert [i.peak_force_kN for i in dense.interfaces] == [i.peak_force_kN for i in sparse.interfaces]
 
 
+# numbers from a tally
+
+
+@pytest.fixture(scope="module")
+def against_a_wall() -> Result:
+    """Two vehicles of 33 t at 2 m/s against a wall, for the tallies that tests put in."""
+    v = values([(0, 0), (10, 500), (800, 500)], 100, mass_t=[33, 33], speed_m_s=2.0, step_ms=0.1, time_limit_s=0.01)
+    v["devices"]["front"] = v["devices"]["d"] | {"stroke_limit_mm": 300.0}
+    v["trains"]["t"]["front"] = "front"
+    return run(Scenario.from_values(v))
+
+
+def tallied(result: Result, **fields: object) -> Summary:
+    """The numbers of a tally that closes its balance, some of its fields put in."""
+    tally = Tally(
+        time=0.5,
+        over=True,
+        impulse=-2 * 33e3 * 2.0,
+        speed=np.zeros(2),
+        friction_work=np.array([1e3, 2e3]),
+        device_peak=np.array([9.80665, 2 * 9.80665]),
+        total_peak=np.array([3 * 9.80665, 4 * 9.80665]),
+        stroke=np.array([0.045, 0.195]),
+        plastic=np.array([0.045, 0.195]),
+        work=np.zeros(2),
+        dissipated=np.array([29e3, 100e3]),
+        stroke_max=np.array([0.05, 0.2]),
+        stroke_max_time=np.array([0.2, 0.1]),
+        force_max=np.array([300e3, 500e3]),
+        first_force_time=np.array([0.01, 0.0]),
+        last_force_time=np.array([0.3, 0.4]),
+    )
+    return measure(result.chain, replace(tally, **fields), result.time, result.velocity)
+
+
+def test_numbers_are_the_tally_in_engineering_units(against_a_wall):
+    s = tallied(against_a_wall)
+    assert (s.status, s.duration_s) == ("over", 0.5)
+    front, joint = s.interfaces
+    assert (front.name, joint.name) == ("M1-wall", "M1-M2")
+    assert (front.stroke_mm, front.peak_force_kN, front.energy_kJ, front.peak_time_s) == (200.0, 500.0, 100.0, 0.1)
+    assert (joint.stroke_mm, joint.peak_force_kN, joint.energy_kJ, joint.peak_time_s) == (50.0, 300.0, 29.0, 0.2)
+    assert (front.permanent_mm, joint.permanent_mm) == (pytest.approx(195.0), pytest.approx(45.0))
+    assert pytest.approx(250.0) == s.TS_mm
+    assert pytest.approx(1.5) == s.TAMA_g
+    first, second = s.vehicles
+    assert (first.name, first.mass_t, second.name) == ("M1", 33.0, "M2")
+    assert (first.peak_device_acceleration_g, first.peak_acceleration_g) == (2.0, 4.0)
+    assert (first.balance_time_s, second.balance_time_s) == (0.1, 0.2)
+    b = s.balance
+    assert (b.kinetic_start_kJ, b.kinetic_end_kJ, b.absorbed_kJ, b.friction_kJ) == (132.0, 0.0, 129.0, 3.0)
+    assert (b.elastic_kJ, b.energy_error, b.momentum_error) == (0.0, 0.0, 0.0)
+
+
+def test_what_is_left_at_the_end_is_in_the_balance(against_a_wall):
+    """5 mm of a spring of 100 kN/mm hold 1.25 kJ; 33 t at -2 m/s carry 66 kJ; the rest is missing."""
+    b = tallied(against_a_wall, stroke=np.array([0.04, 0.2]), speed=np.array([-2.0, 0.0])).balance
+    assert b.elastic_kJ == pytest.approx(1.25), "a device that has come apart holds nothing"
+    assert b.kinetic_end_kJ == 66.0
+    assert b.energy_error == pytest.approx((132 - 66 - 1.25 - 129 - 3) / 132)
+    assert b.momentum_error == pytest.approx(-33e3 * 2 / (2 * 33e3 * 2))
+
+
+def test_energy_is_judged_by_what_a_collision_of_two_trains_can_convert():
+    """11 t at 5 m/s into 33 t at 1 m/s meet at 2 m/s: 0.5 (11 * 3 * 3 + 33 * 1 * 1) = 66 kJ."""
+    e = envelope([(0, 0), (100, 500), (800, 500)], 100)
+    case = chain([11e3, 33e3], [e], [5.0, 1.0])
+    assert abs(collide(case).balance.energy_error) < 1e-4
+    model = run(scenario([(0, 0), (10, 500), (800, 500)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
+    tally = replace(model.tally, speed=np.array([2.0, 2.0]), dissipated=np.array([65e3]), friction_work=np.zeros(2))
+    tally = replace(tally, stroke=np.array([0.2]), plastic=np.array([0.2]))
+    assert measure(case, tally, model.time, model.velocity).balance.energy_error == pytest.approx(1 / 66)
+
+
+@pytest.mark.parametrize("missing", [-0.9, 0.9, -1.1, 1.1])
+def test_a_balance_that_is_off_by_a_thousandth_makes_a_run_unstable(against_a_wall, missing):
+    s = tallied(against_a_wall, dissipated=np.array([29e3, 100e3 - missing * 132.0]))
+    assert s.balance.energy_error == pytest.approx(missing * 1e-3)
+    if abs(missing) < 1:
+        assert s.status == "over"
+    else:
+        assert s.status == "unstable: the energy balance is off by 0.11%; take a smaller step"
+
+
+@pytest.mark.parametrize(
+    ("fields", "status"),
+    [
+        ({"over": False}, "time limit"),
+        ({"stroke_max": np.array([0.05, np.nan])}, "unstable: a value is not finite; take a smaller step"),
+        ({"first_force_time": np.array([-1.0, 0.1])}, "over"),  # the coupler behind was not pressed
+        ({"first_force_time": np.array([-1.0, 0.0])}, "over"),  # pressed from the start
+        (
+            {"first_force_time": np.array([-1.0, -1.0])},
+            "no contact: the two sides came to rest, or stopped coming closer, before a device was pressed",
+        ),
+        (
+            {"first_force_time": np.array([-1.0, -1.0]), "over": False},
+            "no contact: no device was pressed before the time limit",
+        ),
+        ({"stroke_max": np.array([0.05, 0.300])}, "over"),  # the limit itself may be reached
+        ({"stroke_max": np.array([0.8, 0.2])}, "over"),  # and the end of a curve
+        ({"stroke_max": np.array([0.05, 0.3012])}, "stroke exhausted at M1-wall (301.2 of 300 mm)"),
+        (
+            {"stroke_max": np.array([0.8012, 0.3012])},
+            "stroke exhausted at M1-wall (301.2 of 300 mm), M1-M2 (801.2 mm, past the end of its curve)",
+        ),
+    ],
+)
+def test_status_in_words(against_a_wall, fields, status):
+    assert tallied(against_a_wall, **fields).status == status
+
+
+def test_plain_values_have_none_where_json_has_no_number(against_a_wall):
+    plain = tallied(
+        against_a_wall, stroke_max_time=np.array([np.inf, 0.1]), device_peak=np.array([np.nan, 1.0])
+    ).as_dict()
+    assert [v["balance_time_s"] for v in plain["vehicles"]] == [0.1, None]
+    assert plain["vehicles"][1]["peak_device_acceleration_g"] is None
+    assert plain["criteria"]["TAMA_g"] is None
+    assert plain["criteria"]["TS_mm"] == pytest.approx(250.0)
+    assert set(plain) == {"status", "criteria", "duration_s", "interfaces", "vehicles", "balance"}
+    front = plain["interfaces"][0]
+    assert (front["crush_mm"], front["exhausted"]) == (200.0, False)
+    assert front["stages"] == [{"name": "device", "stroke_mm": 200.0, "limit_mm": 300.0}]
+    assert plain["interfaces"][1]["stages"][0]["limit_mm"] is None
+
+
 # a front of two different devices
 
 SOFT = envelope([(0, 0), (100, 500), (400, 700), (401, 2500), (500, 2600)], 60)
@@ -190,6 +317,14 @@ def test_two_that_never_meet_are_over_at_once_or_run_out_of_time():
     assert far.TS_mm == 0.0
     assert {v.peak_device_acceleration_g for v in far.vehicles} == {0.0}
     assert [v.mean_deceleration_g for v in far.vehicles] == [0.0] * 12
+
+
+def test_an_unequal_front_that_is_never_pressed_absorbs_nothing():
+    front = joined(SOFT, HARD)
+    case = replace(chain([33e3, 50e3], [front.envelope], [0.0, 1.0], gap=0.1), interfaces=(front,))
+    summary = collide(case)
+    assert [i.energy_kJ for i in summary.interfaces] == [0.0, 0.0]
+    assert summary.status.startswith("no contact")
 
 
 def unstable(factor: float) -> Chain:
