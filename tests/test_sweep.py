@@ -11,8 +11,10 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 
 import trainmj
+from trainmj.cli import main
 from trainmj.sweep.plan import grid_values
 from trainmj.sweep.store import Store
 
@@ -20,10 +22,16 @@ FAST = ["--set", "simulation.step_ms=0.5"]
 COMMAND = [sys.executable, "-m", "trainmj", "sweep"]
 
 
-def trainmj_sweep(*arguments, **options):
+def process(*arguments, **options):
     """The command as a user types it."""
     words = [*COMMAND, *map(str, arguments)]
     return subprocess.run(words, capture_output=True, text=True, timeout=120, check=False, **options)
+
+
+def trainmj_sweep(*arguments):
+    """The same within this process, which has imported all it needs."""
+    done = CliRunner().invoke(main, ["sweep", *map(str, arguments)])
+    return subprocess.CompletedProcess(arguments, done.exit_code, done.stdout, done.stderr)
 
 
 def said_no(done, *words):
@@ -128,7 +136,7 @@ def test_wrong_values_of_a_grid_are_refused(text):
 def undisturbed(tmp_path_factory):
     """A sweep of 120 cases that nothing stopped; one in four is refused."""
     folder = tmp_path_factory.mktemp("undisturbed") / "sweep"
-    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", folder)
+    done = process("b_type", *CASES, *FAST, "--out", folder)
     assert done.returncode == 0, done.stderr
     return folder, done
 
@@ -169,7 +177,7 @@ def test_a_row_of_a_sweep_is_the_single_run(undisturbed):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_the_table_does_not_depend_on_threads(undisturbed, tmp_path, threads):
-    trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--threads", threads)
+    assert trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--threads", threads).returncode == 0
     assert csv_of(tmp_path) == csv_of(undisturbed[0])
 
 
@@ -294,7 +302,7 @@ def test_another_version_does_not_go_on_with_a_sweep(undisturbed, tmp_path, monk
 
 def test_two_sweeps_do_not_write_to_one_file(tmp_path):
     with Store(tmp_path / "results.sqlite"):
-        assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "another sweep")
+        assert said_no(process("b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "another sweep")
 
 
 def test_a_damaged_file_is_said_to_be_one(tmp_path):
@@ -313,7 +321,7 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
     def small():
         resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))
 
-    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, preexec_fn=small)
+    done = process("b_type", *CASES, *FAST, "--out", tmp_path, preexec_fn=small)
     assert said_no(done, "results.sqlite", "finished cases are kept")
     done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume")
     assert done.returncode == 0, done.stderr
