@@ -486,6 +486,9 @@ def test_a_mujoco_that_keeps_its_fields_elsewhere_is_refused(place: Path) -> Non
 
     ended = trainmj_(place, "run", "b_type_wall", *FAST, prepare=prepare)
     said_no(ended, r"MuJoCo 9\.9\.9 keeps qvel where it was not found: this version is not supported")
+    ended = done(place, COMMANDS["verify"], prepare=prepare)
+    assert ended.returncode == 1, ended.stderr
+    assert "not supported" in " ".join((place / "page.html").read_text(encoding="utf-8").split())
 
 
 def test_another_mujoco_that_has_its_fields_runs_and_the_result_says_which(place: Path) -> None:

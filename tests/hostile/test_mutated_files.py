@@ -28,7 +28,7 @@ from trainmj.text import HIDDEN
 SHARES = {"study": 25, "study of given points": 15, "study folder": 10, "sweep folder": 15, "result": 10}
 OTHERS = 45  # of each other kind: 210 in all
 LONGEST = 10.0  # of this process's own time [s]; the machine may be busy with others
-LONGEST_WAIT = 60.0  # of any time [s]: something waits for what never comes
+LONGEST_WAIT = 600.0  # of any time [s]: something waits for what never comes
 MEMORY = 1_500_000_000  # more than at the start [bytes]
 CHEAP = 1e5  # cost of what is computed here
 LONGEST_MESSAGE = 12_000  # characters
@@ -44,8 +44,8 @@ class TooLong(BaseException):
 def bounded() -> Iterator[None]:
     """Time and memory of what runs inside are limited."""
 
-    def stop(*_: object) -> None:
-        raise TooLong
+    def stop(which: int, _: object) -> None:
+        raise TooLong(signal.Signals(which).name)
 
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     before, hard = resource.getrlimit(resource.RLIMIT_AS)

@@ -205,3 +205,19 @@ def test_too_few_given_points_are_refused(tmp_path: Path) -> None:
     for name, content in (good(kind) | {"points.csv": b"D,M,device\n20,30,link\n"}).items():
         (tmp_path / name).write_bytes(content)
     assert [code for code, _ in kind.use(tmp_path / kind.main, tmp_path)] == [2]
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        ("trials.sqlite", "trainmj identify TARGETS --out '.*my results' --resume --report"),
+        ("paper.html", "trainmj paper --out '.*my results'"),
+    ],
+)
+def test_report_names_the_command_that_makes_the_page_of_other_results(file: str, said: str, tmp_path: Path) -> None:
+    folder = tmp_path / "my results"
+    folder.mkdir()
+    (folder / file).write_bytes(b"")
+    code, output = command("report", folder)
+    assert code == 2
+    assert re.search(said, output), output
