@@ -20,7 +20,7 @@ import pytest
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 from kinds import KINDS, RESULTS, Kind
-from mutations import Mutant, mutants
+from mutations import Mutant, good, mutants
 
 from trainmj.errors import InputError
 from trainmj.text import HIDDEN
@@ -101,7 +101,11 @@ def said(message: str, folder: Path, mutant: Mutant) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS + RESULTS, ids=lambda kind: kind.name)
-def test_a_mutated_file_ends_in_a_clear_message_or_runs(kind: Kind) -> None:
+def test_a_good_file_runs_and_a_mutated_one_ends_in_a_clear_message_or_runs(kind: Kind, tmp_path: Path) -> None:
+    Mutant(dict(good(kind)), "good").write(tmp_path)
+    ends = kind.use(tmp_path / kind.main, tmp_path)  # and everything is imported
+    assert {code for code, _ in ends} == {0}, ends
+
     @settings(
         max_examples=int(os.environ.get("TRAINMJ_MUTATIONS", SHARES.get(kind.name, OTHERS))),
         deadline=None,
