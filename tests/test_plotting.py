@@ -33,12 +33,13 @@ def files(pictures):
     return {(width, form): encode(picture, form) for width, picture in pictures.items() for form in FORMATS}
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_the_same_result_gives_the_same_bytes_without_a_date(result, files, form):
-    first = files["column", form]
-    assert first == encode(collision(result, "column"), form)
-    for word in (b"CreationDate", b"ModDate", b"<dc:date>", b"tIME", b"Creation Time"):
-        assert word not in first
+def test_the_same_result_gives_the_same_bytes_without_a_date(result, files):
+    again = collision(result, "column")
+    for form in FORMATS:
+        first = files["column", form]
+        assert first == encode(again, form), form
+        for word in (b"CreationDate", b"ModDate", b"<dc:date>", b"tIME", b"Creation Time"):
+            assert word not in first
 
 
 @pytest.mark.parametrize("width", ["column", "page"])
