@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from trainmj import native, offsets
 from trainmj.chain import Chain
+from trainmj.device import Envelope
 from trainmj.errors import EngineError
 from trainmj.layout import MAGIC, Car, Head, Joint, Layout
 from trainmj.model import build, check_integrator
@@ -82,6 +83,19 @@ def test_compiled_law_equals_the_readable_one_exactly(system, history):
         assert layout.joint(data.userdata, Joint.PLASTIC).tolist() == plastic, "plastic states differ"
         behind = np.array([0.0, *forces[:-1]])
         assert data.qfrc_passive.tolist() == (behind - forces).tolist(), "vehicles feel other forces than interfaces"
+
+
+def test_at_its_edges_too():
+    """Touching without pressing there is no dashpot force; on the envelope itself there is no dashpot relief."""
+    e = Envelope(np.array([0.0, 1.0, 2.0]), np.array([2.0, 2.0, 2.0]), 4.0, 3.0)
+    case = chain([1000.0], [e], [0.0], n_moving=1)
+    model, layout = build(case), Layout.of(case)
+    for u, rate in ((0.0, 1.0), (0.5, -0.25), (0.25, 0.125), (0.125, -9.0)):
+        data = start(model, case, layout)
+        data.qpos[:], data.qvel[:] = u, rate
+        with native.installed():
+            mujoco.mj_forward(model, data)
+        assert (-data.qfrc_passive[0], layout.joint(data.userdata, Joint.PLASTIC)[0]) == e.respond(u, rate, 0.0)
 
 
 def test_histories_of_that_test_reach_every_branch_of_the_law():
@@ -388,7 +402,7 @@ def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(python, s
     """As in a container with a read-only home and package."""
     done = python("-c", UNWRITABLE)
     assert done.returncode == 0, done.stderr
-    assert "WARNING trainmj.native" in done.stderr
+    assert "WARNING trainmj.native the compiled law is not kept between processes (" in done.stderr
     assert "NUMBA_CACHE_DIR" in done.stderr
     assert float(done.stdout) == standard_summary.TS_mm
 

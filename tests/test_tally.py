@@ -171,6 +171,7 @@ def test_those_histories_reach_what_is_counted():
         ((2.0, 2.0), -0.02, False),  # pressed together, and none comes closer
         ((1e-5, 0.0), -0.02, False),  # pressed together, and hardly moving
         ((1e-7, -1e-7), -0.02, True),  # ... and standing: friction holds what the devices press
+        ((1e-6, 0.0), -0.02, True),  # at that speed itself
         ((0.0, -1e-5), -0.02, False),
     ],
 )
@@ -206,6 +207,13 @@ def test_records_are_the_latest_speeds_at_every_stride(n):
         expected[k % 3] = row
     assert layout.ring(h.block).tolist() == expected.tolist()
     assert h.block[Head.DONE] == 0.0
+
+
+def test_every_step_may_be_a_record():
+    case = replace(TWO_TRAINS, steps_per_record=1)
+    layout, h = rested(case, 5, n_ring=9)
+    assert h.block[Head.RECORDS] == 5.0
+    assert layout.ring(h.block)[:5].tolist() == h.speed.tolist()
 
 
 def test_after_the_last_record_the_law_rests():
