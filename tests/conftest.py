@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,6 +15,9 @@ from trainmj.metrics import Summary, summarise
 from trainmj.result import Result
 from trainmj.scenario import Scenario, load
 from trainmj.simulation import run
+
+# A shell that starts the tests in the background lets them ignore Ctrl-C, which what they start would inherit.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
 
