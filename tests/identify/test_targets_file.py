@@ -1,14 +1,10 @@
 """Targets files: what they mean, and that each mistake is said with place, value, rule and cure."""
 
-import copy
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from twins import SCENARIO, plan, rows, scenario, values
+from twins import plan, rows, scenario, values
 
 from trainmj.errors import InputError
 from trainmj.identify import identification_of, load_targets
@@ -16,7 +12,7 @@ from trainmj.identify.data import observations
 from trainmj.identify.run import identify
 from trainmj.identify.spec import DataPart
 from trainmj.identify.sums import parse_sum, value_of
-from trainmj.scenario import Scenario, save
+from trainmj.scenario import save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}
 TABLE = "D,M,force,stroke\n20,30,1,10\n20,33,2,\n35,30,3,30\n"
@@ -239,21 +235,3 @@ def test_the_shipped_file_is_right():
     assert sum(o.target.startswith("a_M") for o in mine.fitted.observations) == 102
     held_out = {o.data for o in mine.held_out.observations}
     assert {"table_9", "table_13"} <= held_out
-
-
-def test_the_file_and_the_python_of_the_docs_work(tmp_path):
-    text = (Path(__file__).parents[2] / "docs" / "identification.md").read_text(encoding="utf-8")
-    (shown, constraint) = re.findall(r"```yaml\n(.*?)```", text, flags=re.DOTALL)
-    train = copy.deepcopy(SCENARIO)
-    train["devices"]["coupler"]["curve"] = ["buffer", {"stroke_mm": [60.5, 900], "force_kN": [700, 720]}]
-    save(Scenario.from_values(train), tmp_path / "train.yaml")
-    (tmp_path / "tests.csv").write_text("mass,speed,a_max,stroke_1,total\n30,20,2.9,260,400\n34,20,2.6,280,\n")
-    (tmp_path / "mine.targets.yaml").write_text(shown)
-    mine = load_targets(tmp_path / "mine.targets.yaml")
-    assert [o.wanted for o in mine.fitted.observations] == [2.9, 260, 140, 2.6, 280]
-    assert len(mine.held_out) == 1
-    assert "by: f_62mm" in constraint
-    (code,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "in 17 cases" in done.stdout
