@@ -40,6 +40,7 @@ def test_moving_windows_on_a_known_pulse(interval):
     assert first.mean_30ms_g * 9.80665 == pytest.approx(50.0, rel=1e-6)
     assert first.mean_100ms_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.04) / 0.1, rel=1e-2)
     assert first.mean_deceleration_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.08) / 0.14, rel=1e-2)
+    assert first.cfc60_peak_g * 9.80665 == pytest.approx(50.0, rel=0.1), "the filter overshoots a little"
 
 
 def test_a_window_that_reaches_past_the_end_holds_the_last_speed():
@@ -162,7 +163,9 @@ def test_numbers_are_the_tally_in_engineering_units(against_a_wall):
 
 def test_what_is_left_at_the_end_is_in_the_balance(against_a_wall):
     """5 mm of a spring of 100 kN/mm hold 1.25 kJ; 33 t at -2 m/s carry 66 kJ; the rest is missing."""
-    b = tallied(against_a_wall, stroke=np.array([0.04, 0.2]), speed=np.array([-2.0, 0.0])).balance
+    s = tallied(against_a_wall, stroke=np.array([0.04, 0.2]), speed=np.array([-2.0, 0.0]))
+    b = s.balance
+    assert [v.final_speed_km_h for v in s.vehicles] == pytest.approx([0.0, -7.2])
     assert b.elastic_kJ == pytest.approx(1.25), "a device that has come apart holds nothing"
     assert b.kinetic_end_kJ == 66.0
     assert b.energy_error == pytest.approx((132 - 66 - 1.25 - 129 - 3) / 132)
@@ -178,6 +181,8 @@ def test_energy_is_judged_by_what_a_collision_of_two_trains_can_convert():
     tally = replace(model.tally, speed=np.array([2.0, 2.0]), dissipated=np.array([65e3]), friction_work=np.zeros(2))
     tally = replace(tally, stroke=np.array([0.2]), plastic=np.array([0.2]))
     assert measure(case, tally, model.time, model.velocity).balance.energy_error == pytest.approx(1 / 66)
+    opposed = measure(chain([11e3, 33e3], [e], [5.0, -1.0]), replace(tally, impulse=0.0), model.time, model.velocity)
+    assert opposed.balance.momentum_error == pytest.approx((88 - 22) / 88), "22 t m/s there were, of 88 either way"
 
 
 @pytest.mark.parametrize("missing", [-0.9, 0.9, -1.1, 1.1])

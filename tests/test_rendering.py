@@ -279,7 +279,7 @@ def test_a_full_disk_leaves_the_old_file(saved, tmp_path, ending):
     code = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (2048, 2048))"
     done = _process(
         code, "render", str(saved), "--out", str(file), "--size", "192x108", "--slow", "1", "--fast",
-        NUMBA_CACHE_DIR=os.environ.get("NUMBA_CACHE_DIR", ""),
+        NUMBA_CACHE_DIR=os.environ.get("NUMBA_CACHE_DIR", ""), COVERAGE_PROCESS_CONFIG="",
     )  # fmt: skip
     assert done.returncode == 2
     assert "cannot be written (File too large)" in done.stderr
