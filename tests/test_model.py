@@ -12,9 +12,9 @@ import pytest
 from trainmj import native
 from trainmj.chain import Chain, line_up
 from trainmj.errors import OutputError
+from trainmj.files.resources import shipped_folder
 from trainmj.layout import Car, Joint, Layout
 from trainmj.model import MOTION, SENSED, build, export, plateau, spec, write
-from trainmj.resources import shipped_folder
 from trainmj.scenario import Scenario, load, shipped
 from trainmj.simulation import start
 

@@ -12,7 +12,7 @@ import mujoco
 import pytest
 
 import trainmj
-from trainmj.resources import shipped_folder
+from trainmj.files.resources import shipped_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -381,7 +381,7 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
     result = run(study_file(tmp_path, values), tmp_path / "out")
     assert result.tables["01_design"]["M_t"].tolist() == [30, 31, 33, 35, 36]
     assert len(result.tables["05_front_surrogate"]) == 1
-    from trainmj.workflow.report import print_study
+    from trainmj.workflow.screen import print_study
 
     print_study(result)
 

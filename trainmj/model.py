@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 
 from trainmj import shapes
-from trainmj.atomic import write_bytes
 from trainmj.chain import WALL, Chain, Interface, Vehicle
 from trainmj.device import Array
 from trainmj.errors import EngineError
+from trainmj.files.atomic import write_bytes
+from trainmj.files.resources import shipped_folder
 from trainmj.layout import Layout
-from trainmj.resources import shipped_folder
 from trainmj.units import KN, KN_PER_MM
 
 SENSED = ("force", "energy", "stroke", "stroke rate")

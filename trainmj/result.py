@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.atomic import write_bytes
 from trainmj.chain import Chain, line_up
 from trainmj.device import Array
 from trainmj.errors import InputError
+from trainmj.files.atomic import write_bytes
+from trainmj.files.text import printable
 from trainmj.layout import Car, Head, Joint, Layout
 from trainmj.scenario import Scenario, from_yaml, to_yaml
-from trainmj.text import printable
 from trainmj.units import KJ, KM_H, KN, MM, G
 
 if TYPE_CHECKING:

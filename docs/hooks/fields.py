@@ -9,7 +9,7 @@ from trainmj.identify.spec import TargetsFile
 from trainmj.scenario import schema as scenario_schema
 from trainmj.scenario.parts import Parts
 from trainmj.sweep.plan import SweepFile
-from trainmj.unit_names import unit_of
+from trainmj.units import unit_of
 from trainmj.workflow.spec import StudyFile
 
 Schema = dict[str, Any]

@@ -44,7 +44,7 @@ import trainmj.report.run
 import trainmj.simulation
 import trainmj.verify.suite
 from trainmj.cli import main
-from trainmj.folder import held
+from trainmj.files.folder import held
 from trainmj.output import write_run
 from trainmj.report import write_report
 

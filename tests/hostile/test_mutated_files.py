@@ -23,7 +23,7 @@ from kinds import KINDS, RESULTS, Kind
 from mutations import Mutant, good, mutants
 
 from trainmj.errors import InputError
-from trainmj.text import HIDDEN
+from trainmj.files.text import HIDDEN
 
 SHARES = {"study": 25, "study of given points": 15, "study folder": 10, "sweep folder": 15, "result": 10}
 OTHERS = 45  # of each other kind: 210 in all

@@ -16,7 +16,7 @@ from mutations import document, good
 
 import trainmj
 from trainmj.errors import InputError
-from trainmj.text import HIDDEN
+from trainmj.files.text import HIDDEN
 
 PACKAGE = Path(trainmj.__file__).parent
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__", "read_pickle", "to_pickle", "unsafe_load", "full_load"}

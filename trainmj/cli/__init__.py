@@ -18,7 +18,7 @@ from trainmj.cli.report import report
 from trainmj.cli.study import study
 from trainmj.cli.verify import verify
 from trainmj.errors import TrainmjError
-from trainmj.text import printable
+from trainmj.files.text import printable
 
 
 class _Group(click.Group):

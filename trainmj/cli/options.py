@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from trainmj.errors import InputError
-from trainmj.folder import held
+from trainmj.files.folder import held
 
 if TYPE_CHECKING:
     from trainmj.scenario import Scenario

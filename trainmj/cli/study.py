@@ -42,21 +42,21 @@ def study(
     from trainmj.workflow import load_study, run_study
 
     loaded = load_study(study)
-    from trainmj.workflow import report
+    from trainmj.workflow import screen
 
-    screen = report.Screen()
+    line = screen.Screen()
     try:
-        result = run_study(loaded, out, threads, screen, figures, figure_width)
+        result = run_study(loaded, out, threads, line, figures, figure_width)
     except KeyboardInterrupt:
-        screen.stop()
+        line.stop()
         click.echo(f"Stopped. What was finished is in {out}; the same command goes on.", err=True)
         sys.exit(130)
     finally:
-        screen.stop()
+        line.stop()
     if as_json:
         click.echo(json.dumps(result.summary, indent=2))
     else:
-        report.print_study(result)
+        screen.print_study(result)
     if with_report:
         write(out, silent=as_json)
     if not result.summary["check"]["kept"]:

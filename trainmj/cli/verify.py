@@ -23,7 +23,7 @@ def verify(as_json: bool, page: Path | None) -> None:
     """
     from rich.console import Console
 
-    from trainmj.atomic import replacing
+    from trainmj.files.atomic import replacing
     from trainmj.verify import suite
 
     with replacing(page) if page is not None else nullcontext() as part:

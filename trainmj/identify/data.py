@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.resources import shipped_folder
+from trainmj.files.tables import read_given
+from trainmj.files.text import FORMULA, beside
 from trainmj.identify.spec import LARGEST, DataPart
 from trainmj.identify.sums import Sum, parse_sum, value_of
-from trainmj.resources import shipped_folder
-from trainmj.tables import read_given
-from trainmj.text import FORMULA, beside
 
 Row = dict[str, Any]
 

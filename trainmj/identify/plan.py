@@ -12,16 +12,16 @@ import numpy as np
 
 from trainmj.device import Array
 from trainmj.errors import InputError
+from trainmj.files.resources import shipped_folder
 from trainmj.identify.data import Observation, cases_of, observations
 from trainmj.identify.rules import broken_rules, settings_of, start_of, unit_of_path
 from trainmj.identify.spec import Amount, TargetPart, TargetsFile
 from trainmj.identify.sums import Sum, parse_sum
 from trainmj.identify.unknowns import Area, Unknown, Unknowns
-from trainmj.resources import shipped_folder
 from trainmj.scenario import Scenario, load
 from trainmj.scenario.files import find_beside, find_file, read_yaml
 from trainmj.scenario.problems import Origins, Problem, refuse, validated
-from trainmj.unit_names import unit_of
+from trainmj.units import unit_of
 
 _ENDING = ".targets.yaml"
 

@@ -12,7 +12,7 @@ from trainmj.identify.sums import parse_sum
 from trainmj.identify.unknowns import Setting, curve_points
 from trainmj.scenario import Scenario
 from trainmj.scenario.problems import Path, Problem
-from trainmj.unit_names import unit_of
+from trainmj.units import unit_of
 
 
 def broken_rules(

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.atomic import write_bytes
 from trainmj.batch import run_chains
 from trainmj.chain import Chain, check_step, line_up
 from trainmj.errors import InputError, close_match
 from trainmj.experiment import responses_of
-from trainmj.folder import held
+from trainmj.files.atomic import write_bytes
+from trainmj.files.folder import held
 from trainmj.identify import tables
 from trainmj.identify.found import found_yaml
 from trainmj.identify.misfit import Misfit

@@ -9,7 +9,7 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Any
 
-from trainmj.atomic import write_bytes
+from trainmj.files.atomic import write_bytes
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction

@@ -52,7 +52,7 @@ def number(name: str, row: str, head: str) -> float:
 
 @cache
 def _read(name: str) -> pd.DataFrame:
-    from trainmj.tables import read_back
+    from trainmj.files.tables import read_back
 
     with as_file(files("trainmj.paper") / "published" / f"{name}.csv") as path:
         return read_back(path)

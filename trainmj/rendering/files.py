@@ -12,8 +12,8 @@ from typing import IO, Any
 
 from PIL.Image import Image
 
-from trainmj.atomic import replacing
 from trainmj.errors import InputError
+from trainmj.files.atomic import replacing
 
 FILMS, STILLS = (".webp", ".mp4"), (".png",)
 """Endings of what can be written."""

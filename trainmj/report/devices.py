@@ -12,8 +12,7 @@ from trainmj.report.histories import MOST_LINES
 from trainmj.report.plot import COLOURS, Trace, axes, line
 from trainmj.result import Result
 from trainmj.scenario.parts import Curve, DeviceSpec
-from trainmj.unit_names import head, unit_of
-from trainmj.units import KJ, KN, MM
+from trainmj.units import KJ, KN, MM, head, unit_of
 
 _MOST_POINTS = 1500  # of a path
 

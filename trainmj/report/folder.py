@@ -8,7 +8,7 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from trainmj.errors import InputError
-from trainmj.text import printable
+from trainmj.files.text import printable
 
 if TYPE_CHECKING:
     from trainmj.metrics import Summary

@@ -44,8 +44,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from trainmj.atomic import replacing
 from trainmj.errors import EngineError
+from trainmj.files.atomic import replacing
 from trainmj.report.blocks import Plot, Raw, Section, Verdict
 
 _TEMPLATES = Path(__file__).resolve().parent / "templates"

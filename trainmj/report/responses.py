@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from trainmj.device import Array
 from trainmj.report.blocks import Column, Section
 from trainmj.report.plot import COLOURS, GREY, VIRIDIS, Trace, axes, dots, line, plain, shade
-from trainmj.unit_names import head, label, unit_of
+from trainmj.units import head, label, unit_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,7 +16,7 @@ from trainmj.report.plot import GREY, Trace, axes, dots, numbers, plain
 from trainmj.report.study_folder import Finished, number, read_study
 from trainmj.report.study_front import add_decision, add_fronts
 from trainmj.scenario.files import as_yaml
-from trainmj.unit_names import label
+from trainmj.units import label
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.errors import InputError
-from trainmj.tables import read_back
-from trainmj.unit_names import head
+from trainmj.files.tables import read_back
+from trainmj.units import head
 
 if TYPE_CHECKING:
     import pandas as pd

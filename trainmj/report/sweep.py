@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trainmj.errors import InputError
+from trainmj.files.text import printable
 from trainmj.report.blocks import Card, Column, Section, failed, judged, passed, warned
 from trainmj.report.page import Page
 from trainmj.report.responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of, short
 from trainmj.sweep.store import FILE, read_table
-from trainmj.text import printable
-from trainmj.unit_names import unit_of
+from trainmj.units import unit_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
-from trainmj.atomic import write_bytes
 from trainmj.errors import InputError, close_match
-from trainmj.resources import shipped_folder
+from trainmj.files.atomic import write_bytes
+from trainmj.files.resources import shipped_folder
+from trainmj.files.tables import rows_of
+from trainmj.files.text import beside, read_text
 from trainmj.scenario.parts import MAX_POINTS, Parts
 from trainmj.scenario.problems import Path
 from trainmj.scenario.reading import MOST_BYTES, parse
 from trainmj.scenario.scenario import Scenario
-from trainmj.tables import rows_of
-from trainmj.text import beside, read_text
 
 BUILDS_ON = "builds_on"
 _LONGEST_CHAIN = 10

@@ -10,8 +10,8 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError
+from trainmj.files.text import HIDDEN, printable
 from trainmj.scenario.problems import Path, dotted
-from trainmj.text import HIDDEN, printable
 
 if TYPE_CHECKING:
     from ruamel.yaml.nodes import Node

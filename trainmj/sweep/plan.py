@@ -19,11 +19,11 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, Validatio
 
 from trainmj.errors import InputError
 from trainmj.experiment import WHOLE, check_columns
+from trainmj.files.tables import read_given
+from trainmj.files.text import FORMULA, HIDDEN, beside
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.scenario.files import find_beside, read_value, read_yaml
 from trainmj.scenario.problems import Problem, from_pydantic, refuse, validated
-from trainmj.tables import read_given
-from trainmj.text import FORMULA, HIDDEN, beside
 
 MAX_CASES = 10_000_000
 MAX_VALUES = 1_000_000

@@ -11,7 +11,7 @@ from typing import Any
 
 from trainmj.errors import InputError
 from trainmj.experiment import REFUSED, Case, Row, case_rows, chosen, ordered
-from trainmj.folder import held
+from trainmj.files.folder import held
 from trainmj.scenario import to_yaml
 from trainmj.simulation import run, versions
 from trainmj.sweep.plan import Plan

@@ -4,12 +4,12 @@ The numerical steps are :mod:`trainmj.study`; this package gives them trains.
 
     spec, rules, plan   the study file: parts, rules between them, the frozen study
     folder, simulator   what is kept: steps with their files, finished collisions
-    tables, lattice     tables as files; points that are whole multiples of a resolution
+    lattice             points that are whole multiples of a resolution
     steps               design, simulations, correlation
     surrogates          what stands in for the simulation
     fronts              search on the surrogates, on the simulator, and the one against the other
     choice              weights, decision, check
-    run, report         all of it, in order; what the command prints
+    run, screen         all of it, in order; what the command prints
 """
 
 from trainmj.workflow.plan import Study, load_study, shipped_studies, study_of

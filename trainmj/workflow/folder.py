@@ -16,10 +16,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trainmj.atomic import write_bytes
 from trainmj.errors import OutputError
+from trainmj.files.atomic import write_bytes
+from trainmj.files.tables import read_back
 from trainmj.plotting.style import Format, Width, encode, styled
-from trainmj.tables import read_back
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from trainmj.errors import InputError
-from trainmj.resources import shipped_folder
+from trainmj.files.resources import shipped_folder
+from trainmj.files.text import beside
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.scenario.files import find_beside, find_file, read_yaml
 from trainmj.scenario.problems import Origins, Problem, refuse, validated
 from trainmj.scenario.problems import Path as Place
 from trainmj.study import Space
 from trainmj.study.arrays import FloatArray
-from trainmj.text import beside
-from trainmj.unit_names import head, label, unit_of
+from trainmj.units import head, label, unit_of
 from trainmj.workflow.rules import broken_rules, factor_of, paths_set, targets_of
 from trainmj.workflow.spec import ConstraintPart, StudyFile
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Iterator
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.text import FORMULA
 from trainmj.scenario import Scenario
 from trainmj.scenario.problems import Path, Problem
 from trainmj.study import Factor, parse_terms
-from trainmj.text import FORMULA
-from trainmj.unit_names import unit_of
+from trainmj.units import unit_of
 from trainmj.workflow.spec import MAX_POINTS, DesignPart, FactorPart, StudyFile
 
 DEFAULT = "default"

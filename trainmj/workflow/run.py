@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import close_match
-from trainmj.folder import held
+from trainmj.files.folder import held
 from trainmj.plotting.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.scenario.problems import Problem, refuse

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.errors import InputError
+from trainmj.files.tables import read_given
 from trainmj.plotting import study as plotting
 from trainmj.study import (
     Design,
@@ -20,7 +21,6 @@ from trainmj.study import (
     sobol,
 )
 from trainmj.study.arrays import FloatArray
-from trainmj.tables import read_given
 from trainmj.workflow.folder import Output
 from trainmj.workflow.lattice import Lattice
 from trainmj.workflow.plan import Study

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError
-from trainmj.text import HIDDEN, read_text
+from trainmj.files.text import HIDDEN, read_text
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -1,30 +1,19 @@
-"""What a collision looks like: car bodies, couplers, anti-climbers and track, at true scale.
-
-For the eye only: shapes have no mass and touch nothing. A vehicle reaches from coupler face to coupler face; its body
-stands back behind both by the room that its devices need. Every device is drawn once for each side: a coupler for its
-first stage, a pair of anti-climbers for those behind it. :func:`device_parts` says where each part goes as its
-device is compressed; the model of a collision that has not begun has them at rest.
-"""
+"""The parts that devices are drawn with: where each is at rest, and where it goes as its device is compressed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
-from trainmj import meshes
 from trainmj.chain import WALL, Chain, Interface
 from trainmj.device import Device
 
-COUPLER_Z, ANTI_CLIMBER_Z = 0.78, 1.22  # heights above the rail [m]
 _HEAD, _ROD = 0.20, 0.10  # lengths of a coupler's head and of the rod behind it
 _RINGS = 6  # folds that are drawn on a crush tube
 _LEAST = 0.25  # room that any device has [m]
 _SHORTEST = 0.03  # length of a tube that is crushed altogether [m]
-_TRACK = 120.0  # track beyond the ends of the trains [m]
-_SLEEPERS = 800  # at most; a longer track has them about the place of the impact
 
 
 @dataclass(frozen=True)
@@ -87,13 +76,12 @@ class End:
 
 def ends(chain: Chain) -> Iterator[End]:
     """Both ends of every vehicle, along +x."""
-    for i, vehicle in enumerate(chain.vehicles):
+    for i in range(len(chain.vehicles)):
         for direction in (-1, 1):
             k = i - 1 if direction < 0 else i
             joined = 0 <= k < len(chain.interfaces)
             parts = device_parts(chain, i, direction) if joined else ()
             yield End(i, direction, k if joined else None, int(direction < 0), parts)
-        del vehicle
 
 
 def device_of(interface: Interface, side: int) -> Device:
@@ -169,115 +157,3 @@ def _rings(name: str, tube: tuple[float, float], limits: tuple[float, float], st
     for k in range(_RINGS):
         middle = tube[0] + (tube[1] - tube[0]) * (k + 0.5) / _RINGS
         yield Part(f"{name} ring {k + 1}", middle - 0.012, middle + 0.012, tube, *limits, stage, True)
-
-
-def add(spec: mujoco.MjSpec, chain: Chain) -> None:
-    """Add all shapes of a chain to its model.
-
-    Args:
-        spec: with a body for every vehicle, built on the base scene.
-        chain: whose model it is.
-    """
-    _add_track(spec, chain)
-    made: set[str] = set()
-    for i, vehicle in enumerate(chain.vehicles):
-        _add_car(spec, chain, i, made)
-        body = spec.body(vehicle.name)
-        for end in (-1, 1):
-            if 0 <= (i - 1 if end < 0 else i) < len(chain.interfaces):
-                for part in device_parts(chain, i, end):
-                    _add_part(body, part, end)
-
-
-def _add_car(spec: mujoco.MjSpec, chain: Chain, i: int, made: set[str]) -> None:
-    """A car body of meshes; equal cars share them."""
-    vehicle = chain.vehicles[i]
-    moving = i < chain.n_moving
-    side = range(chain.n_moving) if moving else range(chain.n_moving, len(chain.vehicles))
-    rear, front = (vehicle.length / 2 - setback(chain, i, direction) for direction in (-1, 1))
-    wagon = not moving and len(side) == 1
-    cabs = () if wagon else tuple(d for d in (-1, 1) if i == (side[0] if d < 0 else side[-1]))
-    key = f"car {rear:.3f} {front:.3f} {cabs}" if not wagon else f"wagon {rear:.3f} {front:.3f}"
-    pieces = meshes.wagon(-rear, front) if wagon else meshes.car(-rear, front, cabs)
-    body = spec.body(vehicle.name)
-    livery = "moving" if moving else "partner"
-    for material, mesh in pieces.items():
-        name = f"{key} {material}"
-        if name not in made:
-            made.add(name)
-            spec.add_mesh(
-                name=name,
-                uservert=mesh.vertices.ravel().tolist(),
-                userface=mesh.faces.ravel().tolist(),
-                inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-            )
-        body.add_geom(
-            name=f"{vehicle.name} {material}",
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=name,
-            material=livery if material == "livery" else material,
-            contype=0,
-            conaffinity=0,
-            mass=0,
-        )
-
-
-_BOX, _CYLINDER = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER
-_LOOKS = {  # last words of a part's name: shape, half width and height or radius, offset in y and z, material
-    "coupler tube": (_CYLINDER, (0.13,), (0.0, COUPLER_Z), "device"),
-    "coupler rod": (_CYLINDER, (0.07,), (0.0, COUPLER_Z), "steel"),
-    "coupler head": (_BOX, (0.21, 0.19), (0.0, COUPLER_Z), "steel"),
-    "coupler ring": (_CYLINDER, (0.155,), (0.0, COUPLER_Z), "device"),
-    "gangway": (_BOX, (0.62, 1.02), (0.0, 2.12), "gangway"),
-    "tube": (_BOX, (0.13, 0.11), (0.85, ANTI_CLIMBER_Z), "device"),
-    "ring": (_BOX, (0.155, 0.135), (0.85, ANTI_CLIMBER_Z), "device"),
-    "plate": (_BOX, (0.30, 0.20), (0.85, ANTI_CLIMBER_Z), "steel"),
-    "tooth": (_BOX, (0.30, 0.025), (0.85, ANTI_CLIMBER_Z), "steel"),
-}
-
-
-def _add_part(body: mujoco.MjsBody, part: Part, direction: int) -> None:
-    look = next(look for words, look in _LOOKS.items() if f" {words}" in part.name)
-    kind, section, (y, z), material = look
-    if " left " in part.name:
-        y = -y
-    if "tooth" in part.name:
-        z += 0.14 * (int(part.name[-1]) - 1)
-    half = 0.5 * (part.end - part.start)
-    round_part = kind == _CYLINDER
-    body.add_geom(
-        name=part.name,
-        type=kind,
-        size=[section[0], half, 0] if round_part else [half, *section],
-        pos=[direction * 0.5 * (part.start + part.end), y, z],
-        quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0] if round_part else [1, 0, 0, 0],  # a cylinder's axis is its z
-        material=material,
-        contype=0,
-        conaffinity=0,
-        mass=0,
-    )
-
-
-def _add_track(spec: mujoco.MjSpec, chain: Chain) -> None:
-    """Sleepers below the trains, rails to beyond their ends, and the wall if there is one."""
-    lengths = np.array([v.length for v in chain.vehicles])
-    left, right = lengths[: chain.n_moving].sum() + chain.gap + _TRACK, lengths[chain.n_moving :].sum() + _TRACK
-    for name in ("ballast", "rail left", "rail right"):
-        geom = spec.geom(name)
-        geom.size[0], geom.pos[0] = (left + right) / 2, (right - left) / 2
-    reach = 0.3 * _SLEEPERS
-    mesh = meshes.sleepers(max(-left, -reach), min(right, reach))
-    spec.add_mesh(
-        name="sleepers",
-        uservert=mesh.vertices.ravel().tolist(),
-        userface=mesh.faces.ravel().tolist(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
-    )
-    spec.worldbody.add_geom(
-        name="sleepers", type=mujoco.mjtGeom.mjGEOM_MESH, meshname="sleepers", material="sleeper", contype=0,
-        conaffinity=0,
-    )  # fmt: skip
-    if chain.interfaces[-1].right == WALL:
-        spec.worldbody.add_geom(
-            name="wall", type=_BOX, size=[1, 3, 2.5], pos=[1, 0, 2.5], material="wall", contype=0, conaffinity=0
-        )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from trainmj.errors import EngineError
 
-_PACKAGE = Path(__file__).resolve().parent
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def shipped_folder(name: str) -> Path:
