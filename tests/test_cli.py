@@ -12,11 +12,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 from jsonschema import Draft202012Validator
+from pages import ROOT
 
 from trainmj.cli import main
 from trainmj.metrics import Summary
 from trainmj.result import load_result
 from trainmj.scenario import load, shipped
+from trainmj.scenario.files import read_yaml
 
 SHORT = ("--set", "simulation.time_limit_s=0.1")
 
@@ -217,10 +219,30 @@ def test_scenarios_lists_what_ships_with_title_and_parameters():
         assert name in text
     assert "empty_stroke_mm" in text
     assert "EN 15227-type" in text
+    assert "Studies: b_type" in text
+    assert "Targets: b_type" in text
 
 
-def test_schema_is_a_json_schema():
-    Draft202012Validator.check_schema(json.loads(works("schema")))
+SCHEMA_OF = {
+    "scenario": "examples/study/tram.yaml",
+    "sweep": "examples/sweep/speeds.yaml",
+    "study": "scenarios/b_type.study.yaml",
+    "targets": "scenarios/b_type.targets.yaml",
+}
+
+
+@pytest.mark.parametrize("kind", SCHEMA_OF)
+def test_schemas_take_good_files_and_refuse_unknown_keys(kind):
+    schema = json.loads(works("schema", kind))
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    values = read_yaml(ROOT / SCHEMA_OF[kind])[0]
+    assert not list(validator.iter_errors(values))
+    assert list(validator.iter_errors(values | {"spead_km_h": 3}))
+
+
+def test_schema_is_that_of_scenarios_if_no_kind_is_given():
+    assert works("schema") == works("schema", "scenario")
 
 
 def test_export_writes_a_model_that_reloads(tmp_path):

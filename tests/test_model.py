@@ -11,10 +11,9 @@ import pytest
 
 from trainmj import native
 from trainmj.chain import Chain, line_up
-from trainmj.errors import OutputError
 from trainmj.files.resources import shipped_folder
 from trainmj.layout import Car, Joint, Layout
-from trainmj.model import MOTION, SENSED, build, export, plateau, spec, write
+from trainmj.model import MOTION, SENSED, build, export, plateau, spec
 from trainmj.scenario import Scenario, load, shipped
 from trainmj.simulation import start
 
@@ -257,11 +256,6 @@ def test_no_title_breaks_the_exported_xml(standard, title):
 
 def test_exported_title_can_be_read(standard):
     assert "25 km/h into a twin" in export(line_up(standard), "25 km/h into a twin").split("-->")[0]
-
-
-def test_writing_where_it_cannot_be_is_an_output_error(tmp_path):
-    with pytest.raises(OutputError, match="cannot be written"):
-        write("text", tmp_path / "missing" / "model.xml")
 
 
 def test_base_scene_has_what_models_are_built_on():

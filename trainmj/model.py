@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -17,7 +16,6 @@ from trainmj import shapes
 from trainmj.chain import WALL, Chain, Interface, Vehicle
 from trainmj.device import Array
 from trainmj.errors import EngineError
-from trainmj.files.atomic import write_bytes
 from trainmj.files.resources import shipped_folder
 from trainmj.layout import Layout
 from trainmj.units import KN, KN_PER_MM
@@ -148,15 +146,6 @@ def plateau(interface: Interface) -> float:
             ends.append(float(np.interp(limit, own, interface.envelope.stroke)))
     reach = min(ends)
     return interface.envelope.energy(reach) / reach
-
-
-def write(text: str, file: str | Path) -> None:
-    """Write text to a file.
-
-    Raises:
-        OutputError: if that is not possible.
-    """
-    write_bytes(file, text.encode())
 
 
 def _comment_text(title: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from trainmj.cli import collision, sweep
+from trainmj.cli import collision, inputs, sweep
 from trainmj.cli.identify import identify
 from trainmj.cli.paper import paper
 from trainmj.cli.render import render, view
@@ -23,6 +23,9 @@ from trainmj.files.text import printable
 
 class _Group(click.Group):
     """Errors that trainmj raises on purpose end in one message and exit code 2, never in a traceback."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)  # in the order in which one meets them, not that of the alphabet
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -50,16 +53,16 @@ def main() -> None:
 for command in (
     collision.run,
     collision.check,
-    collision.export,
-    collision.schema,
-    collision.scenarios,
+    inputs.scenarios,
+    inputs.schema,
     sweep.sweep,
+    study,
+    identify,
+    report,
     render,
     view,
-    study,
-    report,
-    identify,
-    paper,
+    collision.export,
     verify,
+    paper,
 ):
     main.add_command(command)

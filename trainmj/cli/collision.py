@@ -1,4 +1,4 @@
-"""Commands about one collision: run, check, export, schema, scenarios."""
+"""Commands about one collision: run, check, export."""
 
 from __future__ import annotations
 
@@ -39,9 +39,10 @@ def run(
     with_steps: bool,
     as_json: bool,
 ) -> None:
-    """Compute one collision and print its interfaces, vehicles, criteria and balances.
+    """Compute one collision.
 
-    SCENARIO may also be a saved result, or the folder of one: it is computed again and compared, number by number.
+    Prints interfaces, vehicles, criteria and balances. SCENARIO may also be a saved result, or the folder of one: it
+    is computed again and compared, number by number.
 
     Exit code: 0 when computed (the status says how it ended), 1 if unstable, if a repeated result differs from the
     saved one, or if the criteria do not settle as the step is halved, 2 for wrong input.
@@ -105,7 +106,7 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
 @click.command()
 @takes_scenario
 def check(scenario: str, changes: dict[str, Any]) -> None:
-    """Check a scenario and print what would run, without running it."""
+    """Check a scenario and print what would run."""
     loaded = load_scenario(scenario, changes)
     from trainmj import terminal
     from trainmj.chain import check_step, line_up
@@ -119,30 +120,17 @@ def check(scenario: str, changes: dict[str, Any]) -> None:
 @takes_scenario
 @click.option("--out", type=click.Path(path_type=Path), help="MJCF file to write; without it the text is printed.")
 def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
-    """Write the MuJoCo model of a scenario as MJCF, which MuJoCo's own viewer opens."""
-    loaded = load_scenario(scenario, changes)
-    from trainmj import model
-    from trainmj.chain import line_up
+    """Write the MuJoCo model of a scenario as MJCF.
 
-    text = model.export(line_up(loaded), loaded.title)
+    MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as the comment in it says.
+    """
+    loaded = load_scenario(scenario, changes)
+    from trainmj.chain import line_up
+    from trainmj.files.atomic import write_bytes
+    from trainmj.model import export as mjcf_of
+
+    text = mjcf_of(line_up(loaded), loaded.title)
     if out is None:
         click.echo(text)
     else:
-        model.write(text, out)
-
-
-@click.command()
-def schema() -> None:
-    """Print the JSON schema of scenario files, for editors."""
-    from trainmj.scenario import schema as scenario_schema
-
-    click.echo(json.dumps(scenario_schema(), indent=2))
-
-
-@click.command()
-def scenarios() -> None:
-    """List the scenarios that ship with trainmj."""
-    from trainmj import terminal
-    from trainmj.scenario import load, shipped
-
-    terminal.print_scenarios({name: load(name) for name in shipped()})
+        write_bytes(out, text.encode())

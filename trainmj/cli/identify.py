@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import takes_figures
+from trainmj.cli.options import takes_figures, takes_threads
 from trainmj.cli.report import takes_report
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.argument("targets")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
 @click.option("--resume", is_flag=True, help="Use the trials in the folder; none of them is simulated again.")
-@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_threads
 @takes_figures
 @takes_report
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
@@ -34,7 +34,9 @@ def identify(
     with_report: bool,
     as_json: bool,
 ) -> None:
-    """Find the values of a scenario that make its responses meet values from a test or a table.
+    """Find device curves and other values from known responses.
+
+    Values of a scenario are sought with which its responses meet those of a test, a table or another program.
 
     TARGETS is a targets file, or the name of one that ships with trainmj, such as b_type. The folder gets the values
     found as a scenario, how well the data determine them, and every deviation. The result depends on the file alone:

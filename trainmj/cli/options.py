@@ -51,6 +51,16 @@ def takes_figures(function: F) -> F:
     )(function)
 
 
+takes_threads = click.option(
+    "--threads",
+    type=click.IntRange(0, 1024),
+    metavar="N",
+    default=0,
+    help="Native threads; all cores by default. The numbers do not depend on it.",
+)
+"""The option --threads."""
+
+
 def load_scenario(scenario: str, changes: dict[str, Any]) -> Scenario:
     """The scenario of a file or name, changed."""
     from trainmj.scenario import load

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import holds_folder, takes_formats
+from trainmj.cli.options import holds_folder, takes_formats, takes_threads
 
 if TYPE_CHECKING:
     from trainmj.plotting import Format
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for tables, figures and page; made if needed.")
-@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_threads
 @takes_formats
 @click.option("--json", "as_json", is_flag=True, help="Print verdicts, laws and defects as one JSON object.")
 def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
-    """Reproduce the paper that the B-type train comes from, and say where the numbers agree.
+    """Reproduce the paper that the B-type train comes from.
 
     Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its 30 collisions, the study of Tables 9 to 13 on its own numbers
     and on ours, each published table beside ours, Figures 4 to 9, the laws it states in words, and its own defects.

@@ -34,7 +34,9 @@ def _size(context: click.Context, parameter: click.Parameter, text: str) -> tupl
 @click.option("--camera", type=click.Choice(_CAMERAS), default="overview", show_default=True, help="Where it stands.")
 @click.option("--slow", type=float, default=0.1, show_default=True, help="Pace of a film; 1 is real time.")
 @click.option("--fps", type=float, default=15.0, show_default=True, help="Frames of a film a second.")
-@click.option("--size", default="1280x720", show_default=True, callback=_size, help="Width and height in pixels.")
+@click.option(
+    "--size", metavar="WxH", default="1280x720", show_default=True, callback=_size, help="Width and height in pixels."
+)
 @click.option("--at", type=float, metavar="SECONDS", help="Time of a still; the end if not given.")
 @click.option("--smooth/--fast", default=True, help="Smooth edges (default), or half the time.")
 def render(
@@ -48,10 +50,10 @@ def render(
     at: float | None,
     smooth: bool,
 ) -> None:
-    """Write a film or a still of a collision, at true scale; no screen and no graphics card are needed.
+    """Write a film or a still of a collision, at true scale.
 
-    SCENARIO may also be a saved result: result.nc, or the folder that `trainmj run --out` made. It is shown again
-    without simulating.
+    No screen and no graphics card are needed. SCENARIO may also be a saved result, result.nc or its folder: it is
+    shown without simulating again.
     """
     with _without("MUJOCO_GL"):  # MuJoCo would load that library on import, and fail in its own way
         from trainmj.rendering import film, offscreen
@@ -75,7 +77,10 @@ def render(
 @takes_scenario
 @click.option("--slow", type=float, default=0.1, show_default=True, help="Pace; 1 is real time.")
 def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
-    """Open MuJoCo's viewer and let the collision happen in it; a screen is needed."""
+    """Open MuJoCo's viewer and let the collision happen in it.
+
+    A screen is needed.
+    """
     from trainmj.rendering import viewer
 
     viewer.check(slow)
@@ -95,13 +100,13 @@ def _without(variable: str) -> Iterator[None]:
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:
     """A saved result, or a scenario's, computed."""
-    file = Path(scenario) / "result.nc" if Path(scenario).is_dir() else Path(scenario)
-    if file.suffix != ".nc":
+    from trainmj.result import find_result, load_result
+
+    file = find_result(scenario)
+    if file is None:
         from trainmj.simulation import run
 
         return run(load_scenario(scenario, changes))
     if changes:
         raise InputError(f"--set {next(iter(changes))}: {scenario} is a result, which cannot be changed")
-    from trainmj.result import load_result
-
     return load_result(file)

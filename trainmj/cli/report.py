@@ -16,10 +16,11 @@ takes_report = click.option(
 @click.argument("results", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="HTML file to write; report.html in the folder otherwise.")
 def report(results: Path, out: Path | None) -> None:
-    """Write the report of a run, a sweep or a study as one HTML file.
+    """Write the report of a run, a sweep or a study.
 
-    RESULTS is the folder that the command wrote, or one saved result in it, such as case_3.nc. The file works offline
-    and opens by double click: tables, plots with zoom and read-out, and for a run the collision as an animation.
+    RESULTS is the folder that the command wrote, or one saved result in it, such as case_3.nc. The report is one HTML
+    file, which works offline and opens by double click: tables, plots with zoom and read-out, and for a run the
+    collision as an animation.
     """
     write(results, out)
 

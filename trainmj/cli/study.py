@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import takes_figures
+from trainmj.cli.options import takes_figures, takes_threads
 from trainmj.cli.report import takes_report, write
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("study")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
-@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_threads
 @takes_figures
 @takes_report
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as one JSON object instead of tables.")
@@ -32,7 +32,7 @@ def study(
     with_report: bool,
     as_json: bool,
 ) -> None:
-    """Go from a scenario with free values to one chosen and verified design.
+    """Go from free values to one chosen and verified design.
 
     STUDY is a study file, or the name of one that ships with trainmj, such as b_type. Each step leaves its tables and
     figures in the folder; the same command goes on where it was stopped, and does again only what has changed.

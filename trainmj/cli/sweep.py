@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trainmj.cli.options import load_scenario, split_assignment, takes_scenario
+from trainmj.cli.options import load_scenario, split_assignment, takes_scenario, takes_threads
 from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option(
     "--resume", is_flag=True, help="Go on with the sweep in the folder; finished cases are not computed again."
 )
-@click.option("--threads", type=click.IntRange(0, 1024), default=0, help="Native threads; all cores by default.")
+@takes_threads
 @click.option(
     "--responses", metavar="NAMES", help="Columns wanted, with commas between; * stands for any part of a name."
 )
@@ -53,7 +53,7 @@ def sweep(
     parquet: bool,
     with_report: bool,
 ) -> None:
-    """Compute many cases of a scenario and store one row of responses for each.
+    """Compute many cases of a scenario, one row for each.
 
     SCENARIO may also be a sweep file, which states the cases itself. Results are kept as they come, in
     results.sqlite and at the end results.csv; whatever stops a sweep, --resume goes on.

@@ -14,10 +14,11 @@ import click
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 @click.option("--page", type=click.Path(path_type=Path, dir_okay=False), help="HTML page to write as well.")
 def verify(as_json: bool, page: Path | None) -> None:
-    """Compute collisions whose outcome is known, and show how well it is met on this machine.
+    """Compute collisions whose outcome is known.
 
-    Closed forms, MuJoCo's own plastic springs, scipy's integrator on the standard case and on random trains,
-    symmetries, energy and momentum, the step, batches, and published numbers. It takes about half a minute.
+    Shows how well it is met on this machine: closed forms, MuJoCo's own plastic springs, scipy's integrator on the
+    standard case and on random trains, symmetries, energy and momentum, the step, batches, and published numbers. It
+    takes about half a minute.
 
     Exit code: 0 if every check passes, 1 if one fails, 2 if the page cannot be written.
     """

@@ -1,4 +1,4 @@
-"""Folders of files that ship with trainmj: scenarios/ and mjcf/."""
+"""Files that ship with trainmj: scenarios/ and mjcf/."""
 
 from __future__ import annotations
 
@@ -19,3 +19,14 @@ def shipped_folder(name: str) -> Path:
         if folder.is_dir():
             return folder
     raise EngineError(f"the folder {name}/ is missing from this installation of trainmj: install it again")
+
+
+def shipped_files(ending: str) -> dict[str, Path]:
+    """Names and paths of the files in scenarios/ with an ending: ``.yaml``, ``.study.yaml``, ``.targets.yaml``.
+
+    Args:
+        ending: what is left of a file's name without it is its own; that has no further dot.
+    """
+    files = sorted(shipped_folder("scenarios").glob(f"*{ending}"))
+    names = {path.name.removesuffix(ending): path for path in files}
+    return {name: path for name, path in names.items() if "." not in name}

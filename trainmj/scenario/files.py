@@ -10,7 +10,7 @@ from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
-from trainmj.files.resources import shipped_folder
+from trainmj.files.resources import shipped_files
 from trainmj.files.tables import rows_of
 from trainmj.files.text import beside, read_text
 from trainmj.scenario.parts import MAX_POINTS, Parts
@@ -19,6 +19,9 @@ from trainmj.scenario.reading import MOST_BYTES, parse
 from trainmj.scenario.scenario import Scenario
 
 BUILDS_ON = "builds_on"
+JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
+"""The dialect of the schemas for editors."""
+
 _LONGEST_CHAIN = 10
 
 
@@ -42,8 +45,7 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
 
 def shipped() -> dict[str, FilePath]:
     """Names and paths of the scenarios that ship with trainmj."""
-    files = sorted(shipped_folder("scenarios").glob("*.yaml"))
-    return {path.stem: path for path in files if "." not in path.stem}  # x.sweep.yaml is not a scenario
+    return shipped_files(".yaml")
 
 
 def save(scenario: Scenario, file: str | FilePath) -> None:
@@ -111,7 +113,7 @@ def schema() -> dict[str, Any]:
     whole = Parts.model_json_schema(ref_template="#/$defs/Whole{model}")
     parts = {f"Whole{name}": part for name, part in whole.pop("$defs").items()}
     result["$defs"] |= parts | {"Whole": whole}
-    result["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    result["$schema"] = JSON_SCHEMA
     result["title"] = "trainmj scenario"
     result["properties"][BUILDS_ON] = {"type": "string", "description": "scenario file whose values this one changes"}
     result |= {"if": {"required": [BUILDS_ON]}, "else": {"$ref": "#/$defs/Whole"}}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trainmj.errors import InputError
-from trainmj.files.resources import shipped_folder
+from trainmj.files.resources import shipped_files
 from trainmj.files.text import beside
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.scenario.files import find_beside, find_file, read_yaml
@@ -224,7 +224,7 @@ def _refused(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
 
 def shipped_studies() -> dict[str, Path]:
     """Names and paths of the studies that ship with trainmj."""
-    return {path.name.removesuffix(_ENDING): path for path in sorted(shipped_folder("scenarios").glob(f"*{_ENDING}"))}
+    return shipped_files(_ENDING)
 
 
 def _scenario(spec: StudyFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:
