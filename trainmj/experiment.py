@@ -19,7 +19,6 @@ from fnmatch import fnmatchcase
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from trainmj.batch import run_chains
 from trainmj.chain import Chain, check_step, line_up
 from trainmj.errors import InputError, close_match
 from trainmj.metrics import Summary
@@ -35,6 +34,9 @@ Row = dict[str, Any]
 """One case's responses by column name, its status first."""
 
 REFUSED = "refused"
+
+FAILED = (REFUSED, "unstable")
+"""Statuses of cases whose responses are of no use."""
 
 _INTERFACE = {"stroke_mm": "stroke", "permanent_mm": "permanent", "peak_force_kN": "force", "energy_kJ": "energy"}
 _VEHICLE = (
@@ -86,6 +88,8 @@ def case_rows(scenario: Scenario, cases: Iterable[tuple[int, Case]], threads: in
         cases: number and changes of each; taken as they are needed.
         threads: native threads; 0 for all cores.
     """
+    from trainmj.batch import run_chains  # takes MuJoCo and numba with it
+
     refused: deque[tuple[int, Row]] = deque()
 
     def prepared() -> Iterator[tuple[int, Chain]]:

@@ -14,6 +14,7 @@ import numpy as np
 from trainmj.chain import WALL, Chain, Interface
 from trainmj.deceleration import cfc60_peak, mean_deceleration, window_peak
 from trainmj.device import Array
+from trainmj.files.plain import finite
 from trainmj.result import Result, Tally
 from trainmj.units import KJ, KM_H, KN, MM, TONNE, G
 
@@ -164,7 +165,7 @@ class Summary:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them; None for NaN and infinity, which JSON cannot hold."""
-        plain: dict[str, Any] = _finite(
+        plain: dict[str, Any] = finite(
             {
                 "status": self.status,
                 "criteria": {"TS_mm": self.TS_mm, "TAMA_g": self.TAMA_g},
@@ -178,15 +179,6 @@ class Summary:
             }
         )
         return plain
-
-
-def _finite(value: Any) -> Any:
-    """The same with None for infinities and NaN."""
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def summarise(result: Result) -> Summary:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from markupsafe import Markup
 
+from trainmj.files.plain import finite
 from trainmj.report.plot import layout_of
 
 if TYPE_CHECKING:
@@ -273,16 +274,8 @@ def as_json(value: Any) -> Markup:
     try:
         text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     except ValueError:
-        text = json.dumps(_finite(value), separators=(",", ":"))
+        text = json.dumps(finite(value), separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _svg(figure: Figure) -> str:

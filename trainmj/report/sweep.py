@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trainmj.errors import InputError
+from trainmj.experiment import FAILED
 from trainmj.files.text import printable
 from trainmj.report.blocks import Card, Column, Section, failed, judged, passed, warned
 from trainmj.report.page import Page
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_ROWS = 100  # of cases and of reasons that are listed
-_UNUSABLE = ("refused", "unstable")
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Sweep:
     @property
     def usable(self) -> pd.DataFrame:
         """The cases that could be computed."""
-        return self.table[~self.table["status"].isin(_UNUSABLE)]
+        return self.table[~self.table["status"].isin(FAILED)]
 
 
 def page_of_folder(folder: Path) -> Page:
@@ -111,7 +111,7 @@ def _commands(sweep: Sweep, folder: str) -> str:
 def _add_outcome(section: Section, sweep: Sweep, planned: int) -> None:
     table = sweep.table
     counts = table["status"].value_counts()
-    bad = int(sum(counts.get(s, 0) for s in _UNUSABLE))
+    bad = int(sum(counts.get(s, 0) for s in FAILED))
     spent = int(counts.get("stroke exhausted", 0))
     n = len(table)
     section.cards(
@@ -154,7 +154,7 @@ def _add_failures(section: Section, sweep: Sweep) -> None:
         return
     add_map(section, sweep.table, sweep.factors)
     for statuses, title in (
-        (_UNUSABLE, "Failed cases"),
+        (FAILED, "Failed cases"),
         (("stroke exhausted", "time limit"), "Limits passed"),
         (("no contact",), "No contact"),
     ):
@@ -173,7 +173,7 @@ def _add_failures(section: Section, sweep: Sweep) -> None:
                 (
                     int(str(case)),
                     *(f.say(row[f.name]) for f in sweep.factors),
-                    failed(row["status"]) if row["status"] in _UNUSABLE else warned(row["status"]),
+                    failed(row["status"]) if row["status"] in FAILED else warned(row["status"]),
                     str(row["reason"] or ""),
                 )
                 for case, row in shown.iterrows()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from trainmj.errors import InputError, OutputError
+from trainmj.errors import InputError
+from trainmj.files.atomic import replacing
 
 try:
     import pyarrow.csv
@@ -19,8 +20,5 @@ def write_parquet(folder: Path) -> None:
     Raises:
         OutputError: if it cannot be written.
     """
-    file = folder / "results.parquet"
-    try:
-        pyarrow.parquet.write_table(pyarrow.csv.read_csv(folder / "results.csv"), file)
-    except OSError as error:
-        raise OutputError(f"{file}: cannot be written ({error})") from None
+    with replacing(folder / "results.parquet") as part:
+        pyarrow.parquet.write_table(pyarrow.csv.read_csv(folder / "results.csv"), part)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError
-from trainmj.experiment import REFUSED, Case, Row, case_rows, chosen, ordered
+from trainmj.experiment import FAILED, REFUSED, Case, Row, case_rows, chosen, ordered
 from trainmj.files.folder import held
 from trainmj.scenario import to_yaml
 from trainmj.simulation import run, versions
@@ -37,6 +37,7 @@ class Outcome:
         cases: how many the plan has.
         computed: how many were computed now; the others were there.
         failed: how many of all are refused or unstable.
+        first_failure: number, status and reason of the first of these; empty if there is none.
         seconds: wall time.
     """
 
@@ -44,6 +45,7 @@ class Outcome:
     cases: int
     computed: int
     failed: int
+    first_failure: str
     seconds: float
 
 
@@ -85,9 +87,16 @@ def run_sweep(
             _compute(plan, store, compute(plan.cases(left_out=finished)), len(finished), progress)
             store.arrange([*plan.names, *ordered(set(store.columns()) - {CASE, *plan.names})])
             store.write_csv(folder / "results.csv")
-            failed = sum(status == REFUSED or str(status).startswith("unstable") for status in store.column("status"))
+            failed = _failures(store)
         write_histories(plan, folder)
-        return Outcome(folder, len(plan), len(plan) - len(finished), failed, time.monotonic() - began)
+        computed, seconds = len(plan) - len(finished), time.monotonic() - began
+        return Outcome(folder, len(plan), computed, len(failed), next(iter(failed), ""), seconds)
+
+
+def _failures(store: Store) -> list[str]:
+    """What is said of each case of a finished sweep that could not be computed."""
+    ends = zip(store.column("status"), store.column("reason"), strict=True)
+    return [f"case {n}, {status}: {reason}" for n, (status, reason) in enumerate(ends) if status in FAILED]
 
 
 def _compute(

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from trainmj.errors import InputError, OutputError
+from trainmj.files.atomic import replacing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -135,13 +135,11 @@ class Store:
         Raises:
             OutputError: if the file cannot be written.
         """
-        part = file.with_name(file.name + ".part")
         try:
-            with part.open("w", newline="", encoding="utf-8") as out:
+            with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
                 csv.writer(out).writerows(self.rows())
-            os.replace(part, file)
-        except OSError as error:
-            raise OutputError(f"{file}: cannot be written ({error.strerror}); the results are in {self.file}") from None
+        except OutputError as error:
+            raise OutputError(f"{error}; the results are in {self.file}") from None
 
     def _read_columns(self) -> dict[str, None]:
         return {row[1]: None for row in self._db.execute("PRAGMA table_info(results)")}

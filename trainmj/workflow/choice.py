@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.errors import InputError
+from trainmj.experiment import FAILED
 from trainmj.plotting import study_front as plotting
 from trainmj.study import (
     Ranking,
@@ -22,7 +23,7 @@ from trainmj.study import (
 from trainmj.study.arrays import FloatArray
 from trainmj.workflow.folder import Output
 from trainmj.workflow.plan import Study
-from trainmj.workflow.simulator import FAILED, Simulator
+from trainmj.workflow.simulator import Simulator
 from trainmj.workflow.steps import points_of, usable
 
 if TYPE_CHECKING:

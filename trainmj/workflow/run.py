@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import close_match
 from trainmj.files.folder import held
+from trainmj.files.plain import finite
 from trainmj.plotting.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.scenario.problems import Problem, refuse
@@ -223,13 +223,5 @@ def _summary(study: Study, done: list[Step]) -> dict[str, Any]:
         "scenario": to_yaml(study.scenario),
         "versions": simulation.versions(),
     }
-    result: dict[str, Any] = _finite(about | {step.name.replace(" ", "_"): dict(step.facts) for step in done})
+    result: dict[str, Any] = finite(about | {step.name.replace(" ", "_"): dict(step.facts) for step in done})
     return result
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trainmj.errors import OutputError
+from trainmj.experiment import FAILED, case_rows
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.study.arrays import FloatArray
 from trainmj.workflow.folder import versions
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "simulations.sqlite"
-FAILED = ("refused", "unstable")
 _COMMIT_EVERY = 0.5  # longest time that finished cases wait to be written [s]
 _DIGITS = 12  # significant digits of a factor's value: nearer points are the same case
 
@@ -112,8 +112,6 @@ class Simulator:
 
     def _compute(self, scenario: Scenario, cases: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
         """Compute cases and write them as they end, also when something stops the work."""
-        from trainmj.experiment import case_rows
-
         keys = list(cases)
         rows: dict[str, dict[str, Any]] = {}
         waiting: list[tuple[str, str]] = []

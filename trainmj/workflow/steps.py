@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.errors import InputError
+from trainmj.experiment import FAILED
 from trainmj.files.tables import read_given
 from trainmj.plotting import study as plotting
 from trainmj.study import (
@@ -39,7 +40,7 @@ def baseline(study: Study, simulator: Simulator) -> Output:
     import pandas as pd
 
     (row,) = simulator.rows(study.scenario, [{}])
-    if row["status"] in ("refused", "unstable"):
+    if row["status"] in FAILED:
         raise InputError(f"the scenario as it stands is {row['status']}: {row['reason']}")
     table = pd.DataFrame({"response": list(row), "value": [str(value) for value in row.values()]})
     return Output({"00_as_it_stands": table}, {"status": row["status"]})
