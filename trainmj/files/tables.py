@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,7 @@ def read_back(file: Path) -> pd.DataFrame:
 
 
 def read_given(file: Path) -> pd.DataFrame:
-    """A table that somebody wrote: commas, semicolons or tabs between the columns, lines with # left out.
+    """A table that somebody wrote, as :func:`rows_given` reads it.
 
     Raises:
         InputError: if it cannot be read or has no rows of one length; without the name of the file.
@@ -33,13 +33,9 @@ def read_given(file: Path) -> pd.DataFrame:
     found = HIDDEN.search(text)
     if found:
         raise InputError(f"has the character {found[0]!a}: it is not plain text")
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    if len(lines) < 2:
+    rows = rows_given(text)
+    if len(rows) < 2:
         raise InputError("must have a line of heads and a line for each case or point")
-    separator = next((s for s in ";\t" if s in lines[0]), ",")
-    rows = [[cell.strip() for cell in row] for row in rows_of(lines, separator)]
-    if separator != ",":
-        rows = [rows[0], *([cell.replace(",", ".") for cell in row] for row in rows[1:])]
     short = next((n for n, row in enumerate(rows) if len(row) != len(rows[0])), None)
     if short is not None:
         raise InputError(f"row {short} has {len(rows[short])} values under {len(rows[0])} heads")
@@ -49,16 +45,24 @@ def read_given(file: Path) -> pd.DataFrame:
     return _table(rows)
 
 
-def rows_of(lines: Iterable[str], separator: str) -> Iterator[list[str]]:
-    """The cells of each line of a CSV text.
+def rows_given(text: str) -> list[list[str]]:
+    """The cells of a table that somebody wrote, its heads first.
+
+    Commas, semicolons or tabs stand between the columns, as in the first line; with semicolons or tabs the decimal mark
+    may be a comma. Lines that begin with # and lines without a value are left out.
 
     Raises:
         InputError: if a cell is too long or its quotes do not close.
     """
+    lines = [line for line in text.splitlines() if line.strip(" ,;\t") and not line.lstrip().startswith("#")]
+    separator = next((s for s in ";\t" if lines and s in lines[0]), ",")
     try:
-        yield from csv.reader(lines, delimiter=separator, strict=True)
+        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator, strict=True)]
     except csv.Error as error:
         raise InputError(f"is not a table of comma-separated values ({error})") from None
+    if separator != ",":
+        rows[1:] = [[cell.replace(",", ".") for cell in row] for row in rows[1:]]
+    return rows
 
 
 def _table(rows: Iterable[list[str]]) -> pd.DataFrame:

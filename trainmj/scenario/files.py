@@ -1,9 +1,8 @@
-"""Scenario files: YAML that may build on another file, with curves from CSV files beside it."""
+"""Scenario files: YAML that may build on another file."""
 
 from __future__ import annotations
 
 import io
-import math
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
@@ -11,9 +10,9 @@ from typing import Any
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
 from trainmj.files.resources import shipped_files
-from trainmj.files.tables import rows_of
 from trainmj.files.text import beside, read_text
-from trainmj.scenario.parts import MAX_POINTS, Parts
+from trainmj.scenario.curves import read_curves
+from trainmj.scenario.parts import Parts
 from trainmj.scenario.problems import Path
 from trainmj.scenario.reading import MOST_BYTES, parse
 from trainmj.scenario.scenario import Scenario
@@ -179,7 +178,7 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str,
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
     values, origins = read_yaml(path)
-    _read_curves(values, origins, path.parent)
+    read_curves(values, origins, path.parent)
     base = values.pop(BUILDS_ON, None)
     if base is None:
         return values, origins
@@ -208,57 +207,3 @@ def _text(path: FilePath) -> str:
         return read_text(path, MOST_BYTES)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-
-
-def _read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: Path = ()) -> None:
-    """Replace each curve that names a CSV file by the points in it."""
-    items = values.items() if isinstance(values, dict) else enumerate(values) if isinstance(values, list) else ()
-    for key, value in items:
-        at = (*path, key)
-        if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-            values[key] = _read_curve(value["file"], folder, origins[at])
-        else:
-            _read_curves(value, origins, folder, at)
-
-
-def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float]]:
-    """Points of a CSV file with columns stroke_mm and force_kN; commas, semicolons or tabs between them."""
-    said = f"{where}: file = {name[:200]!a}"
-    path = beside(folder, name, said)
-    if path is None:
-        raise InputError(f"{said}: there is no such file{close_match(name, [p.name for p in folder.glob('*.csv')])}")
-    text = _text(path)
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    if not lines:
-        raise InputError(f"{path}: is empty; the first line must be stroke_mm,force_kN")
-    separator = next((s for s in ";\t" if s in lines[0]), ",")
-    heads = [h.strip().strip('"') for h in lines[0].split(separator)]
-    missing = [h for h in ("stroke_mm", "force_kN") if h not in heads]
-    if missing:
-        raise InputError(f"{path}:1: has no column {missing[0]!r}; the first line must name stroke_mm and force_kN")
-    if len(lines) - 1 > MAX_POINTS:
-        raise InputError(f"{path}: has more than {MAX_POINTS} points")
-    stroke, force = heads.index("stroke_mm"), heads.index("force_kN")
-    points: dict[str, list[float]] = {"stroke_mm": [], "force_kN": []}
-    for n, row in enumerate(_rows(lines[1:], separator, path), start=1):
-        for key, column in (("stroke_mm", stroke), ("force_kN", force)):
-            cell = row[column].strip() if column < len(row) else ""
-            points[key].append(_number(cell, separator, f"{path}: point {n}: {key}"))
-    return points
-
-
-def _rows(lines: list[str], separator: str, path: FilePath) -> list[list[str]]:
-    try:
-        return list(rows_of(lines, separator))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-
-
-def _number(cell: str, separator: str, said: str) -> float:
-    try:
-        value = float(cell if separator == "," else cell.replace(",", "."))
-    except ValueError:
-        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number") from None
-    if not math.isfinite(value):
-        raise InputError(f"{said} = {cell}: must be a finite number")
-    return value

@@ -1,0 +1,77 @@
+"""Curves that a scenario takes from CSV files beside it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path as FilePath
+from typing import Any
+
+from trainmj.errors import InputError, close_match
+from trainmj.files.tables import rows_given
+from trainmj.files.text import beside, read_text
+from trainmj.scenario.parts import MAX_POINTS
+from trainmj.scenario.problems import Path
+from trainmj.scenario.reading import MOST_BYTES
+
+_COLUMNS = ("stroke_mm", "force_kN")
+_SHOWN = 120  # letters of the heads of a file
+
+
+def read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: Path = ()) -> None:
+    """Replace each curve that names a CSV file by the points in it.
+
+    Args:
+        values: the plain values of a file, or those at a path in it; changed in place.
+        origins: file, line and column of each value of the file.
+        folder: of the file.
+        path: where the values stand in it.
+
+    Raises:
+        InputError: naming file and point, or where the scenario names the file.
+    """
+    items = values.items() if isinstance(values, dict) else enumerate(values) if isinstance(values, list) else ()
+    for key, value in items:
+        at = (*path, key)
+        if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
+            values[key] = _read_curve(value["file"], folder, origins[at])
+        else:
+            read_curves(value, origins, folder, at)
+
+
+def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float]]:
+    """Points of a CSV file with columns stroke_mm and force_kN; others are left out."""
+    said = f"{where}: file = {name[:200]!a}"
+    path = beside(folder, name, said)
+    if path is None:
+        raise InputError(f"{said}: there is no such file{close_match(name, [p.name for p in folder.glob('*.csv')])}")
+    try:
+        heads, *rows = rows_given(read_text(path, MOST_BYTES)) or [[]]
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not heads:
+        raise InputError(f"{path}: is empty; the first line must be {','.join(_COLUMNS)}")
+    missing = [column for column in _COLUMNS if column not in heads]
+    if missing:
+        there = ascii(", ".join(heads))[:_SHOWN]
+        raise InputError(
+            f"{path}: has no column {missing[0]!r}; the first line must name {' and '.join(_COLUMNS)}, and is {there}"
+        )
+    if len(rows) > MAX_POINTS:
+        raise InputError(f"{path}: has more than {MAX_POINTS} points")
+    places = {column: heads.index(column) for column in _COLUMNS}
+    return {
+        column: [
+            _number(row[k] if k < len(row) else "", f"{path}: point {n}: {column}") for n, row in enumerate(rows, 1)
+        ]
+        for column, k in places.items()
+    }
+
+
+def _number(cell: str, said: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number") from None
+    if not math.isfinite(value):
+        raise InputError(f"{said} = {cell}: must be a finite number")
+    return value
