@@ -30,6 +30,20 @@ def test_mean_between_two_instants(first, last, expected):
     assert mean_deceleration(first, last, TIME, SPEEDS).tolist() == pytest.approx(expected, rel=1e-12)
 
 
+def test_at_records_their_own_speeds_count_to_the_last_digit():
+    """Nothing is interpolated where a record stands: the first, the last and those between."""
+    speeds = np.random.default_rng(5).normal(size=(10, 3))
+    for i, j in ((0, 1), (0, 9), (2, 7), (8, 9)):
+        expected = np.abs(speeds[j] - speeds[i]) / (TIME[j] - TIME[i])
+        assert mean_deceleration(TIME[i], TIME[j], TIME, speeds).tolist() == expected.tolist()
+
+
+def test_between_the_last_two_records_the_speed_is_on_their_line():
+    assert mean_deceleration(0.02, 0.07, TIME[:2], SPEEDS[:2]).tolist() == pytest.approx([3.0, 2.0, 0.0])
+    jump = np.array([[5.0], [5.0], [1.0]])
+    assert mean_deceleration(0.12, 0.17, TIME[:3], jump).tolist() == pytest.approx([4.0 / 0.1])
+
+
 def test_mean_of_one_record_is_none():
     assert mean_deceleration(0.0, 0.5, TIME[:1], SPEEDS[:1]).tolist() == [0.0, 0.0, 0.0]
 
@@ -47,6 +61,15 @@ def test_window_peak_is_the_largest_of_all_places(interval):
     for clock in (time, time + 0.5):
         assert window_peak(0.030, clock, speeds).tolist() == pytest.approx([50.0, 30.0], rel=1e-9)
         assert window_peak(0.100, clock, speeds).tolist() == pytest.approx([38.0, 15.0], rel=1e-2)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.5])
+def test_a_window_of_whole_records_takes_their_speeds_to_the_last_digit(start):
+    speeds = np.random.default_rng(5).normal(size=(300, 2))
+    expected = np.abs(speeds[30:] - speeds[:-30]).max(axis=0)
+    held = np.abs(speeds[-1] - speeds[-30:]).max(axis=0)
+    found = window_peak(0.030, start + np.arange(300) * 1e-3, speeds)
+    assert found.tolist() == (np.maximum(expected, held) / 0.030).tolist()
 
 
 @pytest.mark.parametrize("interval", [1e-3, 0.7e-3])

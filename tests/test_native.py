@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import ctypes
 import threading
 from collections.abc import Iterator
 
 import mujoco
+import numba
 import numpy as np
 import pytest
 from builders import chain, envelope, step_once
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba.core import caching
 
 from trainmj import native, offsets
 from trainmj.chain import Chain
@@ -298,8 +301,6 @@ def test_without_the_law_the_vehicles_pass_through_each_other():
 
 def test_places_of_fields_are_those_of_this_mujoco():
     """Each place, read as raw memory, holds what MuJoCo's own Python says."""
-    import ctypes
-
     o = offsets.field_offsets()
     case = walled()
     model = build(case)
@@ -358,53 +359,69 @@ def test_accepted_integrators_call_the_law_once_a_step(ours, name):
 
 # the compiler's cache on disk
 
-CACHED = """
-import ctypes, numba, sys
-from trainmj import native
-from trainmj.offsets import Offsets, field_offsets
-wrong = Offsets(*range(800, 1520, 80))
-right = field_offsets()
-for offsets in {order}:
-    native._compile(native._passive, "void(voidptr, voidptr)", offsets)
-from trainmj.metrics import summarise
-from trainmj.scenario import load
-from trainmj.simulation import run
-print(repr(summarise(run(load("b_type"))).TS_mm))
-"""
 
-
-def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(python, tmp_path, standard_summary):
+def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_path, monkeypatch):
     """numba's cache does not see module globals; with offsets there, a stale function would read foreign memory."""
-    for order in ("(wrong,)", "(right, wrong)"):
-        done = python("-c", CACHED.format(order=order), NUMBA_CACHE_DIR=str(tmp_path))
-        assert done.returncode == 0, done.stderr
-        assert float(done.stdout) == standard_summary.TS_mm
-    assert list(tmp_path.rglob("*.nbc")), "this test needs the cache to be in use"
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    right = offsets.field_offsets()
+    wrong = offsets.Offsets(*range(800, 1520, 80))
+    signature = "void(voidptr, voidptr, intc)"
+    for places in (wrong, right, wrong):
+        native._compile(native._sensor, signature, places)
+    assert len(list(tmp_path.rglob("*.nbc"))) == 2, "one of each, and the second wrong one was there"
+    case = walled()
+    model, layout = build(case), Layout.of(case)
+    data = start(model, case, layout)
+    data.qpos[:] = [0.4, 0.3, 0.2, 0.1]
+    with native.installed():
+        mujoco.mj_forward(model, data)
+    expected = data.sensordata.copy()
+    data.sensordata[:] = 0.0
+    address = native._compile(native._sensor, signature, right)
+    sensor = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)(address)
+    sensor(model._address, data._address, int(mujoco.mjtStage.mjSTAGE_ACC))
+    assert data.sensordata[:8].tolist() == expected[:8].tolist()
+    assert expected[:4].all()
 
 
-UNWRITABLE = """
-import logging
-from numba.core import caching
-logging.basicConfig(format="%(levelname)s %(name)s %(message)s")
-def refuse(self):
-    raise OSError(30, "Read-only file system")
-for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
-    if "ensure_cache_path" in vars(cls):
-        cls.ensure_cache_path = refuse
-from trainmj.metrics import summarise
-from trainmj.scenario import load
-from trainmj.simulation import run
-print(repr(summarise(run(load("b_type"))).TS_mm))
-"""
-
-
-def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(python, standard_summary):
+def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(monkeypatch, caplog):
     """As in a container with a read-only home and package."""
-    done = python("-c", UNWRITABLE)
-    assert done.returncode == 0, done.stderr
-    assert "WARNING trainmj.native the compiled law is not kept between processes (" in done.stderr
-    assert "NUMBA_CACHE_DIR" in done.stderr
-    assert float(done.stdout) == standard_summary.TS_mm
+
+    def refuse(self: object) -> None:
+        raise OSError(30, "Read-only file system")
+
+    for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
+        if "ensure_cache_path" in vars(cls):
+            monkeypatch.setattr(cls, "ensure_cache_path", refuse)
+    address = native._compile(native._no_clock, "float64()", offsets.field_offsets())
+    assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == 0.0
+    (said,) = (record.getMessage() for record in caplog.records)
+    assert said.startswith("the compiled law is not kept between processes (")
+    assert "NUMBA_CACHE_DIR" in said
+
+
+def test_with_a_cache_there_is_nothing_to_say(caplog):
+    native._compile(native._no_clock, "float64()", offsets.field_offsets())
+    assert not caplog.records
+
+
+def test_compiled_functions_live_on():
+    """MuJoCo holds bare pointers into them."""
+    kept = {function.address for function in native._kept}
+    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in native._callbacks()} <= kept
+
+
+def test_sensors_are_written_when_their_stage_is_reached_and_not_before(law, system):
+    model, layout = system
+    data = start(model, walled(), layout)
+    data.qpos[:] = [0.4, 0.3, 0.2, 0.1]
+    mujoco.mj_forward(model, data)
+    expected = data.sensordata.copy()
+    sensor = native._callbacks()[1]
+    for stage in (mujoco.mjtStage.mjSTAGE_POS, mujoco.mjtStage.mjSTAGE_VEL, mujoco.mjtStage.mjSTAGE_ACC):
+        data.sensordata[:] = 7.0
+        sensor(model._address, data._address, int(stage))
+        assert (data.sensordata[:8] == (expected[:8] if stage == mujoco.mjtStage.mjSTAGE_ACC else 7.0)).all()
 
 
 def test_end_of_a_collision_is_seen_by_the_law(law):

@@ -2,19 +2,19 @@
 
 import hashlib
 import json
+import os
 import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from forked import forked
 from ruamel.yaml import YAML
 
 import trainmj
 from trainmj.cli import main
+from trainmj.workflow.simulator import Simulator
 
 SMALL = {
     "scenario": "b_type",
@@ -92,21 +92,28 @@ def again(done, tmp_path):
 # the command
 
 
+def command(*arguments):
+    """The command within this process."""
+    return CliRunner().invoke(main, ["study", *map(str, arguments)])
+
+
 @pytest.fixture(scope="module")
-def typed(python, tmp_path_factory):
-    """The command as a user types it, on a file of their own."""
+def typed(tmp_path_factory):
+    """The command as a user types it, on a file of their own, with figures."""
     folder = tmp_path_factory.mktemp("typed")
     values = changed(SMALL, "optimiser", {
         "on": "both", "seed": 1, "resolution": {"D": 2, "M": 0.2},
         "surrogate": {"particles": 30, "iterations": 20}, "simulator": {"particles": 12, "iterations": 4},
     })  # fmt: skip
     file = study_file(folder, values)
-    return folder, python("-m", "trainmj", "study", str(file), "--out", str(folder / "out"))
+    with pytest.MonkeyPatch.context() as terminal:
+        terminal.setenv("COLUMNS", "80")
+        return folder, command(file, "--out", folder / "out")
 
 
 def test_the_command_prints_a_summary_of_80_columns_that_tells_the_whole_story(typed):
     _, told = typed
-    assert told.returncode in (0, 1), told.stderr
+    assert told.exit_code in (0, 1), told.output
     assert told.stderr == ""
     assert max(map(len, told.stdout.splitlines())) <= 80
     for words in (
@@ -140,15 +147,10 @@ def test_both_fronts_are_allowed_and_the_ratio_is_reported(typed):
     assert 0 < compared["kept"] <= compared["points"]
 
 
-def command(*arguments):
-    """The command within this process."""
-    return CliRunner().invoke(main, ["study", *map(str, arguments)])
-
-
 def test_json_is_the_summary_and_a_finished_study_is_only_read(typed):
     folder, first = typed
     told = command(folder / "mine.study.yaml", "--out", folder / "out", "--json")
-    assert told.exit_code == first.returncode
+    assert told.exit_code == first.exit_code
     summary = json.loads(told.stdout)
     assert summary == json.loads((folder / "out" / "summary.json").read_text())
     assert set(summary) >= {
@@ -298,35 +300,27 @@ def test_a_damaged_record_of_steps_only_costs_time(again, done):
 
 def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
     """Killed in the middle of its simulations; what was finished is not computed again."""
-    values = changed(SMALL, "design", {"kind": "sobol", "n": 80, "seed": 1})
-    values = changed(values, "set", {"simulation.step_ms": 0.1})
-    file = study_file(tmp_path, values)
-    words = [sys.executable, "-m", "trainmj", "study", str(file), "--out", str(tmp_path / "out")]
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    store = tmp_path / "out" / "simulations.sqlite"
-    limit = time.monotonic() + 60
-    while time.monotonic() < limit and process.poll() is None and _stored(store) < 10:
-        time.sleep(0.05)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    finished = _stored(store)
-    assert 10 <= finished < 82, "not killed while simulating"
+    file = study_file(tmp_path, changed(SMALL, "design", {"kind": "sobol", "n": 40, "seed": 1}))
+
+    def prepare():
+        write, finished = Simulator._write, []
+
+        def killing(self, rows):
+            finished.extend(rows)
+            write(self, rows)
+            if len(finished) == 20:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return []
+
+        Simulator._write = killing
+        trainmj.workflow.simulator._COMMIT_EVERY = 0.0
+
+    words = ("study", file, "--out", tmp_path / "out", "--figures", "none", "--threads", "1")
+    assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL
     second = run(file, tmp_path / "out")
-    assert second.simulated == 82 - finished  # as it stands, 80 points, the check
+    assert second.simulated == 42 - 20  # as it stands, 40 points, the check
     whole = run(file, tmp_path / "out")
     assert whole.computed == ()
-
-
-def _stored(file):
-    import sqlite3
-
-    if not file.exists():
-        return 0
-    try:
-        with sqlite3.connect(f"{file.as_uri()}?mode=ro", uri=True) as db:
-            return db.execute("SELECT COUNT(*) FROM cases").fetchone()[0]
-    except sqlite3.OperationalError:
-        return 0
 
 
 # cases that fail, limits that cannot be kept

@@ -5,13 +5,13 @@ import os
 import signal
 import sqlite3
 import subprocess
-import sys
 import time
 
 import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from forked import Forked, forked
 
 import trainmj
 from trainmj.cli import main
@@ -19,17 +19,10 @@ from trainmj.sweep.plan import grid_values
 from trainmj.sweep.store import Store
 
 FAST = ["--set", "simulation.step_ms=0.5"]
-COMMAND = [sys.executable, "-m", "trainmj", "sweep"]
-
-
-def process(*arguments, **options):
-    """The command as a user types it."""
-    words = [*COMMAND, *map(str, arguments)]
-    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=False, **options)
 
 
 def trainmj_sweep(*arguments):
-    """The same within this process, which has imported all it needs."""
+    """The command within this process, which has imported all it needs."""
     done = CliRunner().invoke(main, ["sweep", *map(str, arguments)])
     return subprocess.CompletedProcess(arguments, done.exit_code, done.stdout, done.stderr)
 
@@ -136,7 +129,7 @@ def test_wrong_values_of_a_grid_are_refused(text):
 def undisturbed(tmp_path_factory):
     """A sweep of 120 cases that nothing stopped; one in four is refused."""
     folder = tmp_path_factory.mktemp("undisturbed") / "sweep"
-    done = process("b_type", *CASES, *FAST, "--out", folder)
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", folder)
     assert done.returncode == 0, done.stderr
     return folder, done
 
@@ -226,21 +219,24 @@ def test_more_columns_than_sqlite_holds_are_refused_with_the_cure(tmp_path):
 
 def test_killed_ten_times_and_resumed_the_table_is_the_same(undisturbed, tmp_path):
     rng = np.random.default_rng(11)
-    command = [*COMMAND, "b_type", *CASES, *FAST, "--out", str(tmp_path), "--resume"]
-    environment = os.environ | {"PYTHONWARNINGS": "error::ResourceWarning"}
-    seen = set()
-    for _ in range(10):
-        process = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        time.sleep(float(rng.uniform(0.3, 2.6)))  # before the first case, between commits, after the end
-        process.send_signal(signal.SIGKILL)
-        process.communicate()
-        file = tmp_path / "results.sqlite"
-        if file.exists():
-            with sqlite3.connect(file) as db:
-                there = {n for (n,) in db.execute('SELECT "case" FROM results')} if _has_table(db) else set()
-            assert seen <= there, "a finished case was lost"
-            seen = there
-    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume")
+    command = ["sweep", "b_type", *CASES, *FAST, "--out", tmp_path, "--resume"]
+    seen, counts = set(), []
+    for cpu in rng.uniform(0.1, 0.4, 10):  # before the first case, between commits, after the end [s]
+
+        def prepare(cpu=cpu):
+            """The signal ends the process without a word, after so much time of its own on a busy machine too."""
+            trainmj.sweep.run.COMMIT_EVERY = 0.01
+            trainmj.batch.run_chains.__defaults__ = (0, 8)  # few side by side, so that they end one after the other
+            signal.setitimer(signal.ITIMER_PROF, cpu)
+
+        assert forked(tmp_path, *command, prepare=prepare).returncode in (-signal.SIGPROF, 0)
+        with sqlite3.connect(tmp_path / "results.sqlite") as db:
+            there = {n for (n,) in db.execute('SELECT "case" FROM results')} if _has_table(db) else set()
+        assert seen <= there, "a finished case was lost"
+        seen = there
+        counts.append(len(seen))
+    assert set(counts) - {0, 120}, "it was never killed in the middle"
+    done = trainmj_sweep(*command[1:])
     assert done.returncode == 0, done.stderr
     assert csv_of(tmp_path) == csv_of(undisturbed[0])
 
@@ -270,17 +266,17 @@ def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
 
 
 def test_control_c_stops_cleanly_and_says_how_to_go_on(undisturbed, tmp_path):
-    command = [*COMMAND, "b_type", *CASES, "--out", str(tmp_path)]  # at the scenario's own step, so that it lasts
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (tmp_path / "results.sqlite").exists() and process.poll() is None:
-        time.sleep(0.05)
+    # at the scenario's own step, so that it lasts
+    process = Forked(tmp_path, "sweep", "b_type", *CASES, "--out", tmp_path)
+    until = time.monotonic() + 60
+    while not (tmp_path / "results.sqlite").exists() and time.monotonic() < until:
+        time.sleep(0.01)
     time.sleep(0.3)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    # a process that python itself ends by the signal has the same exit status in a shell
-    assert process.returncode in (130, -signal.SIGINT), said
-    assert "--resume" in said
-    assert "Traceback" not in said
+    process.send(signal.SIGINT)
+    ended = process.ended()
+    assert ended.returncode == 130, ended.stderr
+    assert "--resume" in ended.stderr
+    assert "Traceback" not in ended.stderr
 
 
 def test_a_sweep_is_not_overwritten_nor_mixed_with_another(undisturbed, tmp_path):
@@ -302,7 +298,9 @@ def test_another_version_does_not_go_on_with_a_sweep(undisturbed, tmp_path, monk
 
 def test_two_sweeps_do_not_write_to_one_file(tmp_path):
     with Store(tmp_path / "results.sqlite"):
-        assert said_no(process("b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "another sweep")
+        assert said_no(
+            forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "another sweep"
+        )
 
 
 def test_a_damaged_file_is_said_to_be_one(tmp_path):
@@ -321,7 +319,7 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
     def small():
         resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))
 
-    done = process("b_type", *CASES, *FAST, "--out", tmp_path, preexec_fn=small)
+    done = forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", tmp_path, prepare=small)
     assert said_no(done, "results.sqlite", "finished cases are kept")
     done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume")
     assert done.returncode == 0, done.stderr
@@ -332,9 +330,14 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
 
 
 def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undisturbed, tmp_path):
+    import dask
     from dask.distributed import Client, LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+    with (
+        dask.config.set({"distributed.worker.multiprocessing-method": "fork"}),  # all imports are done
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
         from trainmj.sweep import cluster as engines
 
         plan = trainmj.plan_of(
