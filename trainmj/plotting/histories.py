@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-_MOST_LABELS = 14  # more lines than this are not named: the shades run from the head backwards
+_MOST_VEHICLES, _MOST_INTERFACES = 6, 8  # of one side, that are all named; of more the first ones and the last
 
 
 def collision(result: Result, width: Width = "page") -> Figure:
@@ -43,8 +43,9 @@ def collision(result: Result, width: Width = "page") -> Figure:
         _lines(axes[2], result, "Force", result.force[:, own] / KN, "kN", own)
         _lines(axes[3], result, "Absorbed energy", result.energy[:, own] * share[own] / KJ, "kJ", own)
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
-        half = (len(own) + 1) // 2
-        _legend(axes[1], [axes[1].lines[:half], axes[1].lines[half:]])  # the colours are the same in all three
+        named = _named(axes[1].lines, _MOST_INTERFACES)
+        half = (len(named) + 1) // 2
+        _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
         for axis in axes:
             axis.set_xlim(0, result.time[-1])
         for axis in axes[2:] if width == "page" else axes[3:]:
@@ -67,11 +68,13 @@ def _speeds(axes: Axes, result: Result) -> None:
     )
     for _, indices, colours in sides:
         for place, i in enumerate(indices):
-            shade = 0.1 + 0.6 * place / max(1, len(indices) - 1)
+            shade = 0.1 + 0.6 * _part(place, len(indices))
             axes.plot(result.time, result.velocity[:, i] / KM_H, color=colours(shade), label=chain.vehicles[i].name)
     axes.set_title("Speed")
     axes.set_ylabel("km/h")
-    _legend(axes, [axes.lines[: chain.n_moving], axes.lines[chain.n_moving :]])
+    _legend(
+        axes, [_named(side, _MOST_VEHICLES) for side in (axes.lines[: chain.n_moving], axes.lines[chain.n_moving :])]
+    )
 
 
 def _lines(axes: Axes, result: Result, title: str, values: np.ndarray, unit: str, interfaces: list[int]) -> None:
@@ -80,17 +83,29 @@ def _lines(axes: Axes, result: Result, title: str, values: np.ndarray, unit: str
     colours = colormaps["viridis"]
     for place, k in enumerate(interfaces):
         name = result.chain.interfaces[k].name
-        axes.plot(result.time, values[:, place], color=colours(0.9 * place / max(1, len(interfaces) - 1)), label=name)
+        axes.plot(result.time, values[:, place], color=colours(0.9 * _part(place, len(interfaces))), label=name)
     axes.set_title(title)
     axes.set_ylabel(unit)
+
+
+def _part(place: int, n: int) -> float:
+    """Where the line at a place of n stands on the scale of shades; of many lines the first differ more."""
+    part = place / max(1, n - 1)
+    return part if n <= _MOST_INTERFACES else float(np.sqrt(part))
+
+
+def _named(lines: Sequence[Line2D], most: int) -> list[Line2D]:
+    """The lines that a legend names: all of them, or the first ones, an ellipsis and the last."""
+    from matplotlib.lines import Line2D
+
+    more = Line2D([], [], linestyle="none", label="...")
+    return list(lines) if len(lines) <= most else [*lines[: most - 2], more, lines[-1]]
 
 
 def _legend(axes: Axes, rows: Sequence[Sequence[Line2D]]) -> None:
     """Names above the panel, clear of the lines, in rows."""
     from matplotlib.lines import Line2D
 
-    if sum(map(len, rows)) > _MOST_LABELS:
-        return
     columns = max(map(len, rows))
     empty = Line2D([], [], linestyle="none", label=" ")
     filled = [[*row, *[empty] * (columns - len(row))] for row in rows]

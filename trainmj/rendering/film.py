@@ -28,7 +28,7 @@ LARGEST = 7680, 4320
 """Most pixels of a picture, wide and high."""
 
 _HOLD = 1.0  # how long a film rests on its last frame [s]
-_MOST_LABELS, _MOST_NUMBERS = 40, 16  # vehicles whose names, and names and energies, fit below the strip
+_MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and names and energies, fit below the strip
 
 
 def render(
@@ -171,10 +171,15 @@ def _reading(result: Result, sample: int, wear: Wear) -> Reading:
 
 
 def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
-    """Below the strip: the vehicles, and between them the energy that each interface has absorbed [kJ]."""
+    """Below the strip: the vehicles, and between them the energy that each interface has absorbed [kJ].
+
+    The names come in the order in which they matter, for where there is no room for all: heads, tails, round numbers.
+    """
     middles = data.xpos[1:, 0]
-    every = -(-len(chain.vehicles) // _MOST_LABELS)
-    names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)][::every]
+    names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)]
+    ends = {chain.n_moving - 1: 0, chain.n_moving: 1, 0: 2, len(names) - 1: 3}
+    order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + int(names[i].text[1:]) % 10))
+    names = [names[i] for i in order if len(names) <= _MOST_NAMES or i in ends or int(names[i].text[1:]) % 5 == 0]
     tails = middles + np.array([v.length for v in chain.vehicles]) / 2
     energies = [float(wear.energy[k, 0].sum()) for k in range(len(chain.interfaces))]
     few = len(chain.vehicles) <= _MOST_NUMBERS

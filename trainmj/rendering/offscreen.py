@@ -96,12 +96,14 @@ def _aim(scene: mujoco.MjvScene, view: View) -> None:
     right = np.cross(forward, [0.0, 0.0, 1.0])
     up = np.cross(right / np.linalg.norm(right), forward)
     top = view.height / 2 if view.angle is None else _NEAR * np.tan(view.angle / 2)
+    wide = 2 * top * view.place[2] / view.place[3]
+    far = _FAR if view.angle is not None else max(_FAR, wide)  # the sky is as wide as it is far
     for camera in scene.camera:  # one for each eye; both the same
         camera.pos[:], camera.forward[:], camera.up[:] = view.eye, forward, up
         camera.orthographic = int(view.angle is None)
         camera.frustum_center, camera.frustum_width = 0.0, 0.0
         camera.frustum_bottom, camera.frustum_top = -top, top
-        camera.frustum_near, camera.frustum_far = _NEAR, _FAR
+        camera.frustum_near, camera.frustum_far = _NEAR, far
 
 
 def new_context(width: int, height: int) -> Any:

@@ -80,7 +80,7 @@ class Overlay:
         Args:
             picture: as drawn.
             reading: numbers of the frame.
-            labels: below the strip.
+            labels: below the strip; the names in the order in which they matter, should there be no room for all.
         """
         from PIL import Image, ImageDraw
 
@@ -140,15 +140,25 @@ class Overlay:
         p = self._pixels
         draw.line((0, self.height - self.strip, self.width, self.height - self.strip), (*_PAPER, 255), p(3))
         y = self.height - p(17)
-        for label in labels:
-            if label.share is None:
-                draw.text((label.x, y), label.text, _INK, font(p(13)), anchor="mm")
-                continue
-            paint = (255 * colour(label.share)).astype(int)
-            half = max(p(6), draw.textlength(label.text, font(p(12))) / 2 + p(5)) if label.text else p(4)
-            draw.rounded_rectangle((label.x - half, y - p(9), label.x + half, y + p(9)), p(5), fill=(*paint, 255))
+        energies = [label for label in labels if label.share is not None]
+        bare = [label.x for label in energies if not label.text]
+        narrow = min([2 * p(4), *(0.8 * np.diff(bare))]) / 2  # of a long train they stay apart
+        for label in energies:
+            paint = (255 * colour(label.share or 0.0)).astype(int)
+            half = max(p(6), draw.textlength(label.text, font(p(12))) / 2 + p(5)) if label.text else narrow
+            box = (label.x - half, y - p(9), label.x + half, y + p(9))
+            draw.rounded_rectangle(box, min(p(5), half), fill=(*paint, 255))
             ink = _PAPER if paint @ (0.30, 0.59, 0.11) < 140 else _INK
             draw.text((label.x, y), label.text, ink, font(p(12)), anchor="mm")
+        above = p(24) if bare else 0
+        taken: list[tuple[float, float]] = []
+        for label in labels:
+            half = draw.textlength(label.text, font(p(13))) / 2 + p(4)
+            x = min(max(label.x, half), self.width - half)
+            ends = x - half, x + half
+            if label.share is None and all(ends[1] <= a or b <= ends[0] for a, b in taken):
+                taken.append(ends)
+                draw.text((x, y - above), label.text, _INK, font(p(13)), anchor="mm")
 
 
 def _cut(draw: ImageDraw, text: str, fount: FreeTypeFont, room: float) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from trainmj.plotting.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
+from trainmj.units import label
 
 Trace = dict[str, Any]
 """One line, or one set of points, as plotly.js takes it."""
@@ -19,6 +21,8 @@ COLOURS = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "#404040")
 
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """From little to much."""
+
+_LONGEST = 18  # letters in a line of an upright title, for a plot on paper
 
 _AXIS = {
     "gridcolor": "#e8eaee",
@@ -62,7 +66,8 @@ def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any
         y_unit: its unit.
         more: further entries of the layout.
     """
-    named = {"xaxis": {"title": {"text": _label(x, x_unit)}}, "yaxis": {"title": {"text": _label(y, y_unit)}}}
+    upright = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
+    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": upright}}}
     return _merged(named, more)
 
 
@@ -165,10 +170,6 @@ def shade(part: float, colours: Sequence[str] = VIRIDIS) -> str:
     k = min(int(at), len(colours) - 2)
     low, high = (np.array([int(colours[i][j : j + 2], 16) for j in (1, 3, 5)]) for i in (k, k + 1))
     return "#" + "".join(f"{round(float(c)):02x}" for c in low + (at - k) * (high - low))
-
-
-def _label(name: str, unit: str) -> str:
-    return plain(f"{name} ({unit})" if unit else name)
 
 
 def _spaced(x: npt.ArrayLike) -> dict[str, Any]:

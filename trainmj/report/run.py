@@ -19,6 +19,8 @@ from trainmj.scenario import to_yaml
 from trainmj.scenario.parts import RIGID_WALL
 from trainmj.units import KM_H, MS, TONNE
 
+_MOST_ROWS = 24  # of a table that says again what the scenario says; a longer one is folded away
+
 MOMENTUM = 1e-9
 """Momentum is kept to round-off: an error above this, relative to the sum of \\|m v\\|, is none any more."""
 
@@ -285,5 +287,6 @@ def _add_scenario(section: Section, result: Result) -> None:
         ],
         [(v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H) for v in chain.vehicles],
         title="Vehicles along the track",
+        folded=len(chain.vehicles) > _MOST_ROWS,
     )
     section.code(to_yaml(scenario), "scenario.yaml", folded=True)
