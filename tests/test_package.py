@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import zipfile
@@ -93,18 +94,40 @@ def test_wheel_has_scenarios_scene_tables_and_types(wheel):
     assert any("LICENSE" in n for n in names)
 
 
-def test_installed_package_works_away_from_the_checkout(target, python, tmp_path):
-    where = python("-c", "import trainmj; print(trainmj.__file__)", PYTHONPATH=str(target))
-    assert where.stdout.startswith(str(target)), where.stderr
-    listed = python("-m", "trainmj", "scenarios", PYTHONPATH=str(target))
-    assert listed.returncode == 0, listed.stderr
-    assert "b_type_scenario_2" in listed.stdout
-    ran = python("-m", "trainmj", "run", "b_type", "--out", str(tmp_path / "run"), PYTHONPATH=str(target))
-    assert ran.returncode == 0, ran.stderr
-    assert "TAMA" in ran.stdout
-    assert (tmp_path / "run" / "result.nc").stat().st_size > 0
-    exported = python("-m", "trainmj", "export", "b_type", PYTHONPATH=str(target))
-    assert mujoco.MjModel.from_xml_string(exported.stdout).nv == 12
+AWAY = """
+import sys, trainmj
+from click.testing import CliRunner
+from trainmj.cli import main
+print(trainmj.__file__)
+for line in sys.stdin:
+    done = CliRunner().invoke(main, line.split())
+    print(done.output, done.exit_code)
+"""
+
+
+def test_installed_package_works_away_from_the_checkout(target, tmp_path):
+    """Listing needs the scenarios, a run and an export the scene, a report what it is filled into."""
+    commands = (
+        "scenarios",
+        f"run b_type --set simulation.time_limit_s=0.1 --out {tmp_path / 'run'} --figures none --report",
+        f"export b_type --out {tmp_path / 'model.xml'}",
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", AWAY],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(target)},
+        input="\n".join(commands),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.stdout.startswith(str(target)), done.stderr
+    assert [line[-1] for line in done.stdout.splitlines() if line[-2:] in (" 0", " 1", " 2")] == ["0"] * 3, done.stdout
+    assert "b_type_scenario_2" in done.stdout
+    assert "TAMA" in done.stdout
+    assert {"result.nc", "report.html"} <= {file.name for file in (tmp_path / "run").iterdir()}
+    assert mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml")).nv == 12
 
 
 def test_every_module_imports():

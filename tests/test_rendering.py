@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
+from forked import forked
 from PIL import Image
 
 from trainmj import model as models
@@ -276,11 +278,8 @@ def test_a_full_disk_leaves_the_old_file(saved, tmp_path, ending):
         pytest.importorskip("av")
     file = tmp_path / f"crash.{ending}"
     file.write_text("old")
-    code = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (2048, 2048))"
-    done = _process(
-        code, "render", str(saved), "--out", str(file), "--size", "192x108", "--slow", "1", "--fast",
-        NUMBA_CACHE_DIR=os.environ.get("NUMBA_CACHE_DIR", ""), COVERAGE_PROCESS_CONFIG="",
-    )  # fmt: skip
+    words = ("render", saved, "--out", file, "--size", "192x108", "--slow", "1", "--fast")
+    done = forked(tmp_path, *words, prepare=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (2048, 2048)))
     assert done.returncode == 2
     assert "cannot be written (File too large)" in done.stderr
     assert "Traceback" not in done.stderr

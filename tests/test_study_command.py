@@ -108,7 +108,7 @@ def typed(tmp_path_factory):
     file = study_file(folder, values)
     with pytest.MonkeyPatch.context() as terminal:
         terminal.setenv("COLUMNS", "80")
-        return folder, command(file, "--out", folder / "out")
+        return folder, command(file, "--out", folder / "out", "--figures", "svg")
 
 
 def test_the_command_prints_a_summary_of_80_columns_that_tells_the_whole_story(typed):
@@ -130,7 +130,7 @@ def test_each_step_leaves_its_table_and_figure(typed):
         "01_design", "02_simulations", "03_correlation", "04_surrogates", "05_front_surrogate_progress",
         "06_front_simulator_progress", "07_fronts", "08_weights", "09_decision", "10_check",
     ):  # fmt: skip
-        assert {f"{step}.csv", f"{step}.png"} <= names
+        assert {f"{step}.csv", f"{step}.svg"} <= names
     assert {"05_front_surrogate.csv", "06_front_simulator.csv", "04_coefficients.csv", "summary.json"} <= names
     assert not [n for n in names if n.endswith(".part")]
 
@@ -149,7 +149,7 @@ def test_both_fronts_are_allowed_and_the_ratio_is_reported(typed):
 
 def test_json_is_the_summary_and_a_finished_study_is_only_read(typed):
     folder, first = typed
-    told = command(folder / "mine.study.yaml", "--out", folder / "out", "--json")
+    told = command(folder / "mine.study.yaml", "--out", folder / "out", "--figures", "svg", "--json")
     assert told.exit_code == first.exit_code
     summary = json.loads(told.stdout)
     assert summary == json.loads((folder / "out" / "summary.json").read_text())
