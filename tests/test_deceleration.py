@@ -65,7 +65,7 @@ def test_window_peak_is_the_largest_of_all_places(interval):
 
 @pytest.mark.parametrize("start", [0.0, 0.5])
 def test_a_window_of_whole_records_takes_their_speeds_to_the_last_digit(start):
-    speeds = np.random.default_rng(5).normal(size=(300, 2))
+    speeds = np.random.default_rng(5).normal(size=(300, 20))
     expected = np.abs(speeds[30:] - speeds[:-30]).max(axis=0)
     held = np.abs(speeds[-1] - speeds[-30:]).max(axis=0)
     found = window_peak(0.030, start + np.arange(300) * 1e-3, speeds)
