@@ -212,7 +212,6 @@ class Progress:
 
     def __init__(self, total: int) -> None:
         """For a known number of cases."""
-        self._total = total
         self._began: tuple[float, int] | None = None
         self._bar = bars.Progress(
             bars.TextColumn("{task.completed}/{task.total}"),
@@ -246,11 +245,6 @@ class Progress:
         since, before = self._began
         rate = (finished - before) / (now - since) if now > since else 0.0
         self._bar.update(self._task, completed=finished, rate=f"{rate:.0f}/s")
-
-
-def progress(total: int) -> Progress:
-    """A bar for a known number of cases."""
-    return Progress(total)
 
 
 def print_outcome(outcome: Outcome) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from trainmj.identify.spec import TargetsFile
 from trainmj.scenario import schema as scenario_schema
 from trainmj.scenario.parts import Parts
-from trainmj.sweep.plan import SweepFile
+from trainmj.sweep.spec import SweepFile
 from trainmj.units import unit_of
 from trainmj.workflow.spec import StudyFile
 

@@ -45,7 +45,7 @@ def _schema(kind: str) -> dict[str, Any]:
         return scenario_schema()
     model: type[BaseModel]
     if kind == "sweep":
-        from trainmj.sweep.plan import SweepFile
+        from trainmj.sweep.spec import SweepFile
 
         model = SweepFile
     elif kind == "study":

@@ -63,7 +63,7 @@ def render(
     result = _result(scenario, changes)
     from trainmj import terminal
 
-    with terminal.progress(film.count(result, out, slow, fps)) as bar:
+    with terminal.Progress(film.count(result, out, slow, fps)) as bar:
         try:
             film.render(result, out, camera, slow, size, at, fps, smooth, bar)
         except KeyboardInterrupt:

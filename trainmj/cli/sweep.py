@@ -79,7 +79,7 @@ def sweep(
     if histories is not None:
         cases = replace(cases, histories=tuple(_numbers(histories)))
     write_parquet = _parquet_writer() if parquet else None
-    with terminal.progress(len(cases)) as progress, _engine(dask, cases) as engine:
+    with terminal.Progress(len(cases)) as progress, _engine(dask, cases) as engine:
         try:
             outcome = run_sweep(cases, out, threads, resume, engine, progress)
         except KeyboardInterrupt:

@@ -38,7 +38,7 @@ DPI = 300
 """Resolution of a PNG, the least that most journals take for line art with text."""
 
 BLUE, SKY, ORANGE, GREEN, GREY = "#0072B2", "#8CC8EE", "#D55E00", "#009E73", "0.45"
-VERMILION, YELLOW, PURPLE = ORANGE, "#E69F00", "#CC79A7"
+YELLOW, PURPLE = "#E69F00", "#CC79A7"
 
 PALETTE = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "0.25")
 """Okabe and Ito's colours (https://jfly.uni-koeln.de/color), told apart by colour-blind eyes; in order of use."""

@@ -115,38 +115,31 @@ class ConstraintPart(Part):
     )
 
 
-class SwarmPart(Part):
-    """How wide and how long a swarm searches."""
-
-    particles: Annotated[int, Field(ge=4, le=100_000, description="designs that move at once")]
-    iterations: Annotated[int, Field(ge=1, le=100_000, description="moves at most")]
-    archive: Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept")]
-    patience: Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends")]
-    tolerance: Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")]
+Particles = Annotated[int, Field(ge=4, le=100_000, description="designs that move at once")]
+Iterations = Annotated[int, Field(ge=1, le=100_000, description="moves at most")]
+Archive = Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept")]
+Patience = Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends")]
+Tolerance = Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")]
 
 
-class SurrogateSwarm(SwarmPart):
+class SurrogateSwarm(Part):
     """A swarm on the surrogates, where a point costs nothing."""
 
-    particles: Annotated[int, Field(ge=4, le=100_000, description="designs that move at once")] = 100
-    iterations: Annotated[int, Field(ge=1, le=100_000, description="moves at most")] = 250
-    archive: Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept")] = 100
-    patience: Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends")] = 25
-    tolerance: Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")] = (
-        1e-4
-    )
+    particles: Particles = 100
+    iterations: Iterations = 250
+    archive: Archive = 100
+    patience: Patience = 25
+    tolerance: Tolerance = 1e-4
 
 
-class SimulatorSwarm(SwarmPart):
+class SimulatorSwarm(Part):
     """A swarm on the simulator, where a point costs a collision."""
 
-    particles: Annotated[int, Field(ge=4, le=100_000, description="designs that move at once")] = 32
-    iterations: Annotated[int, Field(ge=1, le=100_000, description="moves at most")] = 30
-    archive: Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept")] = 60
-    patience: Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends")] = 8
-    tolerance: Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")] = (
-        1e-3
-    )
+    particles: Particles = 32
+    iterations: Iterations = 30
+    archive: Archive = 60
+    patience: Patience = 8
+    tolerance: Tolerance = 1e-3
 
 
 class OptimiserPart(Part):
