@@ -26,15 +26,18 @@ Damping = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
 Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
+Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]  # sums and squares stay finite
 Key = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40)]
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
+    """A group of an input file: its keys are all known, its values fixed once read."""
+
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
-class Curve(_Part):
+class Curve(Part):
     """Points of a crush curve: two lists, or a CSV file beside the scenario with these two columns."""
 
     stroke_mm: Annotated[list[Stroke], Field(max_length=MAX_POINTS)] | None = Field(
@@ -62,7 +65,7 @@ CurveRef = Annotated[
 _CURVE_DOC = "the name of a curve, points, or a list of these that is read as one curve"
 
 
-class ShearOff(_Part):
+class ShearOff(Part):
     """Bolts that fail at the end of a curve: the force rises to force_kN, then drops to zero."""
 
     force_kN: Force = Field(description="force at which the bolts shear [kN]")
@@ -71,7 +74,7 @@ class ShearOff(_Part):
     )
 
 
-class StageSpec(_Part):
+class StageSpec(Part):
     """One part of a device, from the stroke at which it engages."""
 
     curve: CurveRef = Field(description=_CURVE_DOC)
@@ -82,7 +85,7 @@ class StageSpec(_Part):
     )
 
 
-class DeviceSpec(_Part):
+class DeviceSpec(Part):
     """A device: one curve, or stages that act one after the other; and how it unloads."""
 
     curve: CurveRef | None = Field(default=None, description=_CURVE_DOC)
@@ -112,7 +115,7 @@ class DeviceSpec(_Part):
         }
 
 
-class VehicleSpec(_Part):
+class VehicleSpec(Part):
     """One vehicle of a train; what it leaves out the train states for all."""
 
     name: Label = Field(description="kind of vehicle; --set finds it by this name")
@@ -130,7 +133,7 @@ class Car(NamedTuple):
     coupler: str | None
 
 
-class TrainSpec(_Part):
+class TrainSpec(Part):
     """A train, its vehicles listed from the front end; a wagon is a train of one vehicle."""
 
     vehicles: Annotated[
@@ -159,7 +162,7 @@ class TrainSpec(_Part):
         ]
 
 
-class Collision(_Part):
+class Collision(Part):
     """Who runs into whom. The train moves along +x; its front end leads."""
 
     train: str = Field(description="the train that runs into its partner")
@@ -173,7 +176,7 @@ class Collision(_Part):
     )
 
 
-class Simulation(_Part):
+class Simulation(Part):
     """How it is computed. The step is that of a convergence study; see the documentation."""
 
     step_ms: Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)] = Field(
@@ -193,7 +196,7 @@ class Simulation(_Part):
         return max(1, round(self.record_every_ms / self.step_ms))
 
 
-class Parts(_Part):
+class Parts(Part):
     """All parts of a scenario together."""
 
     title: Annotated[str, Field(max_length=200)] = Field(default="", description="one line that heads every output")

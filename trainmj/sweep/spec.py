@@ -7,21 +7,16 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
 
+from trainmj.scenario.parts import Number, Part
 from trainmj.scenario.problems import Problem
 
 MAX_VALUES = 1_000_000
 """Most values that one name takes, and most cells of a sample or table: they are held in memory."""
 
-Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]
 
-
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-class Span(_Part):
+class Span(Part):
     """Evenly spaced values, both ends included."""
 
     start: Annotated[Number, Field(alias="from", description="first value")]
@@ -33,7 +28,7 @@ class Span(_Part):
         return [float(v) for v in np.linspace(self.start, self.to, self.count)]
 
 
-class Distribution(_Part):
+class Distribution(Part):
     """How one value scatters; exactly one of the three."""
 
     uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
@@ -58,7 +53,7 @@ class Distribution(_Part):
         return [self.choice[min(int(q * len(self.choice)), len(self.choice) - 1)] for q in quantile]
 
 
-class Sample(_Part):
+class Sample(Part):
     """A random or designed sample of several values at once."""
 
     count: Annotated[int, Field(ge=1, le=MAX_VALUES, description="how many cases")]
@@ -91,7 +86,7 @@ Values = Annotated[
 ]
 
 
-class SweepFile(_Part):
+class SweepFile(Part):
     """A sweep file: the scenario, what is changed in every case, and what is varied. Blocks are crossed."""
 
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")

@@ -13,12 +13,12 @@ from trainmj.files.folder import held
 from trainmj.files.plain import finite
 from trainmj.plotting.style import Format, Width
 from trainmj.scenario import to_yaml
+from trainmj.scenario.parts import Part
 from trainmj.scenario.problems import Problem, refuse
 from trainmj.workflow import choice, fronts, steps, surrogates
 from trainmj.workflow.folder import Folder, Output, Step
 from trainmj.workflow.plan import Study, load_study
 from trainmj.workflow.simulator import FILE, Simulator
-from trainmj.workflow.spec import Part
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,23 +7,18 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from trainmj.scenario.parts import Number, Part
 
 MAX_POINTS = 5000
 """Most points of a design: the distances between all of them are held in memory."""
 
-Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]  # sums and squares stay finite
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40)]
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 Title = Annotated[str, Field(max_length=200)]
 Notes = Annotated[str, Field(max_length=20_000)]
 Resolution = dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]]
-
-
-class Part(BaseModel):
-    """A group of the study file: its keys are all known, its values fixed once read."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class FactorPart(Part):
