@@ -2,13 +2,12 @@
 
 import json
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from forked import Forked
 from ruamel.yaml import YAML
 from twins import KNOWN, scenario, values
 
@@ -17,7 +16,6 @@ from trainmj.scenario import save
 
 QUICK = {"method": {"seed": 3, "explore": {"trials": 24}, "refine": {"iterations": 2}, "finish": {"iterations": 1}}}
 PLAIN = ["--figures", "none"]
-COMMAND = "import sys; from trainmj.cli import main; sys.argv[0] = 'trainmj'; main()"
 
 
 def targets_file(folder: Path, **changes) -> Path:
@@ -26,10 +24,6 @@ def targets_file(folder: Path, **changes) -> Path:
     with file.open("w", encoding="utf-8") as out:
         YAML().dump(values(**{**QUICK, **changes}), out)
     return file
-
-
-def command(*args) -> list[str]:
-    return [sys.executable, "-c", COMMAND, "identify", *map(str, args)]
 
 
 def left_in(folder: Path) -> dict[str, bytes]:
@@ -45,14 +39,14 @@ def test_same_bytes_on_any_threads_and_after_a_kill(tmp_path):
     assert max(map(len, done.stdout.splitlines()[:-2])) <= 80  # but for the folder's name
 
     killed = tmp_path / "killed"
-    process = subprocess.Popen(command(file, "--out", killed, "--threads", 1, *PLAIN))
+    process = Forked(tmp_path, "identify", file, "--out", killed, "--threads", "1", *PLAIN)
     store = killed / "trials.sqlite"
     deadline = time.monotonic() + 60
-    while not (store.exists() and store.stat().st_size > 20_000) and process.poll() is None:
+    while not (store.exists() and store.stat().st_size > 20_000):
         assert time.monotonic() < deadline
         time.sleep(0.002)
-    process.send_signal(signal.SIGKILL)
-    assert process.wait() == -signal.SIGKILL
+    process.send(signal.SIGKILL)
+    assert process.ended().returncode == -signal.SIGKILL
     assert not (killed / "found.yaml").exists()
 
     again = CliRunner().invoke(main, ["identify", str(file), "--out", str(killed), "--threads", "1", *PLAIN])
@@ -149,13 +143,13 @@ def test_a_damaged_store_is_said(tmp_path):
 def test_an_interrupt_ends_with_130_and_keeps_the_trials(tmp_path):
     file = targets_file(tmp_path, method__explore__trials=20_000, method__explore__population=16)
     out = tmp_path / "out"
-    process = subprocess.Popen(command(file, "--out", out, "--threads", 1), stderr=subprocess.PIPE, text=True)
+    process = Forked(tmp_path, "identify", file, "--out", out, "--threads", "1")
     deadline = time.monotonic() + 60
     while not ((out / "trials.sqlite").exists() and (out / "trials.sqlite").stat().st_size > 20_000):
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "with --resume goes on" in said
-    assert "Traceback" not in said
+    process.send(signal.SIGINT)
+    ended = process.ended()
+    assert ended.returncode == 130
+    assert "with --resume goes on" in ended.stderr
+    assert "Traceback" not in ended.stderr
