@@ -86,7 +86,7 @@ def run(
         for line in again.said() if again else ():
             click.echo(line)
         if out is not None:
-            click.echo(f"Written to {out}{'' if str(out).endswith('/') else '/'}")
+            click.echo(f"Written to {out}/" + (f"; open {out / 'report.html'}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     if summary.status.startswith("unstable") or differs or drifts:
         sys.exit(1)

@@ -102,7 +102,7 @@ class Column:
         if value is None or (isinstance(value, float) and not math.isfinite(value)):
             return "–"
         if isinstance(value, float):
-            return (f"{value:.4g}" if self.digits is None else f"{value:.{self.digits}f}").replace("-", "−")
+            return (f"{value:.4g}" if self.digits is None else f"{value:z.{self.digits}f}").replace("-", "−")
         return value
 
 

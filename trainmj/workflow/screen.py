@@ -174,7 +174,7 @@ def _check(study: Study, facts: Mapping[str, Any]) -> Table:
         limit = "; ".join(limit.text.removeprefix(row["response"]).strip() for limit in limits)
         kept = "" if row["kept"] is None else "yes" if row["kept"] else "NO"
         numbers = [_number(row[key], ".5g") for key in ("as_it_stands", "predicted", "simulated")]
-        table.add_row(f"{row['response']} {row['unit']}", *numbers, _number(row["error_percent"], "+.2f"), limit, kept)
+        table.add_row(f"{row['response']} {row['unit']}", *numbers, _number(row["error_percent"], "+z.2f"), limit, kept)
     return table
 
 
