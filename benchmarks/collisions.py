@@ -283,7 +283,8 @@ def main() -> None:
     figures["sweeps as whole processes, step 0.5 ms, by cases"] = growth_with_cases(1000 if options.quick else 10_000)
     figures["whole processes, from the second start on [s]"] = whole_processes(turns)
     fast = 1 / swept[f"step {FAST_STEP} ms"]
-    per_python = single["Python callback in MuJoCo"] / STEPS * 7120  # steps until the collision is over
+    standard = trainmj.run(trainmj.load("b_type"))
+    per_python = single["Python callback in MuJoCo"] / STEPS * (standard.time[-1] / standard.chain.step)
     figures["ratios"] = {
         "law / no law, bare model": single["bare model, with the law"] / single["bare model, without it"],
         "law / no law or timers, bare model": single["bare model, with the law"]
