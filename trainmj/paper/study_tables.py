@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from trainmj.paper.analysis import CRITERIA, Analysis
@@ -16,51 +18,38 @@ if TYPE_CHECKING:
 
 def table_10(recomputed: Analysis, ours: Analysis) -> Comparison:
     """Correlation of D and M with the responses."""
-    table = published("table10_correlation")
-    return Comparison(
-        "table10_correlation",
-        "Table 10. Correlation coefficients",
-        table[["parameter"]],
-        table.drop(columns="parameter"),
-        {source: a.correlations() for source, a in _both(recomputed, ours)},
-    )
+    title = "Table 10. Correlation coefficients"
+    found = {source: a.correlations() for source, a in _both(recomputed, ours)}
+    return _compare("table10_correlation", title, "parameter", found)
 
 
 def equations_7_and_8(recomputed: Analysis, ours: Analysis) -> Comparison:
     """Coefficients of the surrogates."""
-    table = published("eq7_eq8_coefficients_as_printed")
-    return Comparison(
-        "eq7_eq8_coefficients",
-        "Eqs (7) and (8). Coefficients of the cubic surrogates, D in mm and M in t",
-        table[["term"]],
-        table.drop(columns="term"),
-        {source: a.coefficients().reset_index(drop=True) for source, a in _both(recomputed, ours)},
-        "A published 0 is a term that Eq. (8) does not have as printed. See the defects.",
-    )
+    title = "Eqs (7) and (8). Coefficients of the cubic surrogates, D in mm and M in t"
+    found = {source: a.coefficients().reset_index(drop=True) for source, a in _both(recomputed, ours)}
+    note = "A published 0 is a term that Eq. (8) does not have as printed. See the defects."
+    compared = _compare("eq7_eq8_coefficients_as_printed", title, "term", found, note)
+    return replace(compared, name="eq7_eq8_coefficients")
 
 
 def table_11(recomputed: Analysis, ours: Analysis) -> Comparison:
     """Accuracy of the surrogates."""
-    table = published("table11_surrogate_accuracy")
-    return Comparison(
-        "table11_surrogate_accuracy",
-        "Table 11. Accuracy of the surrogates: each point left out in turn, errors over the range",
-        table[["criterion"]],
-        table.drop(columns="criterion"),
-        {source: a.accuracies() for source, a in _both(recomputed, ours)},
-    )
+    title = "Table 11. Accuracy of the surrogates: each point left out in turn, errors over the range"
+    found = {source: a.accuracies() for source, a in _both(recomputed, ours)}
+    return _compare("table11_surrogate_accuracy", title, "criterion", found)
 
 
 def table_12(recomputed: Analysis, ours: Analysis) -> Comparison:
     """Entropy weights."""
-    table = published("table12_entropy_weights")
-    return Comparison(
-        "table12_entropy_weights",
-        "Table 12. Entropy weights of the criteria",
-        table[["criterion"]],
-        table.drop(columns="criterion"),
-        {source: a.weights() for source, a in _both(recomputed, ours)},
-    )
+    title = "Table 12. Entropy weights of the criteria"
+    found = {source: a.weights() for source, a in _both(recomputed, ours)}
+    return _compare("table12_entropy_weights", title, "criterion", found)
+
+
+def _compare(name: str, title: str, key: str, found: Mapping[str, pd.DataFrame], note: str = "") -> Comparison:
+    """A published table, its rows named by one column, beside what was found."""
+    table = published(name)
+    return Comparison(name, title, table[[key]], table.drop(columns=key), found, note)
 
 
 def table_13(recomputed: Analysis, ours: Analysis, collisions: Collisions) -> Comparison:
