@@ -68,8 +68,9 @@ def by_scipy(chain: Chain, until: float, rtol: float, method: str = "RK45") -> n
     def motion(_: float, y: np.ndarray) -> np.ndarray:
         u, rate = y[: n - 1] - y[1:n], y[n:-1] - y[n + 1 :]
         elastic = stiffness * (u - plastic)
-        force = np.where(elastic > 0, np.maximum(0.0, elastic + damping * rate), 0.0)
-        force = np.where(crushing, crush(u), force)
+        envelope = crush(u)
+        force = np.where(elastic > 0, np.clip(elastic + damping * rate, 0.0, envelope), 0.0)
+        force = np.where(crushing, envelope, force)
         net = np.append(0.0, force) - np.append(force, 0.0)
         return np.concatenate([y[n:], (net - limit * np.tanh(y[n:] / 1e-3)) / mass])
 
@@ -149,9 +150,7 @@ def bare_loop(
                         ahead = crush
                         plastic[i] = u - crush / stiffness[i]
                     else:
-                        ahead = max(0.0, elastic + damping[i] * rate)
-                        if u > most[i]:
-                            ahead = min(ahead, crush)
+                        ahead = min(crush, max(0.0, elastic + damping[i] * rate))
                 most[i] = max(most[i], u)
             net = behind - ahead
             behind = ahead
