@@ -3,14 +3,16 @@
 It knows factors, points and responses, nothing of trains. Each step is a function of arrays that returns a frozen value
 with a ``table()``:
 
-    space       what is varied                      Factor, Space
-    doe         where to compute                    optimal_latin_hypercube, sobol, full_factorial, central_composite,
-    given correlation what goes with what                 correlate
-    polynomial, kriging, surrogate                  fit_polynomial, select_terms, fit_kriging, accuracy,
-    cross_validate, compare sensitivity which factor matters                sobol_sensitivity
-    optimize    the best compromises                mopso, hypervolume
-    weights     how much each criterion counts      entropy_weights, own_weights
-    decide      the one design                      weighted_sum, topsis, knee_point, weight_sensitivity
+    space       what is varied                  Factor, Space
+    doe         where to compute                optimal_latin_hypercube, sobol, full_factorial, central_composite, given
+    correlation what goes with what             correlate
+    polynomial  what stands in for the model    fit_polynomial, select_terms
+    kriging     another such                    fit_kriging
+    surrogate   how good it is                  accuracy, cross_validate, compare
+    sensitivity which factor matters            sobol_sensitivity
+    optimize    the best compromises            mopso, hypervolume
+    weights     how much each criterion counts  entropy_weights, own_weights
+    decide      the one design                  weighted_sum, topsis, knee_point, weight_sensitivity
 """
 
 from trainmj.study.correlation import Correlation, correlate
