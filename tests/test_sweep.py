@@ -218,31 +218,40 @@ def test_more_columns_than_sqlite_holds_are_refused_with_the_cure(tmp_path):
 
 
 def test_killed_ten_times_and_resumed_the_table_is_the_same(undisturbed, tmp_path):
-    rng = np.random.default_rng(11)
-    command = ["sweep", "b_type", *CASES, *FAST, "--out", tmp_path, "--resume"]
-    seen, counts = set(), []
-    for cpu in rng.uniform(0.1, 0.4, 10):  # before the first case, between commits, after the end [s]
+    """After so much processor time, which other work on the machine does not shorten."""
 
-        def prepare(cpu=cpu):
-            """The signal ends the process without a word, after so much time of its own on a busy machine too."""
+    def sweep(folder, seconds=0.0):
+        def prepare():
             trainmj.sweep.run.COMMIT_EVERY = 0.01
             trainmj.batch.run_chains.__defaults__ = (0, 8)  # few side by side, so that they end one after the other
-            signal.setitimer(signal.ITIMER_PROF, cpu)
+            signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process without a word
 
-        assert forked(tmp_path, *command, prepare=prepare).returncode in (-signal.SIGPROF, 0)
-        with sqlite3.connect(tmp_path / "results.sqlite") as db:
-            there = {n for (n,) in db.execute('SELECT "case" FROM results')} if _has_table(db) else set()
+        return forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", folder, "--resume", prepare=prepare)
+
+    before = os.times()
+    assert sweep("whole").returncode == 0
+    after = os.times()
+    whole = after.children_user + after.children_system - before.children_user - before.children_system
+    seen, counts = set(), []
+    for share in np.random.default_rng(11).uniform(0.1, 0.55, 10):  # before the first case, between commits, at the end
+        assert sweep("killed", share * whole).returncode in (-signal.SIGPROF, 0)
+        there = _finished(tmp_path / "killed" / "results.sqlite")
         assert seen <= there, "a finished case was lost"
         seen = there
         counts.append(len(seen))
     assert set(counts) - {0, 120}, "it was never killed in the middle"
-    done = trainmj_sweep(*command[1:])
-    assert done.returncode == 0, done.stderr
-    assert csv_of(tmp_path) == csv_of(undisturbed[0])
+    assert sweep("killed").returncode == 0
+    assert csv_of(tmp_path / "killed") == csv_of(tmp_path / "whole") == csv_of(undisturbed[0])
 
 
-def _has_table(db):
-    return db.execute("SELECT count(*) FROM sqlite_master WHERE name = 'results'").fetchone() == (1,)
+def _finished(file):
+    """Numbers of the cases that a file of a sweep has, be there one or not yet."""
+    if not file.exists():
+        return set()
+    with sqlite3.connect(file) as db:
+        if db.execute("SELECT count(*) FROM sqlite_master WHERE name = 'results'").fetchone() == (0,):
+            return set()
+        return {n for (n,) in db.execute('SELECT "case" FROM results')}
 
 
 def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):

@@ -29,6 +29,7 @@ def test_everything_is_there_and_nothing_else_is_asked_for(report, look, width, 
         shown = [element.is_visible() for element in seen.page.locator(heads).all() if not _folded(element)]
         assert len(shown) >= least
         assert all(shown)
+    seen.page.wait_for_function(f"() => {PLOTS}.every((plot) => plot.marks > 0)")
     plots = seen.value(PLOTS)
     assert len(plots) >= 3
     for plot in plots:

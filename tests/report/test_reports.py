@@ -158,14 +158,17 @@ class TestRun:
         assert (tmp_path / "case_3.html").stat().st_size < 1e6 * BAR_MB
 
     def test_time_and_size(self, run_folder, tmp_path, python):
-        """Processor time of the whole process, which other work on the machine changes less than time on the clock."""
-        before = os.times()
+        """Processor time of the whole process, the least of three: other work on the machine only adds to it."""
         words = ("-m", "trainmj", "report", str(run_folder), "--out", str(tmp_path / "mine.html"))
-        done = python(*words, COVERAGE_PROCESS_CONFIG="")  # counting lines takes longer than the work
-        after = os.times()
-        assert (done.returncode, done.stderr) == (0, "")
-        assert "mine.html" in done.stdout
-        assert after.children_user + after.children_system - before.children_user - before.children_system <= BAR_S
+        took = []
+        while min(took, default=np.inf) > BAR_S and len(took) < 3:
+            before = os.times()
+            done = python(*words, COVERAGE_PROCESS_CONFIG="")  # counting lines takes longer than the work
+            after = os.times()
+            assert (done.returncode, done.stderr) == (0, "")
+            assert "mine.html" in done.stdout
+            took.append(after.children_user + after.children_system - before.children_user - before.children_system)
+        assert min(took) <= BAR_S
         assert (tmp_path / "mine.html").stat().st_size < 1e6 * BAR_MB
 
 

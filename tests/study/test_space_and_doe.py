@@ -92,10 +92,10 @@ def test_annealing_keeps_a_latin_hypercube(n, d, seed):
 
 
 def test_small_maximin_design_is_the_known_optimum():
-    """n = 10, d = 2: sqrt(10) cells (van Dam et al. 2007, doi 10.1287/opre.1060.0317); median of 8 seeds."""
+    """n = 10, d = 2: sqrt(10) cells (van Dam et al. 2007, doi 10.1287/opre.1060.0317); median of 4 seeds."""
     found = [
         optimal_latin_hypercube(unit_space(2), 10, seed=s, levels="centre").quality().smallest_distance
-        for s in range(8)
+        for s in range(4)
     ]
     assert np.median(found) == pytest.approx(np.sqrt(10) / 10)
     assert np.median(found) >= 0.31
