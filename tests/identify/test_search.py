@@ -12,7 +12,7 @@ from twins import AREA_KJ, KNOWN, plan, scenario, values
 from trainmj.identify.misfit import Misfit
 from trainmj.identify.search import explore, refine
 from trainmj.identify.spec import ExplorePart
-from trainmj.identify.unknowns import Area, Setting, Unknown, Unknowns
+from trainmj.identify.unknowns import Area, Rise, Setting, Unknown, Unknowns
 
 
 def unknowns(tolerance: float = 0.01) -> Unknowns:
@@ -73,6 +73,54 @@ def test_a_parameter_sets_several_places_with_factor_and_offset():
     assert one.changes(np.array([450.0])) == {"curves.tube.force_kN.0": 450.0, "curves.tube.force_kN.1": 800.0}
 
 
+def curve(area: float | None = AREA_KJ, factor: float = 10.0) -> Unknowns:
+    """The buffer sought as a whole: 250 and 460 kN between 0 and 600 kN, at 10 and 30 of 60 mm."""
+    force = "curves.buffer.force_kN"
+    inner = tuple(
+        Unknown(f"b{k}", "kN", 0.0, 600.0, False, value, None, 0.0, (Setting(f"{force}.{k}", 1.0, 0.0),))
+        for k, value in ((1, 250.0), (2, 460.0))
+    )
+    rise = Rise("b", (0, 1), np.array([0.0, 10.0, 30.0, 60.0]), 0.0, 600.0, factor)
+    energy = () if area is None else (Area("energy", "curves.buffer", 0.0, 60.0, area, rise.widest(0, 60), 0.01),)
+    return Unknowns(scenario(), inner, energy, (rise,))
+
+
+@settings(max_examples=60, deadline=None)
+@given(UNITS)
+def test_a_curve_sought_whole_rises_between_its_ends_and_has_its_area(unit):
+    point = curve().point(unit)
+    assert 0 < point.value[0] < point.value[1] < 600
+    np.testing.assert_allclose(point.missed, 0, atol=1e-6)
+    assert curve().area(curve().constraints[0], point.value) == pytest.approx(AREA_KJ, rel=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(arrays(float, 2, elements=st.floats(0.1, 0.9)))
+def test_a_curve_comes_back_from_its_place(part):
+    """With and without an area: forces, not places, for a bent curve has many."""
+    forces = np.array([part[0] * 300, 300 + part[1] * 300])
+    mine = curve(None, 1e3)
+    np.testing.assert_allclose(mine.point(mine.place(forces)).value, forces, rtol=1e-9)
+    held = curve(float(np.trapezoid([0, *forces, 600], [0, 10, 30, 60]) / 1e3), 1e3)
+    np.testing.assert_allclose(held.point(held.place(forces)).value, forces, rtol=1e-7)
+
+
+def test_the_middle_of_a_curve_is_a_straight_line_or_a_power_of_it():
+    """Without knowing more than both ends: straight; with an area, share to the power that gives it."""
+    middle = np.full(3, 0.5)
+    np.testing.assert_allclose(curve(None).point(middle).value, [100, 300])
+    one, two = curve().point(middle).value / 600
+    assert np.log(one) / np.log(1 / 6) == pytest.approx(np.log(two) / np.log(1 / 2))
+    assert curve().roughness(middle) == pytest.approx(0)
+
+
+def test_the_force_that_meets_an_area_is_the_one_that_carries_most_of_it():
+    """Were it another one, derivatives would take it far for a small change of the rest."""
+    rise = curve().curves[0]
+    assert rise.widest(0, 60) == 1
+    assert rise.widest(0, 20) == 0
+
+
 class Valley:
     """Stands for a misfit: a curved valley in the unit cube (Rosenbrock's), its floor at (0.75, 0.75)."""
 
@@ -94,7 +142,7 @@ def test_the_refinement_follows_a_curved_valley():
 
 def test_the_exploration_finds_the_valley_and_depends_on_its_seed_alone():
     cube = SimpleNamespace(
-        free=[0, 1], start=lambda: SimpleNamespace(value=None), place=lambda value: np.array([0.1, 0.9])
+        n_axes=2, start=lambda: SimpleNamespace(value=None), place=lambda value: np.array([0.1, 0.9])
     )
     part = ExplorePart(trials=900)
     before = np.random.get_state()[1].copy()  # noqa: NPY002
@@ -105,13 +153,56 @@ def test_the_exploration_finds_the_valley_and_depends_on_its_seed_alone():
     assert [p.cost for p in found[0]] != [p.cost for p in found[2]]
 
 
+def test_searches_side_by_side_do_not_touch_each_other():
+    """One search more leaves those before it as they were; the best comes first."""
+    cube = SimpleNamespace(n_axes=2, start=None, place=None)
+    ends = {}
+    for n in (1, 3):
+        part = ExplorePart(trials=60, searches=n, start="middle", spread=0.1)
+        ends[n] = explore(SimpleNamespace(unknowns=cube), Valley(), part, 7, lambda progress: None)
+    costs = [place.cost for place in ends[3]]
+    assert costs == sorted(costs)
+    assert len(set(costs)) == 3
+    assert ends[1][0].cost in costs
+
+
+def test_exploring_some_of_the_cases_simulates_only_these(tmp_path):
+    mine = line_plan(tmp_path)
+    asked = []
+
+    class Some(Line):
+        def __call__(self, trials, step=None, places=None):
+            asked.append(places)
+            return super().__call__(trials)[:, list(places)]
+
+    unit = np.array([(130 - 20) / 380])
+    found = Misfit(mine, Some(), None, cases=2).residuals([unit])
+    assert asked == [(0, 4)]
+    np.testing.assert_allclose(found, [[15.0] * 2])
+
+
+def test_neighbouring_slopes_count_while_exploring(tmp_path):
+    """A curve may not be rougher than the data ask for; the refinement does not know of it."""
+    given = values(parameters={"b": {"curve": "curves.buffer"}}, constraints={}, data__tests__values={"s1": "s1"})
+    mine = plan(tmp_path, given | {"targets": {"s1": given["targets"]["s1"]}})
+    unit = np.array([0.75, 0.5, 0.5])  # the first slope is the root of 10 times the others
+
+    class Nothing:
+        def __call__(self, trials, step=None, places=None):
+            return np.zeros((len(trials), 5, 1))
+
+    rough = Misfit(mine, Nothing(), None, ratio=10.0).residuals([unit])
+    plain = Misfit(mine, Nothing(), None).residuals([unit])
+    np.testing.assert_allclose(rough[:, plain.shape[1] :], [[-0.5, 0.0]])
+
+
 class Line:
     """Stands for trials: the response is what the parameter k is."""
 
     def __init__(self, refused_above: float = np.inf):
         self.refused_above = refused_above
 
-    def __call__(self, trials, step=None):
+    def __call__(self, trials, step=None, places=None):
         k = np.array([changes["devices.coupler.stiffness_kN_per_mm"] for changes in trials])
         k = np.where(k > self.refused_above, np.nan, k)
         return np.repeat(k[:, None, None], 5, axis=1)
@@ -155,7 +246,7 @@ def test_a_higher_norm_makes_the_largest_deviation_smaller(tmp_path):
     mine.fitted.wanted[-1] = 120.0
     ends = {
         norm: refine(
-            Misfit(mine, Line(), None, norm, size=10.0), np.array([0.1]), 60, 1e-4, "refine", lambda progress: None
+            Misfit(mine, Line(), None, norm=norm, size=10.0), np.array([0.1]), 60, 1e-4, "refine", lambda progress: None
         )
         for norm in (2.0, 16.0)
     }

@@ -29,20 +29,30 @@ class Misfit:
         plan: what is sought.
         trials: simulates the fitted cases.
         step: integration step [ms]; that of the scenario if None.
+        cases: how many are simulated, spread over all of them; None for all.
         norm: p of the sum of |residual|^p that is made small.
         size: of a residual that counts as 1 in a norm other than 2, so that its powers stay within bounds.
+        ratio: of neighbouring slopes of a curve that counts as one residual; None if they may be what they like.
     """
 
     def __init__(
-        self, plan: Identification, trials: Trials, step: float | None, norm: float = 2.0, size: float = 1.0
+        self,
+        plan: Identification,
+        trials: Trials,
+        step: float | None,
+        cases: int | None = None,
+        norm: float = 2.0,
+        size: float = 1.0,
+        ratio: float | None = None,
     ) -> None:
         """Nothing is simulated yet."""
         self.plan = plan
         self.norm = norm
         self.size = size
+        self.ratio = ratio
         self._trials = trials
         self._step = step
-        sample = plan.fitted
+        self._sample, self._cases = sample, _ = plan.fitted.some(cases)
         self._counted = sample.weight > 0
         self._scale = np.divide(sample.weight, sample.tolerance)
         self._barred = np.isfinite(sample.bar) & self._counted
@@ -51,23 +61,26 @@ class Misfit:
         """Residuals of places of the unit cube, as one batch.
 
         Args:
-            units: k places (n_free,).
+            units: k places (n_axes,).
 
         Returns:
             (k, n_residual), so that the sum of their squares is the sum of |residual|^p.
         """
         points = [self.plan.unknowns.point(unit) for unit in units]
         plain = self.of_points(points)
+        if self.ratio is not None:
+            rough = np.array([self.plan.unknowns.roughness(unit) for unit in units]) / np.log(self.ratio)
+            plain = np.concatenate([plain, rough], axis=1)
         if self.norm == 2.0:
             return plain
         return np.asarray(np.sign(plain) * (np.abs(plain) / self.size) ** (self.norm / 2.0))
 
     def of_points(self, points: Sequence[Point]) -> Array:
         """Plain residuals (k, n_residual) of trials, as one batch."""
-        plan = self.plan
-        responses = self._trials([plan.unknowns.changes(p.value) for p in points], self._step)
-        off = plan.found(plan.fitted, responses) - plan.fitted.wanted
-        beyond = np.maximum(0.0, np.abs(off[:, self._barred]) / plan.fitted.bar[self._barred] - _INSIDE)
+        plan, sample = self.plan, self._sample
+        responses = self._trials([plan.unknowns.changes(p.value) for p in points], self._step, self._cases)
+        off = plan.found(sample, responses) - sample.wanted
+        beyond = np.maximum(0.0, np.abs(off[:, self._barred]) / sample.bar[self._barred] - _INSIDE)
         missed = np.array([p.missed for p in points]).reshape(len(points), -1)
         parts = [
             (off * self._scale)[:, self._counted],
@@ -81,7 +94,7 @@ class Misfit:
         return np.asarray(0.5 * np.sum(self.residuals(units) ** 2, axis=1))
 
     def jacobian(self, unit: Array, difference: float) -> Array:
-        """Derivatives (n_residual, n_free) at a place of the unit cube, one-sided; all trials are one batch.
+        """Derivatives (n_residual, n_axes) at a place of the unit cube, one-sided; all trials are one batch.
 
         Responses are smooth but for small jumps, where an event falls on another step: differences must be wide
         enough to drown these, and narrow enough for the curvature.

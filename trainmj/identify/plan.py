@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -14,10 +15,10 @@ from trainmj.device import Array
 from trainmj.errors import InputError
 from trainmj.files.resources import shipped_folder
 from trainmj.identify.data import Observation, cases_of, observations
-from trainmj.identify.rules import broken_rules, settings_of, start_of, unit_of_path
-from trainmj.identify.spec import Amount, TargetPart, TargetsFile
+from trainmj.identify.rules import broken_rules, member_name, settings_of, start_of, unit_of_path
+from trainmj.identify.spec import Amount, CurvePart, TargetPart, TargetsFile
 from trainmj.identify.sums import Sum, parse_sum
-from trainmj.identify.unknowns import Area, Unknown, Unknowns
+from trainmj.identify.unknowns import Area, Rise, Setting, Unknown, Unknowns, curve_points
 from trainmj.scenario import Scenario, load
 from trainmj.scenario.files import find_beside, find_file, read_yaml
 from trainmj.scenario.problems import Origins, Problem, refuse, validated
@@ -92,6 +93,19 @@ class Sample:
     def __len__(self) -> int:
         """How many observations there are."""
         return len(self.observations)
+
+    def some(self, n_case: int | None) -> tuple[Self, tuple[int, ...]]:
+        """The observations of at most so many cases, spread evenly over the list, and the places of these cases."""
+        m = len(self.cases)
+        chosen = np.unique(np.round(np.linspace(0, m - 1, min(n_case or m, m))).astype(int))
+        keep = np.isin(self.case, chosen)
+        sample = type(self)(
+            tuple(o for o, kept in zip(self.observations, keep, strict=True) if kept),
+            tuple(self.cases[k] for k in chosen),
+            np.searchsorted(chosen, self.case[keep]),
+            *(values[keep] for values in (self.target, self.wanted, self.tolerance, self.weight, self.bar)),
+        )
+        return sample, tuple(chosen.tolist())
 
 
 @dataclass(frozen=True)
@@ -234,9 +248,22 @@ def _target(name: str, part: TargetPart) -> Target:
 
 
 def _unknowns(spec: TargetsFile, scenario: Scenario) -> Unknowns:
-    names = list(spec.parameters)
-    parameters = []
+    points = {
+        name: curve_points(scenario.values(), part.curve)
+        for name, part in spec.parameters.items()
+        if isinstance(part, CurvePart)
+    }
+    sizes = [points[name][0].size - 2 if name in points else 1 for name in spec.parameters]
+    places = dict(zip(spec.parameters, accumulate(sizes, initial=0), strict=False))  # of a curve, of its first member
+    parameters: list[Unknown] = []
+    rises: dict[str, Rise] = {}
     for name, part in spec.parameters.items():
+        if isinstance(part, CurvePart):
+            stroke, force = points[name]
+            members = tuple(range(places[name], places[name] + stroke.size - 2))
+            rises[name] = Rise(name, members, stroke, float(force[0]), float(force[-1]), part.slopes)
+            parameters += _inner(name, part, stroke, force)
+            continue
         settings = settings_of(part, scenario)
         parameters.append(
             Unknown(
@@ -246,13 +273,39 @@ def _unknowns(spec: TargetsFile, scenario: Scenario) -> Unknowns:
                 part.bounds[1],
                 part.scale == "log",
                 start_of(settings, scenario) if part.start is None else part.start,
-                None if part.above is None else names.index(part.above),
+                None if part.above is None else places[part.above],
                 part.gap,
                 settings,
             )
         )
     areas = tuple(
-        Area(name, c.of, c.from_mm, c.to_mm, c.area_kJ, names.index(c.by), absolute(c.tolerance, c.area_kJ))
+        Area(
+            name,
+            c.of,
+            c.from_mm,
+            c.to_mm,
+            c.area_kJ,
+            rises[c.by].widest(c.from_mm, c.to_mm) if c.by in rises else places[c.by],
+            absolute(c.tolerance, c.area_kJ),
+        )
         for name, c in spec.constraints.items()
     )
-    return Unknowns(scenario, tuple(parameters), areas)
+    return Unknowns(scenario, tuple(parameters), areas, tuple(rises.values()))
+
+
+def _inner(name: str, part: CurvePart, stroke: Array, force: Array) -> list[Unknown]:
+    """The inner forces of a curve that is sought as a whole, by the strokes at which they are."""
+    return [
+        Unknown(
+            member_name(name, stroke[k]),
+            "kN",
+            float(force[0]),
+            float(force[-1]),
+            False,
+            float(np.clip(force[k], force[0], force[-1])),
+            None,
+            0.0,
+            (Setting(f"{part.curve}.force_kN.{k}", 1.0, 0.0),),
+        )
+        for k in range(1, stroke.size - 1)
+    ]

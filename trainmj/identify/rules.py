@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from trainmj.errors import InputError, close_match
 from trainmj.identify.data import Observation
-from trainmj.identify.spec import MAX_VALUES, ParameterPart, SetPart, TargetsFile
+from trainmj.identify.spec import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, SetPart, TargetsFile
 from trainmj.identify.sums import parse_sum
 from trainmj.identify.unknowns import Setting, curve_points
 from trainmj.scenario import Scenario
@@ -19,7 +21,7 @@ def broken_rules(
     spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation], held_out: Sequence[Observation]
 ) -> Iterator[Problem]:
     """Every rule that the parts of a targets file break between them."""
-    parameters = list(_parameters(spec, scenario))
+    parameters = [*_parameters(spec, scenario), *_curves(spec, scenario)]
     yield from parameters or _starts(spec, scenario)
     yield from _order(spec)
     yield from _constraints(spec, scenario)
@@ -27,7 +29,7 @@ def broken_rules(
     yield from _data(spec, scenario)
     yield from _percentages(spec, [*fitted, *held_out])
     if fitted and not parameters:
-        yield from _enough(spec, fitted)
+        yield from _enough(spec, scenario, fitted)
     for key, found in (("data", fitted), ("held_out", held_out)):
         if len(found) > MAX_VALUES:
             yield Problem((key,), f"states {len(found)} values, more than {MAX_VALUES}")
@@ -45,14 +47,29 @@ def settings_of(part: ParameterPart, scenario: Scenario) -> tuple[Setting, ...]:
     return tuple(settings)
 
 
+def member_name(curve: str, stroke_mm: float) -> str:
+    """What an inner force of a curve that is sought as a whole is called."""
+    return f"{curve}_{stroke_mm:g}mm"
+
+
 def unit_of_path(path: str) -> str:
     """The unit at the end of a path, or before the number of a point."""
     return next((unit for key in reversed(path.split(".")) if (unit := unit_of(key))), "")
 
 
+def _alone(spec: TargetsFile) -> dict[str, ParameterPart]:
+    """The parameters that are single values."""
+    return {name: part for name, part in spec.parameters.items() if isinstance(part, ParameterPart)}
+
+
+def _whole(spec: TargetsFile) -> dict[str, CurvePart]:
+    """The parameters that are curves."""
+    return {name: part for name, part in spec.parameters.items() if isinstance(part, CurvePart)}
+
+
 def _parameters(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     owner: dict[str, str] = {}
-    for name, part in spec.parameters.items():
+    for name, part in _alone(spec).items():
         at: Path = ("parameters", name)
         low, high = part.bounds
         if not low < high:
@@ -83,9 +100,47 @@ def _parameters(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
                 yield Problem((*at, "sets"), f"{path} is fixed under set: leave it out there")
 
 
+def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
+    known = [f"curves.{curve}" for curve in scenario.curves]
+    paths = {s.path: name for name, part in _alone(spec).items() for s in settings_of(part, scenario)}
+    seen: dict[str, str] = {}
+    total = len(spec.parameters)
+    for name, part in _whole(spec).items():
+        at: Path = ("parameters", name)
+        try:
+            if not isinstance(found := scenario.locate(part.curve)[0], dict):
+                raise TypeError(_kind(found))
+            stroke, force = curve_points(scenario.values(), part.curve)
+        except (LookupError, TypeError, ValueError, InputError):
+            rule = f"must be the path of a curve with points{close_match(part.curve, known) or f', such as {known[0]}'}"
+            yield Problem((*at, "curve"), rule)
+            continue
+        total += stroke.size - 3
+        if stroke.size < 3:
+            yield Problem((*at, "curve"), "has no points between its first and its last one: state the strokes wanted")
+        elif not force[0] < force[-1]:
+            rule = f"must rise: its last force ({force[-1]:g} kN) is not above its first one ({force[0]:g} kN)"
+            yield Problem((*at, "curve"), rule)
+        if part.curve in seen:
+            yield Problem((*at, "curve"), f"is sought by the parameter {seen[part.curve]} already")
+        seen[part.curve] = name
+        for path, owner in paths.items():
+            if path.startswith(f"{part.curve}."):
+                yield Problem((*at, "curve"), f"is sought whole, and {path} by {owner} besides: leave one of them out")
+        for path in spec.set:
+            if _within(path, part.curve) or _within(part.curve, path):
+                yield Problem((*at, "curve"), f"is fixed under set by {path}: leave it out there")
+        for u in stroke[1:-1]:
+            if member_name(name, u) in spec.parameters:
+                rule = f"has a force called {member_name(name, u)}, as another parameter is: choose another name"
+                yield Problem(at, rule)
+    if total > MAX_PARAMETERS:
+        yield Problem(("parameters",), f"are {total}, the forces of curves counted, more than {MAX_PARAMETERS}")
+
+
 def _starts(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     """What is wrong with the start values, by parameter where one is wrong by itself."""
-    starts = {name: _at_start(part, scenario) for name, part in spec.parameters.items()}
+    starts = {name: _at_start(part, scenario) for name, part in _alone(spec).items()}
     rule = _refused({path: value for changes in starts.values() for path, value in changes.items()}, scenario)
     if rule is None:
         return
@@ -151,18 +206,21 @@ def _inside(path: str, value: Any) -> str:
 
 def _order(spec: TargetsFile) -> Iterator[Problem]:
     solved = {c.by for c in spec.constraints.values()}
-    for name, part in spec.parameters.items():
+    alone = _alone(spec)
+    for name, part in alone.items():
         at: Path = ("parameters", name, "above")
         if part.above is None:
             if "gap" in part.model_fields_set:
                 yield Problem(("parameters", name, "gap"), "needs above: the parameter that this one stays above")
             continue
-        below = spec.parameters.get(part.above)
-        if below is None:
-            yield Problem(at, f"there is no parameter of this name{close_match(part.above, spec.parameters)}")
+        below = alone.get(part.above)
+        if part.above in _whole(spec):
+            yield Problem(at, "is a curve: name a single value")
+        elif below is None:
+            yield Problem(at, f"there is no parameter of this name{close_match(part.above, alone)}")
         elif part.above in solved:
             yield Problem(at, "is solved from a constraint, after this one: name a parameter that is sought")
-        elif _in_circle(name, spec):
+        elif _in_circle(name, alone):
             yield Problem(at, "leads back to this parameter: break the circle")
         elif part.bounds[1] < below.bounds[1] + part.gap:
             yield Problem(
@@ -172,14 +230,14 @@ def _order(spec: TargetsFile) -> Iterator[Problem]:
             )
 
 
-def _in_circle(name: str, spec: TargetsFile) -> bool:
+def _in_circle(name: str, alone: Mapping[str, ParameterPart]) -> bool:
     seen = {name}
-    above = spec.parameters[name].above
-    while above in spec.parameters:
+    above = alone[name].above
+    while above is not None and above in alone:
         if above in seen:
             return above == name
         seen.add(above)
-        above = spec.parameters[above].above
+        above = alone[above].above
     return False
 
 
@@ -202,7 +260,12 @@ def _constraints(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
             continue
         if c.to_mm > stroke[-1]:
             yield Problem((*at, "to_mm"), f"must be within the curve, which ends at {stroke[-1]:g} mm")
-    if spec.parameters and len(owner) >= len(spec.parameters) and set(owner) >= set(spec.parameters):
+        bent = _whole(spec).get(c.by)
+        if bent is not None and bent.curve != c.of:
+            yield Problem((*at, "by"), f"seeks the curve {bent.curve}: name a parameter that the area of {c.of} is of")
+        elif bent is not None and not np.any((stroke[1:-1] > c.from_mm) & (stroke[1:-1] < c.to_mm)):
+            yield Problem((*at, "by"), "has no point between from_mm and to_mm that could meet the area")
+    if spec.parameters and set(owner) >= set(spec.parameters) and not _whole(spec):
         yield Problem(("constraints",), "leave no parameter to be sought: each of them is solved from a constraint")
 
 
@@ -224,10 +287,11 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
 def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     sought = {
         path
-        for part in spec.parameters.values()
+        for part in _alone(spec).values()
         for one in (part.sets if isinstance(part.sets, list) else [part.sets])
         for path in _paths(one if isinstance(one, str) else one.path, scenario)
     }
+    whole = [part.curve for part in _whole(spec).values()]
     for key in ("data", "held_out"):
         for name, part in getattr(spec, key).items():
             at: Path = (key, name)
@@ -240,7 +304,7 @@ def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
                     yield Problem(where, str(error))
                     continue
                 for path in _paths(place, scenario):
-                    if path in sought:
+                    if path in sought or any(_within(path, curve) or _within(curve, path) for curve in whole):
                         yield Problem(where, "is set by a parameter that is sought: a case cannot set it too")
             for place in set(part.cases.values()) & set(part.set):
                 yield Problem((*at, "set", place), "is set by a column of cases too: leave one of them out")
@@ -251,6 +315,10 @@ def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
                     )
     for name in set(spec.data) & set(spec.held_out):
         yield Problem(("held_out", name), "is the name of an entry in data: choose another")
+
+
+def _within(path: str, group: str) -> bool:
+    return f"{path}.".startswith(f"{group}.")
 
 
 def _paths(place: str, scenario: Scenario) -> Iterable[str]:
@@ -274,8 +342,9 @@ def _percentages(spec: TargetsFile, found: Sequence[Observation]) -> Iterator[Pr
                 )
 
 
-def _enough(spec: TargetsFile, fitted: Sequence[Observation]) -> Iterator[Problem]:
-    sought = len(spec.parameters) - len({c.by for c in spec.constraints.values()})
+def _enough(spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation]) -> Iterator[Problem]:
+    inner = (curve_points(scenario.values(), part.curve)[0].size - 2 for part in _whole(spec).values())
+    sought = len(_alone(spec)) + sum(inner) - len({c.by for c in spec.constraints.values()})
     counted = sum(spec.targets[o.target].weight > 0 for o in fitted if o.target in spec.targets)
     if counted < sought:
         yield Problem(

@@ -8,8 +8,9 @@ one batch. Everything follows from the seed; a search that is begun again finds 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,8 +20,8 @@ from trainmj.identify.plan import Identification
 from trainmj.identify.spec import ExplorePart
 from trainmj.identify.trials import Trials
 
-_APART = 0.05  # least distance in any direction between two places that count as distinct
 _SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
+_TRIES = 20  # steps that may be tried in an iteration, on average: one is shortened until it leads down
 _FLAT = 1e-12  # slope at which there is nothing to go down
 
 
@@ -69,43 +70,61 @@ def search(plan: Identification, trials: Trials, watch: Watch = lambda progress:
         watch(progress)
 
     method = plan.spec.method
-    coarse = Misfit(plan, trials, method.explore.step_ms)
-    found = explore(plan, coarse, method.explore, method.seed, note)
+    first = method.explore
+    coarse = Misfit(plan, trials, first.step_ms, first.cases, ratio=first.slope_ratio)
+    starts = explore(plan, coarse, first, method.seed, note)[: method.refine.starts]
     fine = Misfit(plan, trials, method.refine.step_ms)
-    starts = _distinct(found, method.refine.starts)
     if method.refine.iterations:
         part = method.refine
         ends = [refine(fine, place.unit, part.iterations, part.difference, "refine", note) for place in starts]
     else:
-        ends = [Place(float(fine.cost([place.unit])[0]), place.unit) for place in starts]
+        ends = [
+            Place(cost, place.unit) for cost, place in zip(fine.cost([p.unit for p in starts]), starts, strict=True)
+        ]
     best = min(ends, key=lambda place: place.cost)
     if method.finish is not None:
         largest = float(np.abs(fine.residuals([best.unit])).max())
-        high = Misfit(plan, trials, method.refine.step_ms, method.finish.norm, largest or 1.0)
+        high = Misfit(plan, trials, method.refine.step_ms, norm=method.finish.norm, size=largest or 1.0)
         best = refine(high, best.unit, method.finish.iterations, method.refine.difference, "finish", note)
     return best, way
 
 
 def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, watch: Watch) -> list[Place]:
-    """Places that an evolution strategy finds, the best of each generation and the first, best first.
+    """What evolution strategies find that search side by side: the best place of each, best first.
 
     Args:
         plan: what is sought.
         misfit: at the step of this search.
         part: how long and wide.
-        seed: of its random numbers.
+        seed: of their random numbers.
         watch: told of each generation.
     """
     unknowns = plan.unknowns
-    start = unknowns.place(unknowns.start().value) if part.start == "start" else np.full(len(unknowns.free), 0.5)
-    places = [Place(float(misfit.cost([start])[0]), start)]
+    start = unknowns.place(unknowns.start().value) if part.start == "start" else np.full(unknowns.n_axes, 0.5)
+    first = Place(float(misfit.cost([start])[0]), start)
     if part.trials == 0:
-        return places
+        return [first]
+    best = [first] * part.searches
+    size = part.population or 4 + int(3 * np.log(start.size))
+    strategies = [_strategy(start, part.spread, size, rng) for rng in np.random.default_rng(seed).spawn(part.searches)]
+    done = 1
+    while done + size <= part.trials and (at_work := [k for k in range(part.searches) if not strategies[k].stop()]):
+        asked = [strategies[k].ask() for k in at_work]
+        units = [np.asarray(x, dtype=float)[: start.size] for cloud in asked for x in cloud]
+        costs = misfit.cost(units).reshape(len(at_work), size)  # all of them are one batch
+        for n, k in enumerate(at_work):
+            strategies[k].tell(asked[n], costs[n].tolist())
+            m = int(np.argmin(costs[n]))
+            best[k] = min(best[k], Place(float(costs[n, m]), units[n * size + m]), key=lambda place: place.cost)
+        done += size
+        watch(Progress("explore", done, part.trials, min(place.cost for place in best)))
+    return sorted(best, key=lambda place: place.cost)
+
+
+def _strategy(start: Array, spread: float, size: int, rng: np.random.Generator) -> Any:
+    """A CMA-ES over the unit cube that begins at a place of it."""
     import cma
 
-    rng = np.random.default_rng(seed)
-    n = start.size
-    size = part.population or 4 + int(3 * np.log(n))
     options = {
         "bounds": [0, 1],
         "popsize": size,
@@ -118,19 +137,7 @@ def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, 
         "tolx": 1e-6,
     }
     # cma refuses to work along a single axis: it gets a second one that does nothing
-    padded = np.append(start, 0.5) if n == 1 else start
-    strategy = cma.CMAEvolutionStrategy(padded, part.spread, options)
-    done = 1
-    while done + size <= part.trials and not strategy.stop():
-        asked = strategy.ask()
-        units = [np.asarray(x, dtype=float)[:n] for x in asked]
-        costs = misfit.cost(units)
-        strategy.tell(asked, costs.tolist())
-        done += size
-        k = int(np.argmin(costs))
-        places.append(Place(float(costs[k]), units[k]))
-        watch(Progress("explore", done, part.trials, min(place.cost for place in places)))
-    return sorted(places, key=lambda place: place.cost)
+    return cma.CMAEvolutionStrategy(np.append(start, 0.5) if start.size == 1 else start, spread, options)
 
 
 def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phase: str, watch: Watch) -> Place:
@@ -138,7 +145,7 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
 
     Args:
         misfit: what is made small.
-        unit: where it begins (n_free,).
+        unit: where it begins (n_axes,).
         iterations: at most.
         difference: for derivatives, as part of the range.
         phase: for watch.
@@ -159,30 +166,26 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
 
     def jacobian(x: Array) -> Array:
         nonlocal done
+        if done == iterations:
+            raise _EnoughError
         result = misfit.jacobian(x, difference)
         done += 1
         watch(Progress(phase, done, iterations, best.cost))
         return result
 
-    least_squares(
-        residuals,
-        np.clip(unit, 1e-9, 1 - 1e-9),
-        jacobian,
-        bounds=(0.0, 1.0),
-        ftol=_SMALL,
-        xtol=_SMALL,
-        gtol=_FLAT,
-        max_nfev=iterations + 1,
-    )
+    with suppress(_EnoughError):
+        least_squares(
+            residuals,
+            np.clip(unit, 1e-9, 1 - 1e-9),
+            jacobian,
+            bounds=(0.0, 1.0),
+            ftol=_SMALL,
+            xtol=_SMALL,
+            gtol=_FLAT,
+            max_nfev=_TRIES * iterations,
+        )
     return best
 
 
-def _distinct(places: Sequence[Place], count: int) -> list[Place]:
-    """The best places that are not close to a better one."""
-    chosen: list[Place] = []
-    for place in places:
-        if len(chosen) == count:
-            break
-        if all(np.abs(place.unit - other.unit).max() >= _APART for other in chosen):
-            chosen.append(place)
-    return chosen
+class _EnoughError(Exception):
+    """As many iterations as were asked for."""

@@ -80,6 +80,25 @@ class ParameterPart(Part):
     )
 
 
+class CurvePart(Part):
+    """A curve that is sought as a whole: it rises, and its strokes, its first and its last force stay."""
+
+    curve: str = Field(description="path of the curve, such as curves.buffer")
+    slopes: Annotated[float, Field(gt=1, le=1e6, allow_inf_nan=False)] = Field(
+        default=10.0, description="each slope is within this factor of their middle, before the curve gets its area"
+    )
+
+
+def _sought(value: Any) -> str:
+    curve = "curve" in value if isinstance(value, dict) else isinstance(value, CurvePart)
+    return "[curve]" if curve else "[value]"
+
+
+Sought = Annotated[
+    Annotated[ParameterPart, Tag("[value]")] | Annotated[CurvePart, Tag("[curve]")], Discriminator(_sought)
+]
+
+
 class AreaPart(Part):
     """An equality that every trial meets: the area under a curve, by one of the parameters."""
 
@@ -87,7 +106,7 @@ class AreaPart(Part):
     from_mm: NotNegative = Field(default=0.0, description="stroke at which the area begins [mm]")
     to_mm: Positive = Field(description="stroke at which it ends [mm]")
     area_kJ: Positive = Field(description="the area, an energy [kJ]")
-    by: str = Field(description="the parameter that is solved for, and so no longer sought")
+    by: str = Field(description="the parameter that is solved for, and so no longer sought; or the curve that is bent")
     tolerance: Amount = Field(default="0.1 %", description="what a miss counts where that parameter ends at a bound")
 
 
@@ -133,7 +152,10 @@ class DataPart(Part):
 class ExplorePart(Part):
     """The search everywhere between the bounds: a covariance matrix adaptation evolution strategy (CMA-ES)."""
 
-    trials: Annotated[int, Field(ge=0, le=10_000_000, description="at most; 0 for none")] = 2000
+    trials: Annotated[int, Field(ge=0, le=10_000_000, description="of each search, at most; 0 for none")] = 2000
+    searches: Annotated[
+        int, Field(ge=1, le=100, description="of their own random numbers, side by side: valleys are many")
+    ] = 1
     population: Annotated[int, Field(ge=4, le=10_000)] | None = Field(
         default=None, description="trials of a generation, one batch; by default from the number of parameters"
     )
@@ -141,14 +163,21 @@ class ExplorePart(Part):
     start: Literal["start", "middle"] = Field(
         default="start", description="first mean: start values, or middle of the bounds"
     )
-    step_ms: Step | None = Field(default=None, description="of this search; by default the scenario's")
+    slope_ratio: Annotated[float, Field(gt=1, le=1e6)] | None = Field(
+        default=None,
+        description="of neighbours in a curve that counts as one standard deviation, while exploring only; none: any",
+    )
+    cases: Annotated[int, Field(ge=1, le=MAX_VALUES)] | None = Field(
+        default=None, description="that are simulated while exploring, spread over all of them; by default all"
+    )
+    step_ms: Step | None = Field(default=None, description="while exploring [ms]; by default the scenario's")
 
 
 class RefinePart(Part):
     """The refinement: least squares by a trust region, derivatives by differences."""
 
     iterations: Annotated[int, Field(ge=0, le=10_000, description="at most; 0 for none")] = 30
-    starts: Annotated[int, Field(ge=1, le=100, description="best distinct trials of the exploration refined")] = 1
+    starts: Annotated[int, Field(ge=1, le=100, description="best searches whose ends are refined")] = 1
     difference: Annotated[float, Field(ge=1e-6, le=0.1, description="for derivatives, as part of the range")] = 2e-3
     step_ms: Step | None = Field(default=None, description="of the refinement [ms]; by default the scenario's")
 
@@ -179,8 +208,8 @@ class TargetsFile(Part):
     notes: Notes = Field(default="", description="where the numbers come from, and the like")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
-    parameters: Annotated[dict[Name, ParameterPart], Field(min_length=1, max_length=MAX_PARAMETERS)] = Field(
-        description="values that are sought, by name"
+    parameters: Annotated[dict[Name, Sought], Field(min_length=1, max_length=MAX_PARAMETERS)] = Field(
+        description="values and curves that are sought, by name"
     )
     constraints: dict[Name, AreaPart] = Field(default_factory=dict, description="equalities that every trial meets")
     targets: Annotated[dict[Name, TargetPart], Field(min_length=1)] = Field(

@@ -54,26 +54,30 @@ class Trials:
         self._store = store
         self._threads = threads
         self._progress = progress
-        self._about = json.dumps([list(map(dict, cases)), self.columns])
 
-    def __call__(self, trials: Sequence[Changes], step: float | None = None) -> Array:
-        """Simulate trials in all cases.
+    def __call__(
+        self, trials: Sequence[Changes], step: float | None = None, places: Sequence[int] | None = None
+    ) -> Array:
+        """Simulate trials.
 
         Args:
             trials: what each of them sets in the scenario.
             step: integration step [ms]; that of the scenario if None.
+            places: of the cases that are simulated, m of them; all if None.
 
         Returns:
             (n_trial, m, n_column) responses; all NaN for a trial that breaks a rule or is unstable in some case.
         """
-        keys = [self._key(changes, step) for changes in trials]
-        shape = (len(self.cases), len(self.columns))
+        cases = self.cases if places is None else [self.cases[k] for k in places]
+        about = json.dumps([list(map(dict, cases)), self.columns])
+        keys = [_key(about, changes, step) for changes in trials]
+        shape = (len(cases), len(self.columns))
         there = {key: found for key in dict.fromkeys(keys) if (found := self._store.get(key, shape)) is not None}
         self._progress(sum(key in there for key in keys))
         new = {key: changes for key, changes in zip(keys, trials, strict=True) if key not in there}
         waiting = list(new.items())
         for n in range(0, len(waiting), _CHUNK):
-            made = self._simulate(dict(waiting[n : n + _CHUNK]), step)
+            made = self._simulate(dict(waiting[n : n + _CHUNK]), cases, step)
             self._store.add(made)
             there |= made
             self.simulated += len(made)
@@ -93,14 +97,16 @@ class Trials:
                 return f"unstable: {row['reason']}"
         return ""
 
-    def _simulate(self, trials: Mapping[str, Changes], step: float | None) -> dict[str, Array]:
-        result = {key: np.full((len(self.cases), len(self.columns)), np.nan) for key in trials}
+    def _simulate(
+        self, trials: Mapping[str, Changes], cases: Sequence[Changes], step: float | None
+    ) -> dict[str, Array]:
+        result = {key: np.full((len(cases), len(self.columns)), np.nan) for key in trials}
         refused = set()
 
         def chains() -> Iterator[tuple[tuple[str, int], Chain]]:
             for key, changes in trials.items():
                 try:
-                    made = [self._chain(changes, case, step) for case in self.cases]
+                    made = [self._chain(changes, case, step) for case in cases]
                     for chain in made:
                         check_step(chain)
                 except InputError:
@@ -123,9 +129,10 @@ class Trials:
         fine = {} if step is None else _step(self.scenario, step)
         return line_up(self.scenario.with_values({**changes, **case, **fine}))
 
-    def _key(self, changes: Changes, step: float | None) -> str:
-        content = json.dumps([sorted(changes.items()), step])
-        return hashlib.sha256(f"{self._about}{content}".encode()).hexdigest()
+
+def _key(about: str, changes: Changes, step: float | None) -> str:
+    content = json.dumps([sorted(changes.items()), step])
+    return hashlib.sha256(f"{about}{content}".encode()).hexdigest()
 
 
 def _step(scenario: Scenario, step: float) -> dict[str, float]:

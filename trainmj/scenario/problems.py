@@ -94,7 +94,7 @@ _RULES = {
     "literal_error": "must be {expected}",
     "union_tag_invalid": "must be a name, points or a list of these",
 }
-_TAGS = frozenset({"name", "points", "list", "count", "str", "list[str]", "[key]"})
+_TAGS = frozenset({"name", "points", "list", "count", "str", "list[str]", "[key]", "[value]", "[curve]"})
 
 
 def validated(model: type[Model], values: Any, origins: Origins) -> Model:
