@@ -339,14 +339,9 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
 
 
 def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undisturbed, tmp_path):
-    import dask
     from dask.distributed import Client, LocalCluster
 
-    with (
-        dask.config.set({"distributed.worker.multiprocessing-method": "fork"}),  # all imports are done
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
-        Client(cluster) as client,
-    ):
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         from trainmj.sweep import cluster as engines
 
         plan = trainmj.plan_of(
