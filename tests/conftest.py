@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from trainmj.metrics import Summary, summarise
@@ -20,6 +21,9 @@ from trainmj.simulation import run
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
+
+hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
+hypothesis.settings.load_profile("any machine")
 
 Python = Callable[..., subprocess.CompletedProcess[str]]
 
