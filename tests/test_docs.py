@@ -14,6 +14,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+import click
 import pytest
 from pages import PAGES, ROOT, blocks, read, script, without_blocks
 
@@ -60,7 +61,8 @@ def test_commands_are_ones_that_the_command_line_takes(page):
     """Each command parses: its name, its options, their values. What it does is tested elsewhere, or as written."""
     for words in (words for block in blocks(page) for words in block.commands):
         name, *rest = words
-        main.commands[name].make_context(name, list(rest))
+        above = click.Context(main, **main.context_settings)  # without it a command forgets -h for good
+        main.commands[name].make_context(name, list(rest), parent=above)
 
 
 def test_python_blocks_are_whole():
