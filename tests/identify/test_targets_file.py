@@ -15,6 +15,13 @@ from trainmj.identify.sums import parse_sum, value_of
 from trainmj.scenario import save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}
+WHOLE = {
+    "parameters__f10": None,
+    "parameters__f30": None,
+    "parameters__b": {"curve": "curves.buffer"},
+    "constraints__energy__by": "b",
+}
+"""The buffer sought as a whole, not point by point."""
 TABLE = "D,M,force,stroke\n20,30,1,10\n20,33,2,\n35,30,3,30\n"
 
 
@@ -63,6 +70,49 @@ def folder(tmp_path_factory):
         ({"data__tests__rows": None, "data__tests__table": []}, "table: must name at least one table"),
         ({"parameters__k__sets": {"path": "mass_t", "factor": 0}}, "sets.factor = 0: must not be 0"),
         ({"parameters__k__sets": {"path": "mass_t"}}, "is set by a parameter that is sought: a case cannot set it too"),
+        (
+            {"parameters__b": {"curve": "curves.bufer"}},
+            "must be the path of a curve with points; did you mean 'curves.buffer'",
+        ),
+        (
+            {"parameters__b": {"curve": "devices.coupler.curve"}},
+            "must be the path of a curve with points; known: curves.buffer, curves.tube",
+        ),
+        ({"parameters__b": {"curve": 5}}, "parameters.b.curve = 5: must be text"),
+        ({"parameters__b": 5}, "parameters.b = 5: must be a group of keys and values"),
+        ({"parameters__b": {"curve": "curves.buffer", "slope": 3}}, "unknown key; did you mean 'slopes'"),
+        ({"parameters__b": {"curve": "curves.buffer", "slopes": 1}}, "parameters.b.slopes = 1: must be greater than 1"),
+        ({"parameters__b": {"curve": "curves.tube"}}, "is sought whole, and curves.tube.force_kN.0 by tube besides"),
+        (
+            {
+                "parameters__tube": None,
+                "parameters__b": {"curve": "curves.tube"},
+                "set": {"curves.tube.force_kN.1": 820},
+            },
+            "is fixed under set by curves.tube.force_kN.1: leave it out there",
+        ),
+        (
+            WHOLE | {"parameters__c2": {"curve": "curves.buffer"}},
+            "parameters.c2.curve = 'curves.buffer': is sought by the parameter b already",
+        ),
+        (
+            WHOLE | {"parameters__b_10mm": K, "parameters__k": None},
+            "has a force called b_10mm, as another parameter is",
+        ),
+        (WHOLE | {"parameters__tube__above": "b"}, "parameters.tube.above = 'b': is a curve: name a single value"),
+        (WHOLE | {"set": {"curves.buffer.force_kN.3": 0}}, "is fixed under set by curves.buffer.force_kN.3"),
+        (
+            WHOLE | {"constraints__energy__of": "curves.tube"},
+            "by = 'b': seeks the curve curves.buffer: name a parameter",
+        ),
+        (
+            WHOLE | {"constraints__energy__to_mm": 9},
+            "by = 'b': has no point between from_mm and to_mm that could meet the area",
+        ),
+        (
+            WHOLE | {"data__tests__set": {"curves.buffer.force_kN.2": 400}},
+            "is set by a parameter that is sought: a case cannot set it too",
+        ),
         ({"parameters__k__sets": {"way": "mass_t"}}, "parameters.k.sets.path: is missing"),
         ({"parameters__f30__above": "f1O"}, "above = 'f1O': there is no parameter of this name; did you mean 'f10'?"),
         ({"parameters__f10__above": "f30"}, "is solved from a constraint, after this one"),

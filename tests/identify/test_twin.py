@@ -31,6 +31,34 @@ def test_known_parameters_come_back(tmp_path):
     assert constraint["found_kJ"] == pytest.approx(AREA_KJ, rel=1e-5)
 
 
+def test_a_curve_sought_whole_comes_back_from_a_cold_start(tmp_path):
+    """From the middle of all bounds, the energy known: the forces by which the responses were made."""
+    given = values(
+        parameters__f10=None,
+        parameters__f30=None,
+        parameters__buffer={"curve": "curves.buffer"},
+        constraints__energy__by="buffer",
+        method__explore={
+            "trials": 60,
+            "searches": 2,
+            "start": "middle",
+            "spread": 0.15,
+            "slope_ratio": 3,
+            "cases": 3,
+        },
+        method__refine={"iterations": 12},
+    )
+    found = found_by(tmp_path, given)
+    forces = dict(zip(found.plan.unknowns.names, found.point.value, strict=True))
+    assert forces["buffer_10mm"] == pytest.approx(KNOWN["f10"], rel=2e-3)
+    assert forces["buffer_30mm"] == pytest.approx(KNOWN["f30"], rel=2e-3)
+    assert found.scenario.curves["buffer"].force_kN[0] == 0
+    assert found.scenario.curves["buffer"].force_kN[-1] == 600
+    remarks = found.parameters.set_index("parameter")["remark"]
+    assert remarks["buffer_30mm"] == "solved from energy"
+    assert found.parameters["high_95"].notna().all()
+
+
 def test_the_scenario_written_is_the_one_reported(tmp_path):
     """trainmj run found.yaml gives what the tables of the identification say."""
     found = found_by(tmp_path, values(method__refine={"iterations": 2}))

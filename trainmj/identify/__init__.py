@@ -11,7 +11,8 @@ A targets file states the scenario, the parameters sought with their bounds and 
 values for them, and tables that are held out to check. docs/identification.md explains every key.
 """
 
-from trainmj.identify.plan import Identification, identification_of, load_targets, shipped_targets
-from trainmj.identify.run import Found, identify
+from trainmj.identify.found import Found
+from trainmj.identify.plan import Identification, identification_of, load_targets
+from trainmj.identify.run import identify
 
-__all__ = ["Found", "Identification", "identification_of", "identify", "load_targets", "shipped_targets"]
+__all__ = ["Found", "Identification", "identification_of", "identify", "load_targets"]

@@ -12,7 +12,7 @@ from trainmj.plotting.style import BLUE, GREY, ORANGE, PALETTE, figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from trainmj.identify.run import Found
+    from trainmj.identify.found import Found
 
 _MOST_WRITTEN = 16  # parameters whose correlations are written into their cells
 _MOST_IN_COLUMN = 6

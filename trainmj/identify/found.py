@@ -1,12 +1,69 @@
-"""The found values as a scenario file: what has changed, over the scenario it was found for."""
+"""What an identification found, and the file that states it: a scenario that builds on the one it was found for."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from trainmj.identify.plan import Identification
+from trainmj.identify.search import Progress
+from trainmj.identify.uncertainty import Uncertainty
+from trainmj.identify.unknowns import Point
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import BUILDS_ON, as_yaml
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+BASE = "scenario.yaml"
+FOUND = "found.yaml"
+
+
+@dataclass(frozen=True)
+class Found:
+    """What an identification found.
+
+    Attributes:
+        plan: what was sought.
+        point: the values found.
+        scenario: with these values.
+        known: how well.
+        fit: a row for each target.
+        residuals: a row for each value that was wanted.
+        parameters: a row for each parameter.
+        correlations: between their errors.
+        directions: combinations of parameters, worst determined first.
+        way: of the search.
+        summary: numbers and words, JSON only.
+        folder: where the files are.
+        simulated: trials simulated now.
+        there: trials that were in the folder before.
+        seconds: wall time.
+    """
+
+    plan: Identification
+    point: Point
+    scenario: Scenario
+    known: Uncertainty
+    fit: pd.DataFrame
+    residuals: pd.DataFrame
+    parameters: pd.DataFrame
+    correlations: pd.DataFrame
+    directions: pd.DataFrame
+    way: tuple[Progress, ...]
+    summary: dict[str, Any]
+    folder: Path
+    simulated: int
+    there: int
+    seconds: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether every bar of the fitted targets is kept."""
+        rows = self.fit[self.fit["role"] == "fitted"]
+        return not any(kept is False for kept in rows["kept"])
 
 
 def found_yaml(scenario: Scenario, changes: Mapping[str, float], base: str, title: str) -> str:

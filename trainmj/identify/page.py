@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.identify import figures, tables
-from trainmj.identify.run import FOUND, Found
+from trainmj.identify.found import FOUND, Found
 from trainmj.identify.search import PHASES
 from trainmj.plotting import styled
 from trainmj.report.blocks import Card, Column, Section, Verdict, failed, judged, passed, unjudged, warned

@@ -13,7 +13,7 @@ import numpy as np
 
 from trainmj.device import Array
 from trainmj.errors import InputError
-from trainmj.files.resources import shipped_folder
+from trainmj.files.resources import shipped_files
 from trainmj.identify.data import Observation, cases_of, observations
 from trainmj.identify.rules import broken_rules, member_name, settings_of, start_of, unit_of_path
 from trainmj.identify.spec import Amount, CurvePart, TargetPart, TargetsFile
@@ -180,7 +180,7 @@ def load_targets(file: str | Path) -> Identification:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    path = find_file(file, str(file).removesuffix(_ENDING), shipped_targets(), "targets file")
+    path = find_file(file, str(file).removesuffix(_ENDING), shipped_files(_ENDING), "targets file")
     values, origins = read_yaml(path)
     if "targets" not in values and {"devices", "trains", "builds_on", "collision", "factors"} & set(values):
         raise InputError(
@@ -225,11 +225,6 @@ def identification_of(
     unknowns = _unknowns(spec, scenario)
     fitted, held_out = (Sample.of(found, targets) for found in samples)
     return Identification(spec, scenario, unknowns, targets, fitted, held_out, values, origins)
-
-
-def shipped_targets() -> dict[str, Path]:
-    """Names and paths of the targets files that ship with trainmj."""
-    return {path.name.removesuffix(_ENDING): path for path in sorted(shipped_folder("scenarios").glob(f"*{_ENDING}"))}
 
 
 def _scenario(spec: TargetsFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:

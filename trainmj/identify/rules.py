@@ -112,8 +112,7 @@ def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
                 raise TypeError(_kind(found))
             stroke, force = curve_points(scenario.values(), part.curve)
         except (LookupError, TypeError, ValueError, InputError):
-            rule = f"must be the path of a curve with points{close_match(part.curve, known) or f', such as {known[0]}'}"
-            yield Problem((*at, "curve"), rule)
+            yield Problem((*at, "curve"), f"must be the path of a curve with points{close_match(part.curve, known)}")
             continue
         total += stroke.size - 3
         if stroke.size < 3:

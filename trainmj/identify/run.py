@@ -6,7 +6,6 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ from trainmj.experiment import responses_of
 from trainmj.files.atomic import write_bytes
 from trainmj.files.folder import held
 from trainmj.identify import tables
-from trainmj.identify.found import found_yaml
+from trainmj.identify.found import BASE, FOUND, Found, found_yaml
 from trainmj.identify.misfit import Misfit
 from trainmj.identify.plan import Identification
 from trainmj.identify.search import Place, Progress, Watch, search
@@ -35,53 +34,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _DIGITS = 6  # of the values found
-BASE = "scenario.yaml"
-FOUND = "found.yaml"
-
-
-@dataclass(frozen=True)
-class Found:
-    """What an identification found.
-
-    Attributes:
-        plan: what was sought.
-        point: the values found.
-        scenario: with these values.
-        known: how well.
-        fit: a row for each target.
-        residuals: a row for each value that was wanted.
-        parameters: a row for each parameter.
-        correlations: between their errors.
-        directions: combinations of parameters, worst determined first.
-        way: of the search.
-        summary: numbers and words, JSON only.
-        folder: where the files are.
-        simulated: trials simulated now.
-        there: trials that were in the folder before.
-        seconds: wall time.
-    """
-
-    plan: Identification
-    point: Point
-    scenario: Scenario
-    known: Uncertainty
-    fit: pd.DataFrame
-    residuals: pd.DataFrame
-    parameters: pd.DataFrame
-    correlations: pd.DataFrame
-    directions: pd.DataFrame
-    way: tuple[Progress, ...]
-    summary: dict[str, Any]
-    folder: Path
-    simulated: int
-    there: int
-    seconds: float
-
-    @property
-    def kept(self) -> bool:
-        """Whether every bar of the fitted targets is kept."""
-        rows = self.fit[self.fit["role"] == "fitted"]
-        return not any(kept is False for kept in rows["kept"])
 
 
 def identify(

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from trainmj.identify import tables
-from trainmj.identify.run import FOUND, Found
+from trainmj.identify.found import FOUND, Found
 from trainmj.identify.search import Progress
 from trainmj.terminal import new_console, new_table
 

@@ -22,6 +22,7 @@ from trainmj.identify.trials import Trials
 
 _SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
 _TRIES = 20  # steps that may be tried in an iteration, on average: one is shortened until it leads down
+_NEXT = 1e-6  # part of the range that counts as none
 _FLAT = 1e-12  # slope at which there is nothing to go down
 
 
@@ -176,15 +177,21 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
     with suppress(_EnoughError):
         least_squares(
             residuals,
-            np.clip(unit, 1e-9, 1 - 1e-9),
+            _at_bounds(unit),
             jacobian,
             bounds=(0.0, 1.0),
+            method="dogbox",  # goes along a bound; the default shortens every step near one
             ftol=_SMALL,
             xtol=_SMALL,
             gtol=_FLAT,
             max_nfev=_TRIES * iterations,
         )
     return best
+
+
+def _at_bounds(unit: Array) -> Array:
+    """The place with axes that end next to a bound put on it: from next to it a step is cut to nothing."""
+    return np.asarray(np.where(unit < _NEXT, 0.0, np.where(unit > 1.0 - _NEXT, 1.0, unit)))
 
 
 class _EnoughError(Exception):

@@ -8,9 +8,10 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
+from trainmj.scenario.parts import Part
 from trainmj.workflow.spec import Name, Notes, Seed, Title
 
 LARGEST = 1e100  # sums and squares stay finite
@@ -35,12 +36,6 @@ Amount = Annotated[float | str, BeforeValidator(_amount)]
 
 MAX_PARAMETERS = 200
 MAX_VALUES = 10_000
-
-
-class Part(BaseModel):
-    """A group of the targets file: its keys are all known, its values fixed once read."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class SetPart(Part):

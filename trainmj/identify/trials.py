@@ -84,19 +84,6 @@ class Trials:
             self._progress(len(made))
         return np.array([there[key] for key in keys]).reshape(len(trials), *shape)
 
-    def why_refused(self, changes: Changes, step: float | None = None) -> str:
-        """The first reason for which a trial has no responses; empty if there is none."""
-        for case in self.cases:
-            try:
-                check_step(self._chain(changes, case, step))
-            except InputError as error:
-                return str(error)
-        for _, summary in run_chains(((None, self._chain(changes, case, step)) for case in self.cases), self._threads):
-            row = responses_of(summary)
-            if row["status"] == "unstable":
-                return f"unstable: {row['reason']}"
-        return ""
-
     def _simulate(
         self, trials: Mapping[str, Changes], cases: Sequence[Changes], step: float | None
     ) -> dict[str, Array]:
