@@ -3,7 +3,7 @@
 python benchmarks/laws.py [--trials 3000] [--seed 1] [LAW ...]
 
 The published peaks and strokes fix the crush curves; how a device unloads and loads again is not published. Each law
-gets the same freedom in the curves (the buffer's 11 inner forces under its published energy of 39.78 kJ, and the
+gets the same freedom in the curves (the buffer's inner forces under its published energy of 39.78 kJ, and the
 length of the first tube of coupler A-B) and its own constants besides, and is fitted by the same search: CMA-ES, then
 least squares. Table 9, Table 13 and the balance times are held out.
 

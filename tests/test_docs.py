@@ -22,7 +22,7 @@ import trainmj
 from trainmj.cli import main
 
 NOT_RUN = {
-    ("docs/identification.md", "takes half an hour"): 1,
+    ("docs/identification.md", "takes a quarter of an hour"): 1,
     ("docs/safety.md", "takes an hour"): 1,
     ("docs/safety.md", "takes a quarter of an hour"): 1,
     ("docs/sweeps.md", "needs a SLURM cluster"): 1,

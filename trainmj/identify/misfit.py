@@ -33,6 +33,7 @@ class Misfit:
         norm: p of the sum of |residual|^p that is made small.
         size: of a residual that counts as 1 in a norm other than 2, so that its powers stay within bounds.
         ratio: of neighbouring slopes of a curve that counts as one residual; None if they may be what they like.
+        bars: whether values near their bars are pushed back; a search that crosses valleys does better without.
     """
 
     def __init__(
@@ -44,6 +45,7 @@ class Misfit:
         norm: float = 2.0,
         size: float = 1.0,
         ratio: float | None = None,
+        bars: bool = True,
     ) -> None:
         """Nothing is simulated yet."""
         self.plan = plan
@@ -55,7 +57,7 @@ class Misfit:
         self._sample, self._cases = sample, _ = plan.fitted.some(cases)
         self._counted = sample.weight > 0
         self._scale = np.divide(sample.weight, sample.tolerance)
-        self._barred = np.isfinite(sample.bar) & self._counted
+        self._barred = np.isfinite(sample.bar) & self._counted & bars
 
     def residuals(self, units: Sequence[Array]) -> Array:
         """Residuals of places of the unit cube, as one batch.

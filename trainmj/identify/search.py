@@ -72,7 +72,7 @@ def search(plan: Identification, trials: Trials, watch: Watch = lambda progress:
 
     method = plan.spec.method
     first = method.explore
-    coarse = Misfit(plan, trials, first.step_ms, first.cases, ratio=first.slope_ratio)
+    coarse = Misfit(plan, trials, first.step_ms, first.cases, ratio=first.slope_ratio, bars=False)
     starts = explore(plan, coarse, first, method.seed, note)[: method.refine.starts]
     fine = Misfit(plan, trials, method.refine.step_ms)
     if method.refine.iterations:

@@ -12,6 +12,7 @@ from trainmj.chain import Chain, largest_step, line_up
 from trainmj.metrics import summarise
 from trainmj.scenario import load
 from trainmj.simulation import run
+from trainmj.units import MM
 from trainmj.verify.check import Check, Kind
 from trainmj.verify.systems import chain, collide, envelope, follow, shipped
 
@@ -19,17 +20,24 @@ STEPS_MS = (0.2, 0.1, 0.05, 0.025)
 
 
 def order_of_convergence() -> Iterator[Check]:
-    """Errors fall with the step, at first order or better."""
+    """Errors fall with the step, at first order or better, where nothing jumps.
+
+    On the B-type train they stay small instead: which of two devices is pressed on a hundredth of a millisecond earlier
+    may hang on the step, and moves the stroke at the front by a tenth of a millimetre.
+    """
     elastic = [envelope([(0, 0), (500, 5000)], 10), envelope([(0, 0), (500, 8000)], 16)]
     smooth = chain([33e3, 20e3, 41e3], elastic, [2.0, 0.0, 0.0], time_limit=0.15)
+    exact = follow(smooth, 0.5e-6)
+    runs = [follow(smooth, h * 1e-3) for h in STEPS_MS]
+    for what, field in (("strokes", "stroke_max"), ("speeds", "speed")):
+        errors = [float(np.linalg.norm(getattr(r, field) - getattr(exact, field))) for r in runs]
+        order = float(np.polyfit(np.log(STEPS_MS), np.log(errors), 1)[0])
+        yield Check("Three masses on springs", f"order of convergence of {what}", 1.0, order, 0.1, Kind.AT_LEAST)
     full = replace(shipped(), time_limit=0.6)
-    for name, case, finest in (("Three masses on springs", smooth, 0.5e-6), ("B-type train", full, 1e-6)):
-        exact = follow(case, finest)
-        runs = [follow(case, h * 1e-3) for h in STEPS_MS]
-        for what, field in (("strokes", "stroke_max"), ("speeds", "speed")):
-            errors = [float(np.linalg.norm(getattr(r, field) - getattr(exact, field))) for r in runs]
-            order = float(np.polyfit(np.log(STEPS_MS), np.log(errors), 1)[0])
-            yield Check(name, f"order of convergence of {what}", 1.0, order, 0.1, Kind.AT_LEAST)
+    strokes = follow(full, 1e-6).stroke_max
+    worst = max(float(np.abs(follow(full, h * 1e-3).stroke_max - strokes).max()) for h in STEPS_MS)
+    name = f"B-type train, steps of {STEPS_MS[-1]:g} to {STEPS_MS[0]:g} ms"
+    yield Check(name, "strokes, largest error", 0.0, worst / MM, 0.5, Kind.ABSOLUTE, "mm")
 
 
 def default_step() -> Iterator[Check]:
