@@ -108,9 +108,7 @@ class AreaPart(Part):
 class BarsPart(Part):
     """What the fit of a target must keep."""
 
-    each: Amount | None = Field(
-        default=None, description="largest deviation of any value; the refinement keeps to it"
-    )
+    each: Amount | None = Field(default=None, description="largest deviation of any value; the refinement keeps to it")
     rms: Amount | None = Field(default=None, description="largest root of the mean square of the deviations")
     bias: Amount | None = Field(default=None, description="largest mean of the deviations")
 
