@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.identify.search import PHASES
+from trainmj.identify.search import phases
 from trainmj.plotting.style import BLUE, GREY, ORANGE, PALETTE, figure
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def search(found: Found) -> Figure:
     axes = picture.subplots()
     for colour, phase in zip(PALETTE, dict.fromkeys(p.phase for p in found.way), strict=False):
         steps = [(n, p.cost) for n, p in enumerate(found.way) if p.phase == phase]
-        axes.semilogy(*zip(*steps, strict=True), color=colour, label=PHASES[phase])
+        axes.semilogy(*zip(*steps, strict=True), color=colour, label=phases(found.plan)[phase])
     axes.set_xlabel("generations and iterations")
     axes.set_ylabel("misfit")
     axes.legend()

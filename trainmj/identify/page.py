@@ -10,7 +10,7 @@ import numpy as np
 
 from trainmj.identify import figures, tables
 from trainmj.identify.found import FOUND, Found
-from trainmj.identify.search import PHASES
+from trainmj.identify.search import phases
 from trainmj.plotting import styled
 from trainmj.report.blocks import Card, Column, Section, Verdict, failed, judged, passed, unjudged, warned
 from trainmj.report.page import Page
@@ -237,7 +237,7 @@ def _search(section: Section, found: Found) -> None:
     traces = []
     for phase in dict.fromkeys(p.phase for p in found.way):
         steps = [n for n, p in enumerate(found.way) if p.phase == phase]
-        traces.append(line(PHASES[phase], steps, [found.way[n].cost for n in steps]))
+        traces.append(line(phases(found.plan)[phase], steps, [found.way[n].cost for n in steps]))
     if traces:
         section.plot(
             traces, axes("generations and iterations", "", "misfit", "", yaxis={"type": "log"}), title="Smallest misfit"

@@ -26,8 +26,11 @@ _NEXT = 1e-6  # part of the range that counts as none
 _FLAT = 1e-12  # slope at which there is nothing to go down
 
 
-PHASES = {"explore": "explore", "refine": "refine", "finish": "finish, in its own norm"}
-"""Phases of a search, and what a legend calls them."""
+def phases(plan: Identification) -> dict[str, str]:
+    """Phases of a search, and what a legend calls them: their misfits do not count the same."""
+    some, all_of = plan.spec.method.explore.cases, len(plan.fitted.cases)
+    part = f", {some} of {all_of} cases" if some is not None and some < all_of else ""
+    return {"explore": f"explore{part}", "refine": "refine", "finish": "finish, in its own norm"}
 
 
 class Place(NamedTuple):
