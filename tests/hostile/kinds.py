@@ -123,10 +123,11 @@ TARGETS = {
             "bounds": [500, 900],
             "unit": "kN",
         },
-        "b": {"sets": "curves.buffer.force_kN.1", "bounds": [300, 700]},
-        "e": {"sets": "curves.buffer.force_kN.2", "bounds": [300, 1000], "above": "b", "gap": 10},
+        "b": {"curve": "curves.buffer", "slopes": 20},
+        "c": {"sets": "devices.head.damping_kN_s_per_m", "bounds": [1, 50]},
+        "d": {"sets": "devices.head.stiffness_kN_per_mm", "bounds": [100, 600], "above": "c", "gap": 10},
     },
-    "constraints": {"energy": {"of": "curves.buffer", "from_mm": 0, "to_mm": 73, "area_kJ": 35.1, "by": "e"}},
+    "constraints": {"energy": {"of": "curves.buffer", "from_mm": 0, "to_mm": 73, "area_kJ": 35.1, "by": "b"}},
     "targets": {
         "S": {"response": "stroke_M1_wall_mm", "tolerance": "1 %", "bars": {"each": 500, "rms": "900 %"}},
         "TS": {"response": "TS_mm - 0.5 * stroke_M1_M2_mm", "tolerance": 4, "weight": 2},
@@ -146,7 +147,16 @@ TARGETS = {
     "method": {
         "seed": 1,
         "bar_weight": 3,
-        "explore": {"trials": 8, "population": 4, "spread": 0.2, "start": "middle", "step_ms": 0.25},
+        "explore": {
+            "trials": 8,
+            "searches": 2,
+            "population": 4,
+            "spread": 0.2,
+            "start": "middle",
+            "slope_ratio": 3,
+            "cases": 2,
+            "step_ms": 0.25,
+        },
         "refine": {"iterations": 1, "starts": 1, "difference": 0.01},
         "finish": {"norm": 8, "iterations": 1},
     },
@@ -211,7 +221,8 @@ def cost_of_study(study: Any) -> float:
 def cost_of_targets(plan: Identification) -> float:
     method = plan.spec.method
     steps = method.refine.iterations * method.refine.starts + (method.finish.iterations if method.finish else 0) + 2
-    trials = method.explore.trials + (method.explore.population or 20) + steps * (len(plan.unknowns.names) + 2)
+    explored = method.explore.trials * method.explore.searches + (method.explore.population or 20)
+    trials = explored + steps * (plan.unknowns.n_axes + 2)
     fine = min(method.explore.step_ms or 1, method.refine.step_ms or 1, plan.scenario.simulation.step_ms)
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     costs = [0.0]
