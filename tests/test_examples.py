@@ -8,6 +8,8 @@ import pandas as pd
 import pytest
 from pages import ROOT, blocks
 
+pytestmark = pytest.mark.thorough
+
 EXAMPLES = ROOT / "examples"
 
 

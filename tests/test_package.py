@@ -80,6 +80,7 @@ def target(wheel, tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 def test_wheel_has_scenarios_scene_tables_and_types(wheel):
     names = set(zipfile.ZipFile(wheel).namelist())
     wanted = {f"trainmj/scenarios/{path.name}" for path in shipped_folder("scenarios").glob("*.*")}
@@ -105,6 +106,7 @@ for line in sys.stdin:
 """
 
 
+@pytest.mark.thorough
 def test_installed_package_works_away_from_the_checkout(target, tmp_path):
     """Listing needs the scenarios, a run and an export the scene, a report what it is filled into."""
     commands = (

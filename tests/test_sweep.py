@@ -338,6 +338,7 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
 # on a cluster
 
 
+@pytest.mark.thorough
 def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undisturbed, tmp_path):
     from dask.distributed import Client, LocalCluster
 

@@ -47,6 +47,8 @@ from trainmj.files.folder import held
 from trainmj.output import write_run
 from trainmj.report import write_report
 
+pytestmark = pytest.mark.thorough
+
 FAST = ("--set", "simulation.step_ms=0.5", "--set", "simulation.time_limit_s=0.1")
 STUDY = {
     "scenario": "b_type_wall",

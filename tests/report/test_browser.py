@@ -4,6 +4,8 @@ import shutil
 
 import pytest
 
+pytestmark = pytest.mark.thorough
+
 KINDS = ["run_folder", "sweep_folder", "study_folder"]
 WIDTHS = {"desktop": 1280, "phone": 360}
 
