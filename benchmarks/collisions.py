@@ -29,12 +29,12 @@ from mujoco.batch import Batch
 from others import PythonLaw, bare_loop, by_scipy, loop_arguments
 
 import trainmj
-from trainmj import native
-from trainmj.batch import run_chains
-from trainmj.chain import Chain, line_up
-from trainmj.layout import Layout
-from trainmj.model import build
-from trainmj.simulation import start, versions
+from trainmj.collision import kernel
+from trainmj.collision.batch import run_chains
+from trainmj.collision.block import Layout
+from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.model import build
+from trainmj.collision.simulation import start, versions
 
 STEPS = 8000
 FAST_STEP = 0.5  # ms; its TS is within 0.05 % of the converged one, as this script shows
@@ -63,7 +63,7 @@ def alternate(competitors: dict[str, Callable[[], Any]], turns: int) -> dict[str
 @contextmanager
 def clockless() -> Iterator[None]:
     """MuJoCo's timers off, as they are while the device law is installed."""
-    mujoco.set_mjcb_time(native._callbacks()[2])
+    mujoco.set_mjcb_time(kernel._callbacks()[2])
     try:
         yield
     finally:
@@ -79,7 +79,7 @@ def one_collision(turns: int) -> dict[str, float]:
     def step(model: mujoco.MjModel, law: bool, clock: bool) -> None:
         data = start(model, chain, layout)
         if law:
-            with native.installed():
+            with kernel.installed():
                 mujoco.mj_step(model, data, nstep=STEPS)
         elif clock:
             mujoco.mj_step(model, data, nstep=STEPS)
@@ -207,7 +207,7 @@ def growth_with_vehicles(turns: int) -> dict[str, float]:
         def step(
             model: mujoco.MjModel = model, chain: Chain = chain, layout: Layout = layout, steps: int = steps
         ) -> None:
-            with native.installed():
+            with kernel.installed():
                 mujoco.mj_step(model, start(model, chain, layout), nstep=steps)
 
         found[str(n)] = alternate({"": step}, turns)[""] / steps * 1e6

@@ -11,8 +11,8 @@ import time
 
 import numpy as np
 
-from trainmj.study import Factor, Space, optimal_latin_hypercube
-from trainmj.study.anneal import smallest_distance
+from trainmj.doe import Factor, Space, optimal_latin_hypercube
+from trainmj.doe.anneal import smallest_distance
 
 BARS = {(10, 2): 0.31, (50, 5): 0.51}
 

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import brentq, least_squares
 
 import trainmj
-from trainmj.chain import line_up
+from trainmj.collision.chain import line_up
 from trainmj.paper.printed import numbers, over_D, over_M, published
 from trainmj.units import G
 

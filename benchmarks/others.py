@@ -9,13 +9,13 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from trainmj.chain import Chain
-from trainmj.layout import Layout
-from trainmj.model import build
+from trainmj.collision.block import Layout
+from trainmj.collision.chain import Chain
+from trainmj.collision.model import build
 
 
 class PythonLaw:
-    """The readable law of trainmj.device as a Python callback of MuJoCo, without the tally."""
+    """The readable law of trainmj.collision.device as a Python callback of MuJoCo, without the tally."""
 
     def __init__(self, chain: Chain) -> None:
         """For one simulation of a chain."""

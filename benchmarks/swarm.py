@@ -8,12 +8,16 @@ beyond its worst values; the share with the reference at the worst values themse
 
 from __future__ import annotations
 
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
-from trainmj.study import hypervolume, mopso
-from trainmj.study.known import Problem, bnh, ctp1, zdt1
+from trainmj.doe import hypervolume, mopso
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "study"))
+from known import Problem, bnh, ctp1, zdt1
 
 
 def shares(problem: Problem, values: np.ndarray) -> tuple[float, float]:

@@ -18,8 +18,9 @@ import numpy as np
 from PIL import Image
 
 import trainmj
-from trainmj.device import Device, Envelope, in_series
-from trainmj.plotting import save, style
+from trainmj.collision.device import Device, Envelope, in_series
+from trainmj.output import style
+from trainmj.output.style import save
 
 FOLDER = Path(__file__).resolve().parent / "images"
 
@@ -134,7 +135,7 @@ def b_type() -> None:
 
 def crash() -> None:
     """The film of the front interface, small enough for a README."""
-    from trainmj.rendering import render
+    from trainmj.view import render
 
     render(trainmj.run(trainmj.load("b_type")), FOLDER / "crash.webp", "front", slow=0.15, size=(720, 405), fps=12)
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from trainmj import native
-from trainmj.chain import Chain, Interface
-from trainmj.device import Envelope, in_series
-from trainmj.simulation import start
-from trainmj.verify.systems import chain, device, envelope, scenario, values
+from trainmj.collision import kernel
+from trainmj.collision.chain import Chain, Interface
+from trainmj.collision.device import Envelope, in_series
+from trainmj.collision.simulation import start
+from trainmj.verification.systems import chain, device, envelope, scenario, values
 
 __all__ = ["chain", "device", "envelope", "joined", "scenario", "step_once", "values"]
 
@@ -24,9 +24,9 @@ def step_once(model: Any, chain: Chain) -> Any:
     """A simulation of a chain after one step with the law."""
     import mujoco
 
-    from trainmj.layout import Layout
+    from trainmj.collision.block import Layout
 
     data = start(model, chain, Layout.of(chain))
-    with native.installed():
+    with kernel.installed():
         mujoco.mj_step(model, data)
     return data

@@ -12,10 +12,10 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from trainmj.metrics import Summary, summarise
-from trainmj.result import Result
+from trainmj.collision.result import Result
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import Summary, summarise
 from trainmj.scenario import Scenario, load
-from trainmj.simulation import run
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, which what they start would inherit.
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -13,11 +13,6 @@ from pathlib import Path
 import cma  # noqa: F401 these are what commands import late
 import PIL.ImageDraw  # noqa: F401
 
-import trainmj.identify.screen
-import trainmj.repeat
-import trainmj.terminal
-import trainmj.verify.screen
-import trainmj.workflow.screen  # noqa: F401
 from trainmj.cli import main
 
 Prepare = Callable[[], None]

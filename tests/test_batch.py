@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 import trainmj
-from trainmj.batch import run_chains
-from trainmj.chain import line_up
-from trainmj.experiment import case_rows, chosen, ordered
+from trainmj.cases.table import case_rows, chosen, ordered
+from trainmj.collision.batch import run_chains
+from trainmj.collision.chain import line_up
 
 FAST = {"simulation.step_ms": 0.5}
 
@@ -50,8 +50,8 @@ def test_a_batch_case_equals_the_single_run_to_the_last_bit(scenarios, single, t
 
 
 def test_more_sizes_than_are_looked_ahead_for_still_all_run(scenarios, monkeypatch):
-    monkeypatch.setattr("trainmj.batch._LOOK_AHEAD", 2)
-    monkeypatch.setattr("trainmj.batch._ENGINES", 1)
+    monkeypatch.setattr("trainmj.collision.batch._LOOK_AHEAD", 2)
+    monkeypatch.setattr("trainmj.collision.batch._ENGINES", 1)
     numbered = [(k, line_up(s)) for k, s in enumerate(scenarios)]
     assert sorted(key for key, _ in run_chains(numbered)) == list(range(len(scenarios)))
 

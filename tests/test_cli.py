@@ -15,10 +15,10 @@ from jsonschema import Draft202012Validator
 from pages import ROOT
 
 from trainmj.cli import main
-from trainmj.metrics import Summary
-from trainmj.result import load_result
+from trainmj.collision.result import load_result
+from trainmj.collision.summary import Summary
+from trainmj.files.yaml import read_yaml
 from trainmj.scenario import load, shipped
-from trainmj.scenario.files import read_yaml
 
 SHORT = ("--set", "simulation.time_limit_s=0.1")
 

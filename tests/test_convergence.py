@@ -9,9 +9,9 @@ import pytest
 from builders import scenario
 from click.testing import CliRunner
 
-from trainmj import convergence
 from trainmj.cli import main
-from trainmj.convergence import converge, limit
+from trainmj.collision import convergence
+from trainmj.collision.convergence import converge, limit
 from trainmj.errors import InputError
 from trainmj.scenario import load
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, freqz, sosfilt, sosfreqz
 
-from trainmj.deceleration import cfc60_peak, mean_deceleration, window_peak
+from trainmj.collision.deceleration import cfc60_peak, mean_deceleration, window_peak
 
 # between two instants
 

@@ -8,7 +8,7 @@ from builders import device, envelope, joined
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trainmj.device import Envelope, Stage, in_series
+from trainmj.collision.device import Envelope, Stage, in_series
 from trainmj.errors import InputError
 
 SPRING = envelope([(0, 0), (10, 1000), (500, 1000)], 100)  # 1000 kN plateau from 10 mm, unloads along 100 kN/mm

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trainmj.device import Array, Envelope, in_series
-from trainmj.result import Result
+from trainmj.collision.device import Array, Envelope, in_series
+from trainmj.collision.result import Result
+from trainmj.collision.simulation import run
 from trainmj.scenario import load
-from trainmj.simulation import run
-from trainmj.verify import oracles, published
-from trainmj.verify.suite import GROUPS, Case
-from trainmj.verify.systems import chain, device, envelope, follow, shipped
+from trainmj.verification import oracles, published
+from trainmj.verification.suite import GROUPS, Case
+from trainmj.verification.systems import chain, device, envelope, follow, shipped
 
 # the paper has tests of its own, and the number of random trains is an option
 CASES = [c for group in GROUPS for c in group.cases if c not in (published.paper, oracles.random_by_scipy)]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from trainmj.chain import check_step, line_up
+from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
-from trainmj.metrics import Summary
 from trainmj.scenario import load
-from trainmj.verify.systems import collide
+from trainmj.verification.systems import collide
 
 
 def closed(**changes) -> Summary:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from builders import chain, envelope, joined, scenario, values
 
-from trainmj.batch import run_chains
-from trainmj.chain import Chain, largest_step, line_up
-from trainmj.metrics import WINDOWS, Summary, measure, summarise
-from trainmj.result import Result, Tally
+from trainmj.collision.batch import run_chains
+from trainmj.collision.chain import Chain, largest_step, line_up
+from trainmj.collision.result import Result, Tally
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import WINDOWS, Summary, measure, summarise
 from trainmj.scenario import Scenario, load
-from trainmj.simulation import run
 
 
 def collide(case: Chain) -> Summary:

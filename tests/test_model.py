@@ -9,13 +9,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from trainmj import native
-from trainmj.chain import Chain, line_up
+from trainmj.collision import kernel
+from trainmj.collision.block import Car, Joint, Layout
+from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.model import MOTION, SENSED, build, plateau, spec
+from trainmj.collision.simulation import start
 from trainmj.files.resources import shipped_folder
-from trainmj.layout import Car, Joint, Layout
-from trainmj.model import MOTION, SENSED, build, export, plateau, spec
 from trainmj.scenario import Scenario, load, shipped
-from trainmj.simulation import start
+from trainmj.view.export import export
+from trainmj.view.scene import visible
 
 TABLE_2 = [34.08, 36.26, 36.26, 36.26, 36.26, 34.08]
 
@@ -147,7 +149,7 @@ def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
     case = line_up(load(name))
     layout = Layout.of(case)
     ends = []
-    with native.installed():
+    with kernel.installed():
         for bare in (False, True):
             model = build(case, layout, bare)
             data = start(model, case, layout)
@@ -159,7 +161,7 @@ def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
 
 
 def test_wall_stands_where_the_train_would_touch_it():
-    model = spec(line_up(load("b_type_wall", {"collision.gap_mm": 100})), visible=True).compile()
+    model = visible(line_up(load("b_type_wall", {"collision.gap_mm": 100}))).compile()
     wall = model.geom("wall")
     assert wall.pos[0] - wall.size[0] == pytest.approx(0.0)
     assert model.body("M1").pos[0] + 10.0 == pytest.approx(-0.1)
@@ -212,12 +214,12 @@ def test_stand_ins_and_device_law_never_act_together(standard):
     for law in (False, True):
         data = mujoco.MjData(exported)
         mujoco.mj_resetDataKeyframe(exported, data, 0)
-        with native.installed() if law else nullcontext():
+        with kernel.installed() if law else nullcontext():
             mujoco.mj_step(exported, data, nstep=200)
         ends.append(data.qvel.copy())
     assert np.array_equal(*ends), "the law leaves an exported model alone"
-    for visible in (False, True):
-        model = spec(case, visible=visible).compile()
+    for made in (spec(case), visible(case)):
+        model = made.compile()
         assert not model.tendon_stiffness.any()
         assert model.nuserdata == Layout.of(case).size
 
@@ -234,14 +236,14 @@ def test_visible_model_moves_as_the_bare_one(name):
     case = line_up(load(name))
     layout = Layout.of(case)
     ends = []
-    with native.installed():
-        for model in (spec(case, layout, visible=True).compile(), build(case, layout, bare=True)):
+    with kernel.installed():
+        for model in (visible(case, layout).compile(), build(case, layout, bare=True)):
             assert model.body_mass[1:] == pytest.approx(case.mass)
             data = start(model, case, layout)
             mujoco.mj_step(model, data, nstep=1000)
             ends.append((data.qpos.copy(), data.qvel.copy(), data.userdata.copy()))
-    for visible, bare in zip(*ends, strict=True):
-        assert np.array_equal(visible, bare)
+    for seen, bare in zip(*ends, strict=True):
+        assert np.array_equal(seen, bare)
 
 
 @pytest.mark.parametrize(

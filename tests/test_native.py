@@ -15,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.core import caching
 
-from trainmj import native, offsets
-from trainmj.chain import Chain
-from trainmj.device import Envelope
+from trainmj.collision import kernel, offsets
+from trainmj.collision.block import MAGIC, Car, Head, Joint, Layout
+from trainmj.collision.chain import Chain
+from trainmj.collision.device import Envelope
+from trainmj.collision.model import build, check_integrator
+from trainmj.collision.simulation import run, start
 from trainmj.errors import EngineError
-from trainmj.layout import MAGIC, Car, Head, Joint, Layout
-from trainmj.model import build, check_integrator
-from trainmj.simulation import run, start
 
 ENVELOPES = (
     envelope([(0, 0), (10, 1000), (500, 1000)], 200, 50),
@@ -40,7 +40,7 @@ def walled(**kwargs: float) -> Chain:
 
 @pytest.fixture
 def law() -> Iterator[None]:
-    with native.installed():
+    with kernel.installed():
         yield
 
 
@@ -74,7 +74,7 @@ def test_compiled_law_equals_the_readable_one_exactly(system, history):
         data.time = 0.001 * n
         data.qpos[:] = np.cumsum(row[:4][::-1])[::-1]  # a position is the sum of the strokes ahead of it
         data.qvel[:] = np.cumsum(row[4:][::-1])[::-1]
-        with native.installed():
+        with kernel.installed():
             mujoco.mj_forward(model, data)
         u = np.append(data.qpos[:-1] - data.qpos[1:], data.qpos[-1])
         rate = np.append(data.qvel[:-1] - data.qvel[1:], data.qvel[-1])
@@ -96,7 +96,7 @@ def test_at_its_edges_too():
     for u, rate in ((0.0, 1.0), (0.5, -0.25), (0.25, 0.125), (0.125, -9.0)):
         data = start(model, case, layout)
         data.qpos[:], data.qvel[:] = u, rate
-        with native.installed():
+        with kernel.installed():
             mujoco.mj_forward(model, data)
         assert (-data.qfrc_passive[0], layout.joint(data.userdata, Joint.PLASTIC)[0]) == e.respond(u, rate, 0.0)
 
@@ -175,7 +175,7 @@ def test_rail_friction_of_one_vehicle(law, limit, speed, pushed, expected):
 @pytest.fixture
 def ours() -> Iterator[list[object]]:
     """Someone's own callbacks, in place while a test runs."""
-    native._callbacks()
+    kernel._callbacks()
     calls: list[object] = []
 
     def passive(model, data) -> None:
@@ -187,22 +187,22 @@ def ours() -> Iterator[list[object]]:
 
 
 def slots() -> list[object]:
-    return [get() for get, _ in native._SLOTS]
+    return [get() for get, _ in kernel._SLOTS]
 
 
 def test_leaving_puts_back_what_was_there(ours):
     before = slots()
     assert before[0] is ours[0]
-    with native.installed():
+    with kernel.installed():
         assert slots()[0] is not before[0]
     assert slots() == before
 
 
 def test_nested_use_keeps_the_law_until_the_last_one_leaves(ours):
     before = slots()
-    with native.installed():
+    with kernel.installed():
         law = slots()
-        with native.installed():
+        with kernel.installed():
             pass
         assert slots()[0] is not before[0], "the inner one must not take the law away from the outer one"
         assert [type(x) for x in slots()] == [type(x) for x in law]
@@ -211,7 +211,7 @@ def test_nested_use_keeps_the_law_until_the_last_one_leaves(ours):
 
 def test_an_exception_inside_puts_back_too(ours):
     before = slots()
-    with pytest.raises(ZeroDivisionError), native.installed():
+    with pytest.raises(ZeroDivisionError), kernel.installed():
         raise ZeroDivisionError
     assert slots() == before
 
@@ -226,7 +226,7 @@ def test_threads_may_enter_and_leave_as_they_like():
         data = start(model, case, layout)
         data.qvel[:] = [4, 3, 2, 1]
         for _ in range(50):
-            with native.installed():
+            with kernel.installed():
                 mujoco.mj_step(model, data, nstep=20)
         return data.userdata.copy()
 
@@ -265,9 +265,9 @@ def test_models_of_others_are_left_alone(law, nuserdata, first):
 
 def test_the_law_is_made_while_another_callback_is_in_place(ours):
     """MuJoCo compiles no model under a callback in Python, and the law needs one to find MuJoCo's fields."""
-    native._callbacks.cache_clear()
+    kernel._callbacks.cache_clear()
     offsets.field_offsets.cache_clear()
-    with native.installed():
+    with kernel.installed():
         build(walled())
     assert mujoco.get_mjcb_passive() is ours[0]
 
@@ -276,13 +276,13 @@ def test_what_was_there_is_put_back_where_the_law_cannot_be_made(ours, monkeypat
     def broken() -> None:
         raise EngineError("not supported")
 
-    monkeypatch.setattr(native, "_callbacks", broken)
+    monkeypatch.setattr(kernel, "_callbacks", broken)
     for _ in range(2):
-        with pytest.raises(EngineError, match="not supported"), native.installed():
+        with pytest.raises(EngineError, match="not supported"), kernel.installed():
             pytest.fail("entered")
         assert mujoco.get_mjcb_passive() is ours[0]
     monkeypatch.undo()
-    with native.installed():
+    with kernel.installed():
         assert mujoco.get_mjcb_passive() is not ours[0], "what failed counts as no user"
 
 
@@ -367,17 +367,17 @@ def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_p
     wrong = offsets.Offsets(*range(800, 1520, 80))
     signature = "void(voidptr, voidptr, intc)"
     for places in (wrong, right, wrong):
-        native._compile(native._sensor, signature, places)
+        kernel._compile(kernel._sensor, signature, places)
     assert len(list(tmp_path.rglob("*.nbc"))) == 2, "one of each, and the second wrong one was there"
     case = walled()
     model, layout = build(case), Layout.of(case)
     data = start(model, case, layout)
     data.qpos[:] = [0.4, 0.3, 0.2, 0.1]
-    with native.installed():
+    with kernel.installed():
         mujoco.mj_forward(model, data)
     expected = data.sensordata.copy()
     data.sensordata[:] = 0.0
-    address = native._compile(native._sensor, signature, right)
+    address = kernel._compile(kernel._sensor, signature, right)
     sensor = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)(address)
     sensor(model._address, data._address, int(mujoco.mjtStage.mjSTAGE_ACC))
     assert data.sensordata[:8].tolist() == expected[:8].tolist()
@@ -393,7 +393,7 @@ def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(monkeypat
     for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
         if "ensure_cache_path" in vars(cls):
             monkeypatch.setattr(cls, "ensure_cache_path", refuse)
-    address = native._compile(native._no_clock, "float64()", offsets.field_offsets())
+    address = kernel._compile(kernel._no_clock, "float64()", offsets.field_offsets())
     assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == 0.0
     (said,) = (record.getMessage() for record in caplog.records)
     assert said.startswith("the compiled law is not kept between processes (")
@@ -401,14 +401,14 @@ def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(monkeypat
 
 
 def test_with_a_cache_there_is_nothing_to_say(caplog):
-    native._compile(native._no_clock, "float64()", offsets.field_offsets())
+    kernel._compile(kernel._no_clock, "float64()", offsets.field_offsets())
     assert not caplog.records
 
 
 def test_compiled_functions_live_on():
     """MuJoCo holds bare pointers into them."""
-    kept = {function.address for function in native._kept}
-    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in native._callbacks()} <= kept
+    kept = {function.address for function in kernel._kept}
+    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in kernel._callbacks()} <= kept
 
 
 def test_sensors_are_written_when_their_stage_is_reached_and_not_before(law, system):
@@ -417,7 +417,7 @@ def test_sensors_are_written_when_their_stage_is_reached_and_not_before(law, sys
     data.qpos[:] = [0.4, 0.3, 0.2, 0.1]
     mujoco.mj_forward(model, data)
     expected = data.sensordata.copy()
-    sensor = native._callbacks()[1]
+    sensor = kernel._callbacks()[1]
     for stage in (mujoco.mjtStage.mjSTAGE_POS, mujoco.mjtStage.mjSTAGE_VEL, mujoco.mjtStage.mjSTAGE_ACC):
         data.sensordata[:] = 7.0
         sensor(model._address, data._address, int(stage))
@@ -435,7 +435,7 @@ def test_end_of_a_collision_is_seen_by_the_law(law):
 
 def test_a_run_whose_law_was_replaced_is_an_error(standard):
     """Another's callback, set inside installed(), would else give a result without any force."""
-    with native.installed():
+    with kernel.installed():
         mujoco.set_mjcb_passive(None)
         with pytest.raises(EngineError, match="device law was not called"):
             run(standard)

@@ -8,11 +8,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from trainmj.doe import Factor, Space, entropy_weights, given
 from trainmj.paper import analysis, defects_of_tables, printed
 from trainmj.paper.analysis import CRITERIA, TERMS, chosen_with, entropies, points_of
 from trainmj.paper.defects_of_study import as_printed, defects_of_study, from_table_9, rounding_reach
 from trainmj.paper.printed import number, numbers, published, split_unit
-from trainmj.study import Factor, Space, entropy_weights, given
 
 
 @pytest.fixture(scope="module")

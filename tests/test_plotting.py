@@ -11,11 +11,11 @@ import pytest
 from matplotlib.text import Text
 
 from trainmj.cli import main
+from trainmj.collision.simulation import run
 from trainmj.errors import OutputError
-from trainmj.plotting import FORMATS, collision, encode, figure, save, styled
-from trainmj.plotting.style import DPI, PALETTE, WIDTHS, grid
+from trainmj.output.style import DPI, FORMATS, PALETTE, WIDTHS, encode, figure, grid, save, styled
 from trainmj.scenario import load
-from trainmj.simulation import run
+from trainmj.single.figures import collision
 
 
 @pytest.fixture(scope="module")

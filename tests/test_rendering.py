@@ -14,15 +14,15 @@ import pytest
 from forked import forked
 from PIL import Image
 
-from trainmj import model as models
-from trainmj import shapes, simulation
-from trainmj.chain import line_up
 from trainmj.cli import main
+from trainmj.collision import simulation
+from trainmj.collision.chain import line_up
+from trainmj.collision.summary import summarise
 from trainmj.errors import EngineError, InputError, OutputError
-from trainmj.metrics import summarise
-from trainmj.rendering import film, offscreen
-from trainmj.rendering.wear import DeviceShapes, Wear, colour, largest_energy
 from trainmj.scenario import load
+from trainmj.view import film, offscreen, parts
+from trainmj.view.scene import visible
+from trainmj.view.wear import DeviceShapes, Wear, colour, largest_energy
 
 SMALL = (192, 108)
 
@@ -95,7 +95,7 @@ def test_more_energy_is_darker():
 @pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t"])
 def test_bodies_stand_back_behind_the_faces_of_their_couplers(name):
     chain = line_up(load(name))
-    model = models.spec(chain, visible=True).compile()
+    model = visible(chain).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     for i, vehicle in enumerate(chain.vehicles):
@@ -103,8 +103,8 @@ def test_bodies_stand_back_behind_the_faces_of_their_couplers(name):
         shell = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body and model.geom_type[g] == 7]
         assert shell, "a car body of meshes"
         corners = np.concatenate([_corners(model, data, g) for g in shell])[:, 0] - data.xpos[body, 0]
-        assert corners.max() < vehicle.length / 2 - shapes.setback(chain, i, 1) + 0.06
-        assert corners.min() > -vehicle.length / 2 + shapes.setback(chain, i, -1) - 0.06
+        assert corners.max() < vehicle.length / 2 - parts.setback(chain, i, 1) + 0.06
+        assert corners.min() > -vehicle.length / 2 + parts.setback(chain, i, -1) - 0.06
 
 
 def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarray:
@@ -117,7 +117,7 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> np.ndarra
 def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
     """Heads touch while there is force, and the tubes behind them are shorter by their stroke."""
     chain = standard_result.chain
-    model = models.spec(chain, visible=True).compile()
+    model = visible(chain).compile()
     data = mujoco.MjData(model)
     wear, devices = Wear(chain), DeviceShapes(model, chain, largest_energy(standard_result))
     tube = model.geom("M1 front coupler tube").id

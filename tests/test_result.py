@@ -11,12 +11,12 @@ import pytest
 import xarray as xr
 from builders import scenario
 
+from trainmj.collision.result import Result, Tally, load_result
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError
-from trainmj.metrics import summarise
-from trainmj.plotting import collision
-from trainmj.result import Result, Tally, load_result
 from trainmj.scenario import load, to_yaml
-from trainmj.simulation import run
+from trainmj.single.figures import collision
 
 
 @pytest.fixture(scope="module")

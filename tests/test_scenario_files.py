@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 
-from trainmj.chain import check_step, largest_step, line_up
+from trainmj.collision.chain import check_step, largest_step, line_up
 from trainmj.errors import InputError, OutputError, TrainmjError
 from trainmj.scenario import Scenario, from_yaml, load, save, schema, shipped, to_yaml
 

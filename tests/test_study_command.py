@@ -14,7 +14,7 @@ from ruamel.yaml import YAML
 
 import trainmj
 from trainmj.cli import main
-from trainmj.workflow.simulator import Simulator
+from trainmj.study.simulator import Simulator
 
 SMALL = {
     "scenario": "b_type",
@@ -313,7 +313,7 @@ def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
             return []
 
         Simulator._write = killing
-        trainmj.workflow.simulator._COMMIT_EVERY = 0.0
+        trainmj.study.simulator._COMMIT_EVERY = 0.0
 
     words = ("study", file, "--out", tmp_path / "out", "--figures", "none", "--threads", "1")
     assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL
@@ -375,7 +375,7 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
     result = run(study_file(tmp_path, values), tmp_path / "out")
     assert result.tables["01_design"]["M_t"].tolist() == [30, 31, 33, 35, 36]
     assert len(result.tables["05_front_surrogate"]) == 1
-    from trainmj.workflow.screen import print_study
+    from trainmj.study.screen import print_study
 
     print_study(result)
 

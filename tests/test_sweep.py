@@ -14,9 +14,9 @@ from click.testing import CliRunner
 from forked import Forked, forked
 
 import trainmj
+from trainmj.cases.store import Store
 from trainmj.cli import main
 from trainmj.sweep.plan import grid_values
-from trainmj.sweep.store import Store
 
 FAST = ["--set", "simulation.step_ms=0.5"]
 
@@ -223,7 +223,10 @@ def test_killed_ten_times_and_resumed_the_table_is_the_same(undisturbed, tmp_pat
     def sweep(folder, seconds=0.0):
         def prepare():
             trainmj.sweep.run.COMMIT_EVERY = 0.01
-            trainmj.batch.run_chains.__defaults__ = (0, 8)  # few side by side, so that they end one after the other
+            trainmj.collision.batch.run_chains.__defaults__ = (
+                0,
+                8,
+            )  # few side by side, so that they end one after the other
             signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process without a word
 
         return forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", folder, "--resume", prepare=prepare)
@@ -343,7 +346,7 @@ def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undis
     from dask.distributed import Client, LocalCluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        from trainmj.sweep import cluster as engines
+        from trainmj.cases import cluster as engines
 
         plan = trainmj.plan_of(
             trainmj.load("b_type", {"simulation.step_ms": 0.5}),
@@ -359,7 +362,7 @@ def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undis
 
         engines_before, engines.CASES_PER_TASK = engines.CASES_PER_TASK, 8
         try:
-            trainmj.run_sweep(plan, tmp_path, engine=engines.engine(client, plan), progress=progress)
+            trainmj.run_sweep(plan, tmp_path, engine=engines.engine(client, plan.scenario), progress=progress)
         finally:
             engines.CASES_PER_TASK = engines_before
     assert killed, "no worker was killed while the sweep ran: the test proves nothing"

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from builders import chain, envelope
 
-from trainmj import native
-from trainmj.chain import WALL, Chain
-from trainmj.device import Array
-from trainmj.layout import Car, Head, Joint, Layout
-from trainmj.model import build
-from trainmj.simulation import start
+from trainmj.collision import kernel
+from trainmj.collision.block import Car, Head, Joint, Layout
+from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.device import Array
+from trainmj.collision.model import build
+from trainmj.collision.simulation import start
 
 ENVELOPES = (
     envelope([(0, 0), (10, 1000), (500, 1000)], 200, 50),
@@ -45,7 +45,7 @@ def ride(case: Chain, layout: Layout, n: int) -> History:
     model = build(case, layout)
     data = start(model, case, layout)
     rows = []
-    with native.installed():
+    with kernel.installed():
         for _ in range(n):
             before = data.time, data.qpos.copy(), data.qvel.copy()
             mujoco.mj_step(model, data)
@@ -243,7 +243,7 @@ def test_the_law_rests_at_a_record_that_is_not_finite():
     layout = Layout.of(TWO_TRAINS, n_ring=4)
     model = build(TWO_TRAINS, layout)
     data = start(model, TWO_TRAINS, layout)
-    with native.installed():
+    with kernel.installed():
         mujoco.mj_step(model, data, nstep=7)
         data.userdata[Head.IMPULSE] = np.inf
         data.time, data.qvel[0] = 7e-4, np.nan

@@ -11,12 +11,12 @@ from builders import chain, envelope
 from click.testing import CliRunner
 
 from trainmj.cli import main
-from trainmj.device import Envelope
+from trainmj.collision.device import Envelope
 from trainmj.errors import EngineError
-from trainmj.verify import closed_forms, independent, oracles, suite, symmetries
-from trainmj.verify.check import Check, Kind, furthest
-from trainmj.verify.independent import solve
-from trainmj.verify.systems import shipped
+from trainmj.verification import closed_forms, independent, oracles, suite, symmetries
+from trainmj.verification.check import Check, Kind, furthest
+from trainmj.verification.independent import solve
+from trainmj.verification.systems import shipped
 
 
 def never():
@@ -111,7 +111,7 @@ def test_the_oracle_calls_nothing_of_the_device_law(monkeypatch):
         monkeypatch.setattr(Envelope, name, called)
     found = solve(shipped(), 0.05)
     assert found.switches > 10
-    assert {"native", "respond"}.isdisjoint(vars(independent))
+    assert {"kernel", "respond"}.isdisjoint(vars(independent))
 
 
 def test_the_step_is_not_used_by_the_oracle():

@@ -19,37 +19,37 @@ from typing import TYPE_CHECKING, Any
 from trainmj.errors import EngineError, InputError, OutputError, TrainmjError
 
 if TYPE_CHECKING:
-    from trainmj.chain import line_up
-    from trainmj.experiment import run_cases
-    from trainmj.metrics import Summary, summarise
-    from trainmj.native import installed
-    from trainmj.result import Result, load_result
+    from trainmj.cases.table import run_cases
+    from trainmj.collision.chain import line_up
+    from trainmj.collision.kernel import installed
+    from trainmj.collision.result import Result, load_result
+    from trainmj.collision.simulation import run
+    from trainmj.collision.summary import Summary, summarise
     from trainmj.scenario import Scenario, load, save
-    from trainmj.simulation import run
+    from trainmj.study import Study, StudyResult, load_study, run_study, study_of
     from trainmj.sweep import load_plan, plan_of, read_table, run_sweep
-    from trainmj.workflow import Study, StudyResult, load_study, run_study, study_of
 
 _HOMES = {
-    "line_up": "chain",
-    "run_cases": "experiment",
-    "Summary": "metrics",
-    "summarise": "metrics",
-    "installed": "native",
-    "Result": "result",
-    "load_result": "result",
+    "line_up": "collision.chain",
+    "run_cases": "cases.table",
+    "Summary": "collision.summary",
+    "summarise": "collision.summary",
+    "installed": "collision.kernel",
+    "Result": "collision.result",
+    "load_result": "collision.result",
     "Scenario": "scenario",
     "load": "scenario",
     "save": "scenario",
-    "run": "simulation",
+    "run": "collision.simulation",
     "load_plan": "sweep",
     "plan_of": "sweep",
     "read_table": "sweep",
     "run_sweep": "sweep",
-    "Study": "workflow",
-    "StudyResult": "workflow",
-    "load_study": "workflow",
-    "run_study": "workflow",
-    "study_of": "workflow",
+    "Study": "study",
+    "StudyResult": "study",
+    "load_study": "study",
+    "run_study": "study",
+    "study_of": "study",
 }
 
 __all__ = [

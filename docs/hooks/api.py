@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import trainmj
-import trainmj.study
+import trainmj.doe
 
 _INTRODUCTION = """# Python
 
@@ -19,7 +19,7 @@ Inside, everything is in SI; other units are at the edges, in the names. Names t
 
 _STUDY = """# Python: studies on arrays
 
-The modules of `trainmj.study` know nothing of trains: factors, points and responses are plain arrays, from any model.
+The modules of `trainmj.doe` know nothing of trains: factors, points and responses are plain arrays, from any model.
 """
 
 _GROUPS = {
@@ -31,8 +31,8 @@ _GROUPS = {
 }
 
 _FURTHER = {
-    "Films": ["trainmj.rendering.film.render"],
-    "Devices": ["trainmj.device.Envelope", "trainmj.device.Device", "trainmj.device.in_series"],
+    "Films": ["trainmj.view.film.render"],
+    "Devices": [f"trainmj.collision.device.{name}" for name in ("Envelope", "Device", "in_series")],
 }
 
 
@@ -54,12 +54,12 @@ def page() -> str:
 
 
 def study_page() -> str:
-    """The public names of trainmj.study."""
+    """The public names of trainmj.doe."""
     parts = [_STUDY]
-    for name in trainmj.study.__all__:
-        thing = getattr(trainmj.study, name)
+    for name in trainmj.doe.__all__:
+        thing = getattr(trainmj.doe, name)
         home = getattr(thing, "__module__", "")
-        if home.startswith("trainmj.study."):
+        if home.startswith("trainmj.doe."):
             parts.append(_directive(f"{home}.{name}", name, level=2))
     return "\n\n".join(parts) + "\n"
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from trainmj.identify.spec import TargetsFile
+from trainmj.identification.file import TargetsFile
 from trainmj.scenario import schema as scenario_schema
 from trainmj.scenario.parts import Parts
-from trainmj.sweep.spec import SweepFile
+from trainmj.study.file import StudyFile
+from trainmj.sweep.file import SweepFile
 from trainmj.units import unit_of
-from trainmj.workflow.spec import StudyFile
 
 Schema = dict[str, Any]
 

@@ -18,9 +18,9 @@ from click.testing import CliRunner
 import trainmj
 from trainmj.cli import main
 from trainmj.errors import EngineError, InputError, TrainmjError
-from trainmj.identify import Identification, load_targets
-from trainmj.rendering import offscreen
+from trainmj.identification import Identification, load_targets
 from trainmj.scenario import Scenario
+from trainmj.view import offscreen
 
 BASE = {
     "title": "Two wagons against a wall",
@@ -191,7 +191,7 @@ def command(*args: str | Path) -> tuple[int, str]:
 
 
 def cost_of_scenario(scenario: Scenario) -> float:
-    chain = trainmj.chain.line_up(scenario)
+    chain = trainmj.collision.chain.line_up(scenario)
     return chain.time_limit / chain.step * len(chain.vehicles)
 
 

@@ -32,20 +32,20 @@ from mutations import document
 from PIL import Image
 
 import trainmj
-import trainmj.experiment
-import trainmj.identify.run
-import trainmj.model
-import trainmj.native
-import trainmj.offsets
+import trainmj.cases.table
+import trainmj.collision.kernel
+import trainmj.collision.model
+import trainmj.collision.offsets
+import trainmj.collision.simulation
+import trainmj.identification.run
 import trainmj.paper.output
 import trainmj.paper.reproduce
-import trainmj.rendering.film
-import trainmj.report.run
-import trainmj.simulation
-import trainmj.verify.suite
+import trainmj.single.page
+import trainmj.verification.suite
+import trainmj.view.film
+from trainmj.cli.reports import write_report
 from trainmj.files.folder import held
-from trainmj.output import write_run
-from trainmj.report import write_report
+from trainmj.single.folder import write_run
 
 pytestmark = pytest.mark.thorough
 
@@ -85,7 +85,7 @@ class Command:
     whole: Callable[[Path], None]
     again: tuple[str, ...] = ()
     over: int = 0
-    works: tuple[Any, str] = (trainmj.experiment, "check_step")
+    works: tuple[Any, str] = (trainmj.cases.table, "check_step")
     option: str = "--out"
     less: Callable[[], None] = lambda: None
 
@@ -140,15 +140,18 @@ def whole_picture(out: Path) -> None:
 
 
 def one_case_of_verify() -> None:
-    groups = trainmj.verify.suite.GROUPS
-    trainmj.verify.suite.GROUPS = (replace(groups[0], cases=groups[0].cases[:1]),)
+    groups = trainmj.verification.suite.GROUPS
+    trainmj.verification.suite.GROUPS = (replace(groups[0], cases=groups[0].cases[:1]),)
 
 
 COMMANDS = {
     "run": Command(
-        ("run", "b_type_wall", *FAST, "--figures", "none"), "out", whole_run, works=(trainmj.simulation, "check_step")
+        ("run", "b_type_wall", *FAST, "--figures", "none"),
+        "out",
+        whole_run,
+        works=(trainmj.collision.simulation, "check_step"),
     ),
-    "export": Command(("export", "b_type_wall"), "model.xml", whole_export, works=(trainmj.model, "spec")),
+    "export": Command(("export", "b_type_wall"), "model.xml", whole_export, works=(trainmj.collision.model, "spec")),
     "sweep": Command(
         ("sweep", "b_type_wall", *FAST, "--vary", "mass_t=30:36:6", "--threads", "1"),
         "out",
@@ -163,21 +166,21 @@ COMMANDS = {
         whole_identification,
         again=("--resume",),
         over=2,
-        works=(trainmj.identify.run, "uncertainty"),
+        works=(trainmj.identification.run, "uncertainty"),
     ),
-    "report": Command(("report", "finished"), "page.html", whole_page, works=(trainmj.report.run, "summarise")),
+    "report": Command(("report", "finished"), "page.html", whole_page, works=(trainmj.single.page, "summarise")),
     "render": Command(
         ("render", "finished", "--size", "320x180", "--fast"),
         "still.png",
         whole_picture,
-        works=(trainmj.rendering.film, "write_still"),
+        works=(trainmj.view.film, "write_still"),
     ),
     "paper": Command(("paper", "--figures", "none"), "out", whole_study, works=(trainmj.paper.output, "page_of")),
     "verify": Command(
         ("verify",),
         "page.html",
         whole_page,
-        works=(trainmj.verify.suite, "run_case"),
+        works=(trainmj.verification.suite, "run_case"),
         option="--page",
         less=one_case_of_verify,
     ),
@@ -402,8 +405,8 @@ def test_two_at_once_and_the_first_one_ends_as_if_it_were_alone(place: Path) -> 
 
 def test_an_interruption_while_the_law_is_compiled_is_not_lost(place: Path) -> None:
     def prepare() -> None:
-        trainmj.native._callbacks.cache_clear()
-        at(trainmj.native, "_compile", interrupt)()
+        trainmj.collision.kernel._callbacks.cache_clear()
+        at(trainmj.collision.kernel, "_compile", interrupt)()
 
     ended = done(place, COMMANDS["run"], prepare=prepare)
     assert (ended.returncode, ended.stderr) == (130, "Stopped.\n")
@@ -427,13 +430,13 @@ def test_without_home_and_with_caches_that_cannot_be_written_it_works(place: Pat
 
 def test_a_mujoco_that_keeps_its_fields_elsewhere_is_refused(place: Path) -> None:
     def prepare() -> None:
-        search = trainmj.offsets._search
+        search = trainmj.collision.offsets._search
         mujoco.__version__ = "9.9.9"
-        trainmj.offsets._search = lambda address, wanted: {
+        trainmj.collision.offsets._search = lambda address, wanted: {
             name: set() if name == "qvel" else places for name, places in search(address, wanted).items()
         }
-        trainmj.offsets.field_offsets.cache_clear()
-        trainmj.native._callbacks.cache_clear()
+        trainmj.collision.offsets.field_offsets.cache_clear()
+        trainmj.collision.kernel._callbacks.cache_clear()
 
     ended = forked(place, "run", "b_type_wall", *FAST, prepare=prepare)
     said_no(ended, r"MuJoCo 9\.9\.9 keeps qvel where it was not found: this version is not supported")
@@ -444,8 +447,8 @@ def test_a_mujoco_that_keeps_its_fields_elsewhere_is_refused(place: Path) -> Non
 
 def test_another_mujoco_that_has_its_fields_runs_and_the_result_says_which(place: Path) -> None:
     def prepare() -> None:
-        version = trainmj.simulation.version
-        trainmj.simulation.version = lambda name: "4.9.9" if name == "mujoco" else version(name)
+        version = trainmj.collision.simulation.version
+        trainmj.collision.simulation.version = lambda name: "4.9.9" if name == "mujoco" else version(name)
 
     worked(done(place, COMMANDS["run"], prepare=prepare))
     ended = forked(place, "run", "out")
@@ -456,8 +459,8 @@ def test_another_mujoco_that_has_its_fields_runs_and_the_result_says_which(place
 
 def test_an_identification_does_not_go_on_with_another_mujoco(place: Path) -> None:
     def prepare() -> None:
-        now = trainmj.identify.run.versions
-        trainmj.identify.run.versions = lambda: now() | {"mujoco": "4.9.9"}
+        now = trainmj.identification.run.versions
+        trainmj.identification.run.versions = lambda: now() | {"mujoco": "4.9.9"}
 
     worked(done(place, COMMANDS["identify"], prepare=prepare))
     said_no(done(place, COMMANDS["identify"], "--resume"), "version_mujoco has changed .*4.9.9 then")

@@ -13,8 +13,8 @@ from kinds import BASE, STUDY, TUBE, command
 from mutations import document
 
 import trainmj
+from trainmj.collision.comparison import repeat
 from trainmj.errors import InputError
-from trainmj.repeat import repeat
 
 SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
 VERSIONS = {"trainmj", "mujoco", "numba", "numpy", "python", "platform"}

@@ -12,7 +12,7 @@ from kinds import KINDS, Kind
 from mutations import document, good
 
 import trainmj
-from trainmj.chain import check_step, line_up
+from trainmj.collision.chain import check_step, line_up
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 

@@ -101,8 +101,8 @@ def test_trials_serve_another_search_but_not_another_scenario(tmp_path, monkeypa
     changed = CliRunner().invoke(main, arguments)
     assert changed.exit_code == 0, changed.output
     with monkeypatch.context() as other_law:
-        other_law.setattr("trainmj.identify.run.responses_of", lambda summary: {"TS_mm": 1.0})
-        other_law.setattr("trainmj.identify.run._check_start", lambda plan, threads: None)
+        other_law.setattr("trainmj.identification.run.responses_of", lambda summary: {"TS_mm": 1.0})
+        other_law.setattr("trainmj.identification.run._check_start", lambda plan, threads: None)
         refused = CliRunner().invoke(main, arguments)
         assert refused.exit_code == 2
         assert "what the simulation gives has changed since these trials were computed" in refused.output

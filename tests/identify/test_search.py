@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from twins import AREA_KJ, KNOWN, plan, scenario, values
 
-from trainmj.identify.misfit import Misfit
-from trainmj.identify.search import explore, refine
-from trainmj.identify.spec import ExplorePart
-from trainmj.identify.unknowns import Area, Rise, Setting, Unknown, Unknowns
+from trainmj.identification.file import ExplorePart
+from trainmj.identification.misfit import Misfit
+from trainmj.identification.search import explore, refine
+from trainmj.identification.unknowns import Area, Rise, Setting, Unknown, Unknowns
 
 
 def unknowns(tolerance: float = 0.01) -> Unknowns:

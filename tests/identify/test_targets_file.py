@@ -7,11 +7,11 @@ import pytest
 from twins import plan, rows, scenario, values
 
 from trainmj.errors import InputError
-from trainmj.identify import identification_of, load_targets
-from trainmj.identify.data import observations
-from trainmj.identify.run import identify
-from trainmj.identify.spec import DataPart
-from trainmj.identify.sums import parse_sum, value_of
+from trainmj.identification import identification_of, load_targets
+from trainmj.identification.data import observations
+from trainmj.identification.file import DataPart
+from trainmj.identification.run import identify
+from trainmj.identification.sums import parse_sum, value_of
 from trainmj.scenario import save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}

@@ -9,10 +9,10 @@ from scipy.stats import t
 from twins import AREA_KJ, KNOWN, plan, rows, scenario, values
 
 from trainmj import run_cases
-from trainmj.chain import line_up
-from trainmj.identify import Found, identify
-from trainmj.identify.uncertainty import uncertainty
-from trainmj.identify.unknowns import Setting, Unknown, Unknowns
+from trainmj.collision.chain import line_up
+from trainmj.identification import Found, identify
+from trainmj.identification.uncertainty import uncertainty
+from trainmj.identification.unknowns import Setting, Unknown, Unknowns
 from trainmj.scenario import load
 
 

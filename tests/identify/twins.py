@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 import trainmj
-from trainmj.identify import Identification, identification_of
+from trainmj.identification import Identification, identification_of
 from trainmj.scenario import Scenario
 
 SCENARIO: dict[str, Any] = {

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 import trainmj
-from trainmj.output import write_run
-from trainmj.report import write_report
+from trainmj.cli.reports import write_report
+from trainmj.single.folder import write_run
 
 MARKUP = "<script>window.hacked=1</script><img src=x onerror=window.hacked=1> & Co"
 """What somebody may write into a title."""

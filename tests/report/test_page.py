@@ -11,9 +11,9 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from trainmj.errors import OutputError
-from trainmj.report.blocks import Card, Column, failed, judged, passed, unjudged
-from trainmj.report.page import Page
-from trainmj.report.plot import axes, dots, layout_of, line, numbers, shade
+from trainmj.output.blocks import Card, Column, failed, judged, passed, unjudged
+from trainmj.output.page import Page
+from trainmj.output.plot import axes, dots, layout_of, line, numbers, shade
 
 NASTY = "</script><script>alert('1')</script>&\"'"
 PLOTLY = "plotly.js v"

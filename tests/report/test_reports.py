@@ -17,15 +17,15 @@ from click.testing import CliRunner
 
 import trainmj
 from trainmj.cli import main
+from trainmj.cli.reports import write_report, write_run_report
 from trainmj.errors import InputError
-from trainmj.report import write_report, write_run_report
-from trainmj.report.animation import animation_data
-from trainmj.report.criteria import criteria, most_used
-from trainmj.report.devices import add_devices
-from trainmj.report.histories import add_histories
-from trainmj.report.page import Page
-from trainmj.report.responses import factors_of, short
-from trainmj.report.run import page_of_run
+from trainmj.output.page import Page
+from trainmj.single.limits import criteria, most_used
+from trainmj.single.page import page_of_run
+from trainmj.single.page_animation import animation_data
+from trainmj.single.page_devices import add_devices
+from trainmj.single.page_histories import add_histories
+from trainmj.sweep.page_responses import factors_of, short
 from trainmj.units import KJ, KN, MM
 
 BAR_S = 4.0
@@ -232,7 +232,7 @@ class TestStudy:
             assert f"{weight:.4f}" in said
 
     def test_its_files_make_the_study_again(self, study_folder, tmp_path):
-        from trainmj.scenario.files import as_yaml
+        from trainmj.files.yaml import as_yaml
 
         facts = json.loads((study_folder / "summary.json").read_text())
         (tmp_path / "again.study.yaml").write_text(as_yaml(facts["study"]))

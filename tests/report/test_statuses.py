@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 import trainmj
-from trainmj.experiment import REFUSED, responses_of
-from trainmj.report.criteria import outcome
-from trainmj.report.responses import _LOOK
-from trainmj.report.sweep import _MEANING
+from trainmj.cases.table import REFUSED, responses_of
 from trainmj.scenario import load
+from trainmj.single.limits import outcome
+from trainmj.sweep.page import _MEANING
+from trainmj.sweep.page_responses import _LOOK
 
 STATUSES = ("over", "time limit", "no contact", "stroke exhausted", "unstable", REFUSED)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import scipy.stats
+from known import ishigami
 
+from trainmj.doe import Factor, Space, correlate, sobol_sensitivity
 from trainmj.errors import InputError
-from trainmj.study import Factor, Space, correlate, sobol_sensitivity
-from trainmj.study.known import ishigami
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given as forall
 from hypothesis import settings
 from hypothesis.extra.numpy import arrays
+from known import bnh, ctp1, zdt1
 
+from trainmj.doe import Factor, Space, SwarmOptions, hypervolume, mopso, nondominated
 from trainmj.errors import InputError
-from trainmj.study import Factor, Space, SwarmOptions, hypervolume, mopso, nondominated
-from trainmj.study.known import bnh, ctp1, zdt1
 
 PROBLEMS = {"ZDT1": zdt1, "BNH": bnh, "CTP1": ctp1}
 SHORT = SwarmOptions(particles=20, iterations=15, archive=30)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given as forall
 from hypothesis import settings
 
+from trainmj.doe import Factor, Space, central_composite, full_factorial, given, optimal_latin_hypercube, sobol
 from trainmj.errors import InputError
-from trainmj.study import Factor, Space, central_composite, full_factorial, given, optimal_latin_hypercube, sobol
 
 PAPER = Space((Factor("D", 20, 50, unit="mm", kind="integer"), Factor("M", 30, 36, unit="t", kind="integer")))
 MIXED = Space(

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given as forall
 from hypothesis import settings
 
-from trainmj.errors import InputError
-from trainmj.study import (
+from trainmj.doe import (
     Factor,
     Space,
     accuracy,
@@ -23,7 +22,8 @@ from trainmj.study import (
     select_terms,
     sobol,
 )
-from trainmj.study.terms import columns, is_hierarchical
+from trainmj.doe.terms import columns, is_hierarchical
+from trainmj.errors import InputError
 
 SPACE = Space((Factor("D", 0.020, 0.050, unit="m"), Factor("M", 30e3, 36e3, unit="kg")))
 CUBIC = full_order(2, 3)

@@ -7,8 +7,8 @@ from hypothesis import given as forall
 from hypothesis import settings
 from hypothesis.extra.numpy import arrays
 
+from trainmj.doe import entropy_weights, knee_point, normalise, own_weights, topsis, weight_sensitivity, weighted_sum
 from trainmj.errors import InputError
-from trainmj.study import entropy_weights, knee_point, normalise, own_weights, topsis, weight_sensitivity, weighted_sum
 
 # four fighter aircraft by speed, range, payload, price, reliability, manoeuvrability
 # (the worked example of Hwang and Yoon 1981, doi 10.1007/978-3-642-48318-9)

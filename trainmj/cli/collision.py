@@ -14,8 +14,8 @@ from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
-    from trainmj.plotting import Format, Width
-    from trainmj.result import Result
+    from trainmj.collision.result import Result
+    from trainmj.output.style import Format, Width
 
 
 @click.command()
@@ -49,40 +49,40 @@ def run(
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
-    from trainmj.result import find_result
+    from trainmj.collision.result import find_result
 
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)
     loaded = load_scenario(scenario, changes) if before is None else before.scenario
     if out is not None:
         holds_folder(out)
-    from trainmj import terminal
-    from trainmj.metrics import summarise
-    from trainmj.repeat import repeat
-    from trainmj.simulation import run as simulate
+    from trainmj.collision.comparison import repeat
+    from trainmj.collision.simulation import run as simulate
+    from trainmj.collision.summary import summarise
+    from trainmj.single import screen
 
     again = None if before is None else repeat(before)
     result = simulate(loaded) if again is None else again.result
     summary = summarise(result)
     if out is not None:
-        from trainmj.output import write_run
-        from trainmj.report import write_run_report
+        from trainmj.cli.reports import write_run_report
+        from trainmj.single.folder import write_run
 
         write_run(result, summary, out, figures, figure_width)
         if with_report:
             write_run_report(result, summary, out)
     steps = None
     if with_steps:
-        from trainmj.convergence import converge
+        from trainmj.collision.convergence import converge
 
         steps = converge(loaded)
     if as_json:
         more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
         click.echo(json.dumps(summary.as_dict() | more, indent=2))
     else:
-        terminal.print_summary(loaded, summary)
+        screen.print_summary(loaded, summary)
         if steps is not None:
-            terminal.print_convergence(steps)
+            screen.print_convergence(steps)
         for line in again.said() if again else ():
             click.echo(line)
         if out is not None:
@@ -98,7 +98,7 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
         raise InputError(f"--set: a result is computed again as it was: change its scenario, beside {file}, instead")
     if out is not None and out.resolve() == file.parent.resolve():
         raise InputError(f"--out {out}: has the result that is computed again: take another folder")
-    from trainmj.result import load_result
+    from trainmj.collision.result import load_result
 
     return load_result(file)
 
@@ -108,11 +108,11 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
 def check(scenario: str, changes: dict[str, Any]) -> None:
     """Check a scenario and print what would run."""
     loaded = load_scenario(scenario, changes)
-    from trainmj import terminal
-    from trainmj.chain import check_step, line_up
+    from trainmj.collision.chain import check_step, line_up
+    from trainmj.single import screen
 
     chain = line_up(loaded)
-    terminal.print_chain(loaded, chain)
+    screen.print_chain(loaded, chain)
     check_step(chain)
 
 
@@ -125,9 +125,9 @@ def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as the comment in it says.
     """
     loaded = load_scenario(scenario, changes)
-    from trainmj.chain import line_up
+    from trainmj.collision.chain import line_up
     from trainmj.files.atomic import write_bytes
-    from trainmj.model import export as mjcf_of
+    from trainmj.view.export import export as mjcf_of
 
     text = mjcf_of(line_up(loaded), loaded.title)
     if out is None:

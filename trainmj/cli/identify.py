@@ -13,7 +13,7 @@ from trainmj.cli.options import takes_figures, takes_threads
 from trainmj.cli.report import takes_report
 
 if TYPE_CHECKING:
-    from trainmj.plotting import Format, Width
+    from trainmj.output.style import Format, Width
 
 
 @click.command()
@@ -44,11 +44,11 @@ def identify(
 
     Exit code: 0 when done, 1 if a bar that the file states is not kept, 2 for wrong input.
     """
-    from trainmj.identify.plan import load_targets
+    from trainmj.identification.plan import load_targets
 
     plan = load_targets(targets)
-    from trainmj.identify import screen
-    from trainmj.identify.run import identify as find
+    from trainmj.identification import screen
+    from trainmj.identification.run import identify as find
 
     line = screen.Screen()
     try:
@@ -60,7 +60,7 @@ def identify(
     finally:
         line.stop()
     if with_report:
-        from trainmj.identify import page
+        from trainmj.identification import page
 
         page.page_of(found, page.command_of(targets, found)).write(out / page.PAGE)
     if as_json:

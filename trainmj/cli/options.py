@@ -93,7 +93,7 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
     """The values of --set, read as YAML reads them."""
     if not texts:
         return {}
-    from trainmj.scenario.files import read_value
+    from trainmj.files.yaml import read_value
 
     changes = {}
     for text in texts:
@@ -104,7 +104,7 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
 
 def _formats(context: click.Context, parameter: click.Parameter, text: str) -> tuple[str, ...]:
     """The formats of --figures."""
-    from trainmj.plotting.style import FORMATS
+    from trainmj.output.style import FORMATS
 
     names = tuple(dict.fromkeys(name.strip().lower() for name in text.split(",")))
     if names == ("none",):

@@ -11,7 +11,7 @@ import click
 from trainmj.cli.options import holds_folder, takes_formats, takes_threads
 
 if TYPE_CHECKING:
-    from trainmj.plotting import Format
+    from trainmj.output.style import Format
 
 
 @click.command()

@@ -15,8 +15,8 @@ from trainmj.cli.options import load_scenario, takes_scenario
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
-    from trainmj.rendering import Camera
-    from trainmj.result import Result
+    from trainmj.collision.result import Result
+    from trainmj.view import Camera
 
 _CAMERAS = ("overview", "front", "follow")
 
@@ -56,14 +56,14 @@ def render(
     shown without simulating again.
     """
     with _without("MUJOCO_GL"):  # MuJoCo would load that library on import, and fail in its own way
-        from trainmj.rendering import film, offscreen
+        from trainmj.view import film, offscreen
 
     film.check(out, camera, slow, size, at, fps)
     offscreen.check_platform()
     result = _result(scenario, changes)
-    from trainmj import terminal
+    from trainmj.output.console import Progress
 
-    with terminal.Progress(film.count(result, out, slow, fps)) as bar:
+    with Progress(film.count(result, out, slow, fps)) as bar:
         try:
             film.render(result, out, camera, slow, size, at, fps, smooth, bar)
         except KeyboardInterrupt:
@@ -81,7 +81,7 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
 
     A screen is needed.
     """
-    from trainmj.rendering import viewer
+    from trainmj.view import viewer
 
     viewer.check(slow)
     viewer.view(load_scenario(scenario, changes), slow)
@@ -100,11 +100,11 @@ def _without(variable: str) -> Iterator[None]:
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:
     """A saved result, or a scenario's, computed."""
-    from trainmj.result import find_result, load_result
+    from trainmj.collision.result import find_result, load_result
 
     file = find_result(scenario)
     if file is None:
-        from trainmj.simulation import run
+        from trainmj.collision.simulation import run
 
         return run(load_scenario(scenario, changes))
     if changes:

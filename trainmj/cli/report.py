@@ -27,7 +27,7 @@ def report(results: Path, out: Path | None) -> None:
 
 def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
     """Write a report and say where, unless silent."""
-    from trainmj.report import write_report
+    from trainmj.cli.reports import write_report
 
     file = write_report(results, out)
     if not silent:

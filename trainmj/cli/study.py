@@ -13,7 +13,7 @@ from trainmj.cli.options import takes_figures, takes_threads
 from trainmj.cli.report import takes_report, write
 
 if TYPE_CHECKING:
-    from trainmj.plotting import Format, Width
+    from trainmj.output.style import Format, Width
 
 
 @click.command()
@@ -39,10 +39,10 @@ def study(
 
     Exit code: 0 when done, 1 if the chosen design does not keep its limits when simulated, 2 for wrong input.
     """
-    from trainmj.workflow import load_study, run_study
+    from trainmj.study import load_study, run_study
 
     loaded = load_study(study)
-    from trainmj.workflow import screen
+    from trainmj.study import screen
 
     line = screen.Screen()
     try:

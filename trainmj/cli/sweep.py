@@ -16,8 +16,8 @@ from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
+    from trainmj.cases.table import Engine
     from trainmj.sweep.plan import Plan
-    from trainmj.sweep.run import Engine
 
 
 @click.command()
@@ -58,9 +58,10 @@ def sweep(
     SCENARIO may also be a sweep file, which states the cases itself. Results are kept as they come, in
     results.sqlite and at the end results.csv; whatever stops a sweep, --resume goes on.
     """
-    from trainmj import terminal
+    from trainmj.output.console import Progress
     from trainmj.sweep import plan
     from trainmj.sweep.run import run_sweep
+    from trainmj.sweep.screen import print_outcome
 
     if plan.is_sweep_file(scenario):
         if vary:
@@ -79,7 +80,7 @@ def sweep(
     if histories is not None:
         cases = replace(cases, histories=tuple(_numbers(histories)))
     write_parquet = _parquet_writer() if parquet else None
-    with terminal.Progress(len(cases)) as progress, _engine(dask, cases) as engine:
+    with Progress(len(cases)) as progress, _engine(dask, cases) as engine:
         try:
             outcome = run_sweep(cases, out, threads, resume, engine, progress)
         except KeyboardInterrupt:
@@ -88,7 +89,7 @@ def sweep(
             sys.exit(130)
     if write_parquet is not None:
         write_parquet(out)
-    terminal.print_outcome(outcome)
+    print_outcome(outcome)
     if with_report:
         write(out)
 
@@ -103,9 +104,9 @@ def _numbers(text: str) -> list[int]:
 def _engine(dask: str | None, cases: Plan) -> AbstractContextManager[Engine | None]:
     if dask is None:
         return nullcontext()
-    from trainmj.sweep.cluster import connected
+    from trainmj.cases.cluster import connected
 
-    return connected(dask, cases)
+    return connected(dask, cases.scenario)
 
 
 def _parquet_writer() -> Callable[[Path], None]:

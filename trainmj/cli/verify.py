@@ -25,7 +25,7 @@ def verify(as_json: bool, page: Path | None) -> None:
     from rich.console import Console
 
     from trainmj.files.atomic import replacing
-    from trainmj.verify import suite
+    from trainmj.verification import suite
 
     with replacing(page) if page is not None else nullcontext() as part:
         if part is not None:
@@ -33,13 +33,13 @@ def verify(as_json: bool, page: Path | None) -> None:
         with Console(stderr=True).status("") as status:
             found = suite.verify(lambda title: status.update(f"{title} ..."))
         if page is not None and part is not None:
-            from trainmj.verify.page import page_of
+            from trainmj.verification.page import page_of
 
             part.write_text(page_of(found, f"trainmj verify --page {page.name}").html(), encoding="utf-8")
     if as_json:
         click.echo(json.dumps(found.as_dict(), indent=2))
     else:
-        from trainmj.verify.screen import print_verification
+        from trainmj.verification.screen import print_verification
 
         print_verification(found)
         if page is not None:

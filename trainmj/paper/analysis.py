@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.device import Array
-from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, LIMIT_OTHERS_MM, split_unit
-from trainmj.study import (
+from trainmj.collision.device import Array
+from trainmj.doe import (
     Correlation,
     Factor,
     Front,
@@ -31,7 +30,8 @@ from trainmj.study import (
     parse_terms,
     weighted_sum,
 )
-from trainmj.workflow.lattice import Lattice
+from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, LIMIT_OTHERS_MM, split_unit
+from trainmj.study.lattice import Lattice
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -6,13 +6,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from trainmj.batch import run_chains
-from trainmj.chain import check_step, line_up
-from trainmj.metrics import Summary, summarise
+from trainmj.collision.batch import run_chains
+from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.result import Result
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import Summary, summarise
 from trainmj.paper.printed import over_D, over_M, published
-from trainmj.result import Result
 from trainmj.scenario import Scenario, load
-from trainmj.simulation import run
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.device import Array
+from trainmj.collision.device import Array
 from trainmj.paper.printed import split_unit
 
 if TYPE_CHECKING:

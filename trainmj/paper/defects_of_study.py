@@ -8,12 +8,12 @@ from functools import cache
 import numpy as np
 from scipy import stats
 
-from trainmj.device import Array
+from trainmj.collision.device import Array
+from trainmj.doe import accuracy, entropy_weights, parse_terms
+from trainmj.doe.terms import columns
 from trainmj.paper.analysis import CRITERIA, SPACE, TERMS, Analysis, analyse, chosen_with, fit_limits, points_of
 from trainmj.paper.finding import Defect
 from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, over_D, published
-from trainmj.study import accuracy, entropy_weights, parse_terms
-from trainmj.study.terms import columns
 
 ORIGINAL_EMPTY_STROKE_MM = 22.0
 """Empty travel of the train as Section 2 describes it."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.device import Array
+from trainmj.collision.device import Array
 from trainmj.paper.finding import Defect
 from trainmj.paper.printed import (
     EMPTY_STROKE_MM,

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.device import Array
+from trainmj.collision.device import Array
+from trainmj.collision.result import Result
+from trainmj.output.style import BLUE, GREEN, GREY, MARKERS, ORANGE, PALETTE, PURPLE, figure, styled
 from trainmj.paper.collisions import Collisions
 from trainmj.paper.comparison import OURS
 from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, published, split_unit
 from trainmj.paper.reproduce import Reproduction
-from trainmj.plotting.style import BLUE, GREEN, GREY, MARKERS, ORANGE, PALETTE, PURPLE, figure, styled
-from trainmj.result import Result
 from trainmj.units import KJ, KM_H, MM
 
 if TYPE_CHECKING:

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from trainmj.metrics import summarise
+from trainmj.collision.result import Result
+from trainmj.collision.summary import summarise
 from trainmj.paper.analysis import Analysis
 from trainmj.paper.collisions import Collisions
 from trainmj.paper.comparison import OURS, Comparison
 from trainmj.paper.finding import Law
 from trainmj.paper.laws_of_factors import laws_of_D, laws_of_M
 from trainmj.paper.printed import LIMIT_ACCELERATION_G, LIMIT_OTHERS_MM, published
-from trainmj.result import Result
 from trainmj.units import KM_H
 
 STRONG = 0.5

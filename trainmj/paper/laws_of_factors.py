@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.device import Array
-from trainmj.metrics import Summary
+from trainmj.collision.device import Array
+from trainmj.collision.result import Result
+from trainmj.collision.summary import Summary
 from trainmj.paper import bars
 from trainmj.paper.collisions import Collisions
 from trainmj.paper.comparison import OURS, Comparison
 from trainmj.paper.finding import Law
 from trainmj.paper.printed import numbers, published, split_unit
-from trainmj.result import Result
 
 if TYPE_CHECKING:
     import pandas as pd

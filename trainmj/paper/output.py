@@ -10,10 +10,10 @@ from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 from trainmj.files.atomic import write_bytes
+from trainmj.output.style import Format, save
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction
-from trainmj.plotting.style import Format, save
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from trainmj.collision.simulation import versions
+from trainmj.output.blocks import Card, Column, judged
+from trainmj.output.page import Page
 from trainmj.paper.comparison import OURS, RECOMPUTED, Comparison
 from trainmj.paper.figures import CAPTIONS
 from trainmj.paper.printed import DOI, split_unit
 from trainmj.paper.reproduce import Reproduction
 from trainmj.paper.verdicts import FROM_PRINT, GROUPS, ITSELF
-from trainmj.report.blocks import Card, Column, judged
-from trainmj.report.page import Page
-from trainmj.simulation import versions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from trainmj.report.blocks import Section
+    from trainmj.output.blocks import Section
 
 NOT_REPRODUCED = (
     "Figures 1 to 3 are drawings. Figure 2, the device curves, is given in words only; the curves used here were "

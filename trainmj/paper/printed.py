@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.device import Array
+from trainmj.collision.device import Array
 
 if TYPE_CHECKING:
     import pandas as pd

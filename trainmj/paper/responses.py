@@ -13,7 +13,7 @@ from trainmj.units import KM_H, TONNE
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trainmj.metrics import Summary
+    from trainmj.collision.summary import Summary
 
 
 def responses(summary: Summary) -> dict[str, float]:

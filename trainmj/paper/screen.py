@@ -6,9 +6,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from trainmj.output.console import new_console, new_table
 from trainmj.paper.reproduce import Reproduction
 from trainmj.paper.verdicts import GROUPS
-from trainmj.terminal import new_console, new_table
 
 _WORDS = {True: "agrees", False: "DIFFERS", None: "no bar"}
 _SOURCES = {"published": "the paper", "from_table_9": "its Table 9", "ours": "our responses"}

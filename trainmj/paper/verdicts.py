@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.device import Array
+from trainmj.collision.device import Array
 from trainmj.paper import bars
 from trainmj.paper.analysis import TERMS
 from trainmj.paper.comparison import OURS, RECOMPUTED, Comparison

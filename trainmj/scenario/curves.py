@@ -7,11 +7,11 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.problems import Path
 from trainmj.files.tables import rows_given
 from trainmj.files.text import beside, read_text
+from trainmj.files.yaml import MOST_BYTES
 from trainmj.scenario.parts import MAX_POINTS
-from trainmj.scenario.problems import Path
-from trainmj.scenario.reading import MOST_BYTES
 
 _COLUMNS = ("stroke_mm", "force_kN")
 _SHOWN = 120  # letters of the heads of a file

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
+from trainmj.files.problems import Path
 from trainmj.files.resources import shipped_files
-from trainmj.files.text import beside, read_text
+from trainmj.files.text import beside
+from trainmj.files.yaml import as_yaml, find_file, parse, read_yaml
 from trainmj.scenario.curves import read_curves
 from trainmj.scenario.parts import Parts
-from trainmj.scenario.problems import Path
-from trainmj.scenario.reading import MOST_BYTES, parse
 from trainmj.scenario.scenario import Scenario
 
 BUILDS_ON = "builds_on"
@@ -61,46 +60,10 @@ def to_yaml(scenario: Scenario) -> str:
     return as_yaml(scenario.values())
 
 
-def as_yaml(values: Mapping[str, Any]) -> str:
-    """Plain values as the text of a YAML file."""
-    from ruamel.yaml import YAML
-
-    text = io.StringIO()
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    yaml.width = 120
-    yaml.representer.ignore_aliases = lambda *_: True  # every value in full where it stands
-    yaml.dump(dict(values), text)
-    return text.getvalue()
-
-
 def from_yaml(text: str, name: str = "scenario") -> Scenario:
     """The scenario that a self-contained YAML text states; name stands for the file in messages."""
     values, origins = parse(text, name)
     return Scenario.from_values(values, origins)
-
-
-def read_yaml(path: FilePath) -> tuple[dict[str, Any], dict[Path, str]]:
-    """Plain values of a YAML file, and file, line and column of each by path.
-
-    Raises:
-        InputError: if the file cannot be read or is not a YAML group of keys and values.
-    """
-    return parse(_text(path), str(path))
-
-
-def read_value(text: str, said: str) -> Any:
-    """A value as YAML reads it: a number, text, or a list or group in brackets.
-
-    Raises:
-        InputError: if it is not valid YAML; said says where it stands.
-    """
-    said = said[:200]
-    values, _ = parse(f"value: {text}", said)
-    if set(values) != {"value"}:
-        raise InputError(f"{said}: must be a single value")
-    return values["value"]
 
 
 def schema() -> dict[str, Any]:
@@ -126,30 +89,6 @@ def _optional(part: Any) -> Any:
     if not isinstance(part, dict):
         return part
     return {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
-
-
-def find_file(file: str | FilePath, name: str, known: Mapping[str, FilePath], what: str) -> FilePath:
-    """The file of a path, or the shipped one of a name.
-
-    Args:
-        file: what the user wrote.
-        name: what it would be called if it were a shipped one.
-        known: the shipped ones by name.
-        what: scenario or study, for messages.
-
-    Raises:
-        InputError: if there is neither.
-    """
-    path = FilePath(file)
-    try:
-        if path.is_file():
-            return path
-    except (OSError, ValueError):
-        raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
-    if name in known:
-        return known[name]
-    kind = f"is a folder, not a {what} file" if path.is_dir() else f"there is no such file or shipped {what}"
-    raise InputError(f"{file}: {kind}{close_match(FilePath(name).stem, known)}")
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
@@ -200,10 +139,3 @@ def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
             value = _merged(below, value)
         result[key] = value
     return result
-
-
-def _text(path: FilePath) -> str:
-    try:
-        return read_text(path, MOST_BYTES)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None

@@ -1,14 +1,16 @@
 """The parts of a scenario file: curves, devices, trains, the collision, and how it is computed.
 
 Each part checks its own keys, types and ranges; what concerns several parts is in :mod:`trainmj.scenario.rules`.
-Values stay in the units of their names; :mod:`trainmj.chain` turns them into SI arrays.
+Values stay in the units of their names; :mod:`trainmj.collision.chain` turns them into SI arrays.
 """
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag
+
+from trainmj.files.parts import Part
 
 RIGID_WALL = "rigid_wall"
 MAX_VEHICLES = 400
@@ -26,15 +28,8 @@ Damping = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
 Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
-Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]  # sums and squares stay finite
 Key = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40)]
-
-
-class Part(BaseModel):
-    """A group of an input file: its keys are all known, its values fixed once read."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class Curve(Part):

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.problems import Origins, Path, dotted
 from trainmj.scenario.parts import Parts
-from trainmj.scenario.problems import Origins, Path, dotted
 
 
 def changed(

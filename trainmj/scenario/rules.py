@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from trainmj.errors import close_match
+from trainmj.files.problems import Path, Problem
 from trainmj.scenario.parts import (
     MAX_DEVICE_POINTS,
     MAX_VEHICLES,
@@ -15,7 +16,6 @@ from trainmj.scenario.parts import (
     Parts,
     StageSpec,
 )
-from trainmj.scenario.problems import Path, Problem
 
 INTEGRATORS = ("euler", "implicitfast", "implicit")
 _LEAST_CLOSING = 0.1  # km/h; a collision that closes slower than a third of this counts as over

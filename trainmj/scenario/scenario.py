@@ -9,9 +9,9 @@ from typing import Any, Self
 
 from pydantic import PrivateAttr
 
+from trainmj.files.problems import Origins, refuse, validated
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.paths import changed, find
-from trainmj.scenario.problems import Origins, refuse, validated
 from trainmj.scenario.rules import broken_rules
 
 

@@ -1,93 +1,18 @@
-"""The study chain on plain arrays: design, correlation, surrogate, swarm, weights, decision.
+"""The study runner: from a study file to a chosen and verified design, each step kept in a folder.
 
-It knows factors, points and responses, nothing of trains. Each step is a function of arrays that returns a frozen value
-with a ``table()``:
+The numerical steps are :mod:`trainmj.doe`; this package gives them trains.
 
-    space       what is varied                  Factor, Space
-    doe         where to compute                optimal_latin_hypercube, sobol, full_factorial, central_composite, given
-    correlation what goes with what             correlate
-    polynomial  what stands in for the model    fit_polynomial, select_terms
-    kriging     another such                    fit_kriging
-    surrogate   how good it is                  accuracy, cross_validate, compare
-    sensitivity which factor matters            sobol_sensitivity
-    optimize    the best compromises            mopso, hypervolume
-    weights     how much each criterion counts  entropy_weights, own_weights
-    decide      the one design                  weighted_sum, topsis, knee_point, weight_sensitivity
+    spec, rules, plan   the study file: parts, rules between them, the frozen study
+    folder, simulator   what is kept: steps with their files, finished collisions
+    lattice             points that are whole multiples of a resolution
+    steps               design, simulations, correlation
+    surrogates          what stands in for the simulation
+    fronts              search on the surrogates, on the simulator, and the one against the other
+    choice              weights, decision, check
+    run, screen         all of it, in order; what the command prints
 """
 
-from trainmj.study.correlation import Correlation, correlate
-from trainmj.study.decide import (
-    Ranking,
-    WeightSensitivity,
-    knee_point,
-    normalise,
-    topsis,
-    weight_sensitivity,
-    weighted_sum,
-)
-from trainmj.study.doe import (
-    Design,
-    Quality,
-    central_composite,
-    full_factorial,
-    given,
-    optimal_latin_hypercube,
-    sobol,
-)
-from trainmj.study.kriging import Kriging, fit_kriging
-from trainmj.study.optimize import Front, Progress, SwarmOptions, mopso
-from trainmj.study.pareto import hypervolume, nondominated
-from trainmj.study.polynomial import Polynomial, fit_polynomial
-from trainmj.study.selection import Selection, select_terms
-from trainmj.study.sensitivity import Sensitivity, sobol_sensitivity
-from trainmj.study.space import Factor, Space
-from trainmj.study.surrogate import Accuracy, Prediction, Surrogate, accuracy, compare, cross_validate
-from trainmj.study.terms import full_order, parse_terms
-from trainmj.study.weights import Weights, entropy_weights, own_weights, t_scores
+from trainmj.study.plan import Study, load_study, shipped_studies, study_of
+from trainmj.study.run import STEPS, StudyResult, Watch, run_study
 
-__all__ = [
-    "Accuracy",
-    "Correlation",
-    "Design",
-    "Factor",
-    "Front",
-    "Kriging",
-    "Polynomial",
-    "Prediction",
-    "Progress",
-    "Quality",
-    "Ranking",
-    "Selection",
-    "Sensitivity",
-    "Space",
-    "Surrogate",
-    "SwarmOptions",
-    "WeightSensitivity",
-    "Weights",
-    "accuracy",
-    "central_composite",
-    "compare",
-    "correlate",
-    "cross_validate",
-    "entropy_weights",
-    "fit_kriging",
-    "fit_polynomial",
-    "full_factorial",
-    "full_order",
-    "given",
-    "hypervolume",
-    "knee_point",
-    "mopso",
-    "nondominated",
-    "normalise",
-    "optimal_latin_hypercube",
-    "own_weights",
-    "parse_terms",
-    "select_terms",
-    "sobol",
-    "sobol_sensitivity",
-    "t_scores",
-    "topsis",
-    "weight_sensitivity",
-    "weighted_sum",
-]
+__all__ = ["STEPS", "Study", "StudyResult", "Watch", "load_study", "run_study", "shipped_studies", "study_of"]

@@ -16,14 +16,15 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from trainmj.cases.table import WHOLE, check_columns
 from trainmj.errors import InputError
-from trainmj.experiment import WHOLE, check_columns
+from trainmj.files.problems import Problem, from_pydantic, refuse, validated
 from trainmj.files.tables import read_given
 from trainmj.files.text import FORMULA, HIDDEN, beside
+from trainmj.files.yaml import read_value, read_yaml
 from trainmj.scenario import Scenario, load, to_yaml
-from trainmj.scenario.files import find_beside, read_value, read_yaml
-from trainmj.scenario.problems import Problem, from_pydantic, refuse, validated
-from trainmj.sweep.spec import MAX_VALUES, Span, SweepFile, broken_rules
+from trainmj.scenario.files import find_beside
+from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
 MAX_CASES = 10_000_000
 _WORD = 2**63  # whole numbers from here on have no place in an SQLite file

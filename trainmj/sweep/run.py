@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from trainmj.cases.store import CASE, FILE, Store
+from trainmj.cases.table import FAILED, REFUSED, Engine, Row, case_rows, chosen, ordered
+from trainmj.collision.simulation import run, versions
 from trainmj.errors import InputError
-from trainmj.experiment import FAILED, REFUSED, Case, Row, case_rows, chosen, ordered
 from trainmj.files.folder import held
 from trainmj.scenario import to_yaml
-from trainmj.simulation import run, versions
 from trainmj.sweep.plan import Plan
-from trainmj.sweep.store import CASE, FILE, Store
 
 COMMIT_EVERY = 0.5
 """Longest time that finished cases wait to be written [s]."""
@@ -23,9 +23,6 @@ COMMIT_EVERY = 0.5
 _MOST_WAITING = 500  # cases written in one transaction
 
 _MAY_CHANGE = ("version_python", "version_platform")  # the nodes of a cluster may differ
-
-Engine = Callable[[Iterable[tuple[int, Case]]], Iterator[tuple[int, Row]]]
-"""Computes numbered cases; yields the row of each as it ends, in any order."""
 
 
 @dataclass(frozen=True)

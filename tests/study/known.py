@@ -1,0 +1,77 @@
+"""Functions whose answers are known, to try a method on before it is trusted with a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trainmj.doe.arrays import FloatArray
+from trainmj.doe.space import Factor, Space
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An optimisation problem with its true front.
+
+    Attributes:
+        space: the factors.
+        evaluate: X (n, d) -> objectives (n, 2), constraints (n, c) or None.
+        front: points on the true front, densely, (k, 2).
+    """
+
+    space: Space
+    evaluate: Callable[[FloatArray], tuple[FloatArray, FloatArray | None]]
+    front: FloatArray = field(repr=False)
+
+
+def zdt1(d: int = 30) -> Problem:
+    """Give ZDT1 (Zitzler, Deb and Thiele 2000, doi 10.1162/106365600568202): a convex front, d factors."""
+
+    def evaluate(x: FloatArray) -> tuple[FloatArray, None]:
+        g = 1.0 + 9.0 * x[:, 1:].mean(axis=1)
+        return np.stack([x[:, 0], g * (1.0 - np.sqrt(x[:, 0] / g))], axis=1), None
+
+    f1 = np.linspace(0.0, 1.0, 20001) ** 2  # squared: the front is steep at 0
+    return Problem(_box([(0.0, 1.0)] * d), evaluate, np.stack([f1, 1.0 - np.sqrt(f1)], axis=1))
+
+
+def bnh() -> Problem:
+    """Give BNH (Binh and Korn 1997): two factors, two constraints."""
+
+    def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        a, b = x.T
+        y = np.stack([4 * a**2 + 4 * b**2, (a - 5) ** 2 + (b - 5) ** 2], axis=1)
+        return y, np.stack([(a - 5) ** 2 + b**2 - 25, 7.7 - (a - 8) ** 2 - (b + 3) ** 2], axis=1)
+
+    a = np.linspace(0.0, 5.0, 20001)
+    front = evaluate(np.stack([a, np.minimum(a, 3.0)], axis=1))[0]
+    return Problem(_box([(0.0, 5.0), (0.0, 3.0)]), evaluate, front)
+
+
+def ctp1() -> Problem:
+    """Give CTP1 (Deb, Pratap and Meyarivan 2001, doi 10.1007/3-540-44719-9_20): the constraints cut the front."""
+    a, b = np.array([0.858, 0.728]), np.array([0.541, 0.295])
+
+    def evaluate(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        g = 1.0 + x[:, 1]
+        f1, f2 = x[:, 0], g * np.exp(-x[:, 0] / g)
+        return np.stack([f1, f2], axis=1), a * np.exp(-b * f1[:, None]) - f2[:, None]
+
+    f1 = np.linspace(0.0, 1.0, 20001)
+    f2 = np.maximum(np.exp(-f1), (a * np.exp(-b * f1[:, None])).max(axis=1))
+    return Problem(_box([(0.0, 1.0), (0.0, 1.0)]), evaluate, np.stack([f1, f2], axis=1))
+
+
+def ishigami(x: FloatArray, a: float = 7.0, b: float = 0.1) -> FloatArray:
+    """Give Ishigami's function of three factors in [-pi, pi], (n, 3) -> (n,).
+
+    With the default a and b the first-order Sobol' indices are 0.3139, 0.4424, 0 and the total ones 0.5576, 0.4424,
+    0.2437 (Ishigami and Homma 1990, doi 10.1109/ISUMA.1990.151285).
+    """
+    return np.asarray(np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0]))
+
+
+def _box(bounds: list[tuple[float, float]]) -> Space:
+    return Space(tuple(Factor(f"x{i + 1}", low, high) for i, (low, high) in enumerate(bounds)))

@@ -1,0 +1,270 @@
+"""The mechanical system behind a scenario: vehicles in line along the track, devices between them, all in SI.
+
+Vehicles stand in the order of their position along +x: the last car of the moving train first, its head M1, then
+the partner from its struck end, S1, S2 and so on. The stroke of an interface is how far its two vehicles have come
+closer than touching.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trainmj.collision.device import Array, Device, Envelope, Stage, in_series
+from trainmj.errors import InputError
+from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
+from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, G
+
+WALL = -1
+"""Stands for the rigid wall where an interface names the vehicle on its right."""
+
+_TOUCH = 1e-9  # round-off of strokes [m]
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """One vehicle: a body on a slide joint.
+
+    Attributes:
+        name: its place: M1 leads the moving train, S1 is struck first.
+        kind: what its train calls it.
+        mass: [kg].
+        length: [m].
+        speed: initial speed along +x [m/s].
+    """
+
+    name: str
+    kind: str
+    mass: float
+    length: float
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """What acts between two neighbouring vehicles, or between the last one and the wall.
+
+    Attributes:
+        name: such as S1-M1, M1-M2.
+        left: index of the vehicle on the left.
+        right: index of the vehicle on the right, or WALL.
+        envelope: the law of the whole interface.
+        left_stroke: (n,) stroke of the left device [m] at each point of the envelope; the rest is the right one's.
+        devices: the device of the left side, and of the right one if it has its own (as at the front).
+    """
+
+    name: str
+    left: int
+    right: int
+    envelope: Envelope
+    left_stroke: Array
+    devices: tuple[Device, ...]
+
+    @property
+    def equal_sides(self) -> bool:
+        """Whether both sides bring equal devices, so that one stands for both."""
+        if len(self.devices) == 1:
+            return False
+        left, right = self.devices
+        return left.stages == right.stages and bool(np.array_equal(self.left_stroke, self.envelope.stroke / 2))
+
+    @property
+    def shown_share(self) -> float:
+        """Part of stroke and energy that tables and figures show: one side's half where both are equal."""
+        return 0.5 if self.equal_sides else 1.0
+
+    def side_stroke(self, stroke: float, side: int) -> float:
+        """Stroke of one side's device when the interface is compressed by stroke [m]; side 0 is left, 1 right."""
+        u = self.envelope.stroke
+        beyond = max(0.0, stroke - u[-1]) * self._left_share_beyond()
+        left = float(np.interp(stroke, u, self.left_stroke)) + beyond
+        return float(left if side == 0 else stroke - left)
+
+    def _left_share_beyond(self) -> float:
+        """Part of the stroke past the last point that the left device takes: all, where only its curve has ended."""
+        if len(self.devices) == 1:
+            return 1.0
+        last = float(self.left_stroke[-1]), float(self.envelope.stroke[-1] - self.left_stroke[-1])
+        left, right = (x > d.envelope.stroke[-1] - _TOUCH for x, d in zip(last, self.devices, strict=True))
+        return 0.5 if left == right else float(left)
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Vehicles and interfaces of one collision, and how long to follow it.
+
+    Attributes:
+        vehicles: along +x.
+        interfaces: interface k joins vehicles k and k + 1, the last one perhaps a vehicle and the wall.
+        n_moving: how many vehicles, from the left, are the moving train.
+        gap: distance between the two sides at the start [m].
+        rail_friction: Coulomb coefficient of every vehicle.
+        step: integration step [s].
+        steps_per_record: steps from one recorded sample to the next.
+        time_limit: [s].
+        integrator: name of MuJoCo's integrator.
+    """
+
+    vehicles: tuple[Vehicle, ...]
+    interfaces: tuple[Interface, ...]
+    n_moving: int
+    gap: float
+    rail_friction: float
+    step: float
+    steps_per_record: int
+    time_limit: float
+    integrator: str = "euler"
+
+    @property
+    def front(self) -> int:
+        """Index of the interface at which the two sides meet."""
+        return self.n_moving - 1
+
+    @property
+    def mass(self) -> Array:
+        """(n_vehicle,) masses [kg]."""
+        return np.array([v.mass for v in self.vehicles])
+
+    @property
+    def speed(self) -> Array:
+        """(n_vehicle,) initial speeds [m/s]."""
+        return np.array([v.speed for v in self.vehicles])
+
+    @property
+    def start(self) -> Array:
+        """(n_vehicle,) positions at the start, counted from where the two sides would touch [m]."""
+        return np.where(np.arange(len(self.vehicles)) < self.n_moving, -self.gap, 0.0)
+
+    @property
+    def n_records(self) -> int:
+        """Most samples that a run can record."""
+        return int(np.ceil(self.time_limit / (self.step * self.steps_per_record) - 1e-9)) + 1
+
+    def record_times(self, n: int) -> Array:
+        """(n,) times of the first n samples of a run [s]."""
+        return np.asarray(np.arange(n) * (self.step * self.steps_per_record))
+
+    @property
+    def friction(self) -> Array:
+        """(n_vehicle,) largest rail friction [N]."""
+        return self.rail_friction * G * self.mass
+
+
+def line_up(scenario: Parts) -> Chain:
+    """The chain of vehicles and interfaces that a scenario describes.
+
+    Args:
+        scenario: a checked scenario.
+    """
+    c = scenario.collision
+    devices = {name: _device(name, spec, scenario) for name, spec in scenario.devices.items()}
+    train = scenario.trains[c.train]
+    moving = train.cars()
+    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h) for i, car in enumerate(moving)][::-1]
+    interfaces = [
+        _joint(f"M{i + 1}-M{i + 2}", len(moving) - i - 2, devices[str(moving[i].coupler)])
+        for i in range(len(moving) - 1)
+    ][::-1]
+    near = devices[str(train.front)]
+    n = len(moving)
+    if c.partner == RIGID_WALL:
+        interfaces.append(Interface("M1-wall", n - 1, WALL, near.envelope, near.envelope.stroke, (near,)))
+    else:
+        partner = scenario.trains[c.partner]
+        cars = partner.cars()
+        couplers = [car.coupler for car in cars[:-1]]
+        if c.partner_end == "rear":
+            cars, couplers = cars[::-1], couplers[::-1]
+        far = devices[str(getattr(partner, c.partner_end))]
+        envelope, left_stroke = in_series(near, far)
+        interfaces.append(Interface("S1-M1", n - 1, n, envelope, left_stroke, (near, far)))
+        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h) for i, car in enumerate(cars)]
+        interfaces += [_joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)]
+    s = scenario.simulation
+    return Chain(
+        tuple(vehicles),
+        tuple(interfaces),
+        n,
+        c.gap_mm * MM,
+        c.rail_friction,
+        s.step_ms * MS,
+        s.steps_per_record,
+        s.time_limit_s,
+        s.integrator,
+    )
+
+
+def largest_step(chain: Chain) -> float:
+    """Largest stable step of a chain [s].
+
+    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < 1, K and C the matrices
+    of stiffness and damping over mass with every interface on its elastic branch. Gershgorin's circles around the rows
+    of a chain turn that into a bound for each interface: its own two vehicles, both of them held by another one as
+    stiff. For a single oscillator it is 2 (sqrt(1 + z2) - z) / w.
+    """
+    steps = []
+    mass = chain.mass
+    for interface in chain.interfaces:
+        inverse = 1.0 / mass[interface.left] + (1.0 / mass[interface.right] if interface.right >= 0 else 0.0)
+        w2 = 2.0 * interface.envelope.stiffness * inverse
+        damping = interface.envelope.damping * inverse  # half of 2 c / m
+        steps.append(float(2.0 / (damping + np.sqrt(damping**2 + w2))))
+    return min(steps)
+
+
+def check_step(chain: Chain) -> None:
+    """Refuse a step at which the integration is not stable.
+
+    Raises:
+        InputError: naming the largest step.
+    """
+    limit = largest_step(chain)
+    if chain.step > limit:
+        raise InputError(
+            f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and "
+            "damping of these devices and the mass of these vehicles, or the integration is unstable"
+        )
+
+
+def _vehicle(name: str, car: Car, speed_km_h: float) -> Vehicle:
+    assert car.mass_t is not None  # held by the rules of a scenario
+    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H)
+
+
+def _joint(name: str, left: int, device: Device) -> Interface:
+    return Interface(name, left, left + 1, device.envelope, device.envelope.stroke, (device,))
+
+
+def _device(name: str, spec: DeviceSpec, parts: Parts) -> Device:
+    """The envelope and stages of a device, its stages laid end to end."""
+    stroke: list[float] = []
+    force: list[float] = []
+    stages: list[Stage] = []
+    at = 0.0  # where the stage before ends [mm]
+    for stage_name, stage in spec.all_stages().items():
+        u, f = parts.curve_points(stage.curve)
+        start = at + stage.empty_stroke_mm
+        if stage.empty_stroke_mm > 0:
+            idle_from = max(at, stroke[-1]) if stroke else 0.0
+            stroke += [idle_from, start]
+            force += [0.0, 0.0]
+        stroke += [start + x for x in u]
+        force += f
+        at = start + u[-1]
+        if stage.shear_off is not None:
+            ramp = stage.shear_off.ramp_mm
+            stroke += [at + ramp, at + 2 * ramp]
+            force += [stage.shear_off.force_kN, 0.0]
+        limit = np.inf if stage.stroke_limit_mm is None else stage.stroke_limit_mm * MM
+        stages.append(Stage(stage_name, start * MM, at * MM, limit))
+    stages[-1] = Stage(stages[-1].name, stages[-1].start, np.inf, stages[-1].limit)
+    points = np.column_stack([stroke, force])
+    points = points[np.append(True, np.any(np.diff(points, axis=0) != 0.0, axis=1))]
+    envelope = Envelope(
+        points[:, 0] * MM,
+        points[:, 1] * KN,
+        spec.stiffness_kN_per_mm * KN_PER_MM,
+        spec.damping_kN_s_per_m * KN_S_PER_M,
+    )
+    return Device(name, envelope, tuple(stages))

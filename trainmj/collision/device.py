@@ -1,0 +1,214 @@
+"""Energy-absorbing devices: their crush curves, and the law that turns a stroke history into a force.
+
+A device is compressed by a stroke u. Its envelope F_env(u) is piecewise linear; its plastic state u_p is the
+stroke at which the force would vanish. With the unloading stiffness K and the dashpot c::
+
+    F_el = K (u - u_p)
+    F_el >= F_env(u):   F = F_env(u), u_p = u - F / K     crushing: the state moves, energy is lost
+    0 < F_el < F_env:   F = F_el + c du/dt, within [0, F_env]   unloading and reloading
+    otherwise           F = 0                             devices push, they never pull
+
+Empty strokes and shear-off are parts of the envelope. Where the envelope rises faster than K it is climbed along K.
+The dashpot acts on the elastic branch and never carries the force past the envelope.
+This module is the readable form of the law; :mod:`trainmj.collision.kernel` is the compiled one that MuJoCo calls.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from trainmj.errors import InputError
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One part of a device that acts after the one before it: a coupler, then an anti-climber.
+
+    Attributes:
+        name: what the report calls it.
+        start: stroke of the device at which the stage engages [m].
+        end: stroke of the device at which it is used up [m]; infinite for the last stage.
+        limit: largest stroke of the stage itself that the design allows [m]; infinite if none is stated.
+    """
+
+    name: str
+    start: float
+    end: float
+    limit: float = np.inf
+
+    def stroke(self, device_stroke: float) -> float:
+        """Stroke of this stage when the whole device is compressed by device_stroke [m]."""
+        return max(0.0, min(device_stroke, self.end) - self.start)
+
+
+@dataclass(frozen=True, eq=False)
+class Envelope:
+    """A piecewise-linear crush curve with the elastic branch and dashpot that belong to it.
+
+    Between points the force is linear; two points at one stroke are a jump; past the last point its force holds.
+
+    Attributes:
+        stroke: (n,) strokes of the points [m], from 0, never decreasing.
+        force: (n,) crush forces [N], never negative.
+        stiffness: unloading stiffness K [N/m].
+        damping: dashpot c on the elastic branch [N s/m].
+        slope: (n,) slope behind each point [N/m]; 0 across a jump and behind the last point. Computed.
+
+    Raises:
+        InputError: if a point or constant breaks these rules.
+    """
+
+    stroke: Array
+    force: Array
+    stiffness: float
+    damping: float = 0.0
+    slope: Array = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Check the rules above and compute the slopes."""
+        if self.stroke.shape != self.force.shape or self.stroke.ndim != 1 or self.stroke.size < 2:
+            raise InputError("an envelope needs two or more points, as many strokes as forces")
+        if not (np.isfinite(self.stroke).all() and np.isfinite(self.force).all()):
+            raise InputError("an envelope must be finite at every point")
+        width, rise = self.stroke[1:] - self.stroke[:-1], self.force[1:] - self.force[:-1]
+        if self.stroke[0] != 0.0 or (width < 0).any():
+            raise InputError("the strokes of an envelope must start at 0 and never go back")
+        if (self.force < 0).any():
+            raise InputError("the forces of an envelope must not be negative: devices push only")
+        if not (0 < self.stiffness < np.inf and 0 <= self.damping < np.inf):
+            raise InputError("an envelope needs a stiffness > 0 and a damping >= 0")
+        slope = np.zeros_like(self.force)
+        np.divide(rise, width, out=slope[:-1], where=width > 0)
+        object.__setattr__(self, "slope", slope)
+
+    def force_at(self, stroke: float) -> float:
+        """Crush force at a stroke [m] of first loading [N]; at a jump, the force behind it."""
+        k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
+        return float(self.force[k] + self.slope[k] * (stroke - self.stroke[k]))
+
+    def energy(self, stroke: float) -> float:
+        """Work of first loading from 0 to a stroke [m] along the envelope [J]."""
+        inner = self.stroke < stroke
+        u = np.append(self.stroke[inner], stroke)
+        f = np.append(self.force[inner], self.force_at(stroke))
+        if stroke in self.stroke:  # at a jump the work is that of the force before it
+            f[-1] = self.force[int(np.searchsorted(self.stroke, stroke, side="left"))]
+        return float(np.trapezoid(f, u))
+
+    def respond(self, stroke: float, rate: float, plastic: float) -> tuple[float, float]:
+        """Force and plastic state after one step of the law.
+
+        Args:
+            stroke: compression u at the end of the step [m].
+            rate: du/dt [m/s].
+            plastic: plastic state u_p before the step [m].
+
+        Returns:
+            The force F [N] and the plastic state u_p [m] after the step.
+        """
+        elastic = self.stiffness * (stroke - plastic)
+        if elastic <= 0.0:
+            return 0.0, plastic
+        crush = self.force_at(stroke)
+        if elastic >= crush:
+            return crush, stroke - crush / self.stiffness
+        return min(crush, max(0.0, elastic + self.damping * rate)), plastic
+
+
+@dataclass(frozen=True, eq=False)
+class Device:
+    """All that stands at one end of a vehicle: an envelope, and the stages it is made of.
+
+    Attributes:
+        name: its name in the scenario.
+        envelope: the law's data.
+        stages: in the order in which they act, at least one.
+    """
+
+    name: str
+    envelope: Envelope
+    stages: tuple[Stage, ...]
+
+
+def in_series(first: Device, second: Device) -> tuple[Envelope, Array]:
+    """Two devices, one behind the other, as one: equal force, strokes added.
+
+    Two equal devices act alike: the force of one at twice the stroke, half the stiffness, half the dashpot. Of two
+    different ones the weaker crushes first; while one drops after shear-off the other unloads along its stiffness,
+    and where the pair would snap back its force drops at constant stroke. The path holds for loading without
+    earlier unloading; the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses, and
+    for the dashpots when c/K is the same on both sides.
+
+    Args:
+        first: the device on the left.
+        second: the device on the right.
+
+    Returns:
+        The envelope of the pair, and (n,) the stroke of the first device [m] at each of its points.
+    """
+    a, b = first.envelope, second.envelope
+    stiffness = 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness)
+    damping = a.damping * b.damping / (a.damping + b.damping) if a.damping and b.damping else 0.0
+    if first is second or _alike(a, b):
+        return Envelope(2.0 * a.stroke, a.force, a.stiffness / 2.0, a.damping / 2.0), a.stroke
+    path = _series_path(a, b)
+    path = path[np.append(True, np.any(np.diff(path, axis=0) != 0.0, axis=1))]
+    stroke = np.maximum.accumulate(path[:, 0] + path[:, 1])
+    return Envelope(stroke, path[:, 2], stiffness, damping), path[:, 0]
+
+
+def _alike(a: Envelope, b: Envelope) -> bool:
+    return (
+        np.array_equal(a.stroke, b.stroke)
+        and np.array_equal(a.force, b.force)
+        and (a.stiffness, a.damping) == (b.stiffness, b.damping)
+    )
+
+
+def _series_path(a: Envelope, b: Envelope) -> Array:
+    """(n, 3): strokes of both devices and their common force [m, m, N], as the pair is pressed together.
+
+    The common force climbs through the forces of all points. At each, a device that does not carry more at once
+    (a plateau, or a drop after shear-off) runs through that part of its curve before the force climbs on, while the
+    other one unloads by what the force falls.
+    """
+    rows: list[tuple[float, float, float]] = []
+    levels = np.unique(np.concatenate([a.force, b.force]))
+    for level in levels[levels <= min(a.force.max(), b.force.max())]:
+        held = [_reach(a, level), _reach(b, level)]
+        for i, e, other in ((0, a, b), (1, b, a)):
+            points = _excursion(e, level)
+            for stroke, force in points:
+                strokes = list(held)
+                strokes[i] = stroke
+                strokes[1 - i] -= (level - force) / other.stiffness
+                rows.append((strokes[0], strokes[1], force))
+            held[i] = points[-1][0] if points else held[i]
+    return np.array(rows)
+
+
+def _reach(e: Envelope, force: float) -> float:
+    """Smallest stroke at which a curve carries a force."""
+    k = int(np.argmax(e.force >= force))
+    if k == 0:
+        return float(e.stroke[0])
+    share = (force - e.force[k - 1]) / (e.force[k] - e.force[k - 1])
+    return float(e.stroke[k - 1] + share * (e.stroke[k] - e.stroke[k - 1]))
+
+
+def _excursion(e: Envelope, force: float) -> list[tuple[float, float]]:
+    """Points a curve runs through from where it first carries a force to where it carries more, or to its end."""
+    first = int(np.argmax(e.force >= force))
+    above = np.flatnonzero(e.force > force)
+    until = int(above[0]) if above.size else e.force.size
+    points = [(float(e.stroke[k]), float(e.force[k])) for k in range(first, until)]
+    if points and above.size and points[-1][1] < force:
+        k = until - 1
+        share = (force - e.force[k]) / (e.force[until] - e.force[k])
+        points.append((float(e.stroke[k] + share * (e.stroke[until] - e.stroke[k])), force))
+    return points

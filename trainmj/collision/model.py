@@ -1,0 +1,185 @@
+"""From a chain of vehicles to a MuJoCo model: a body for each vehicle, a tendon for each interface.
+
+Names are those a person uses: body and joint M1, tendon S1-M1, sensor "stroke S1-M1". A joint's position is 0 where
+the two sides touch, so a tendon's length is the stroke of its interface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+from trainmj.collision.block import Layout
+from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
+from trainmj.collision.device import Array
+from trainmj.errors import EngineError
+from trainmj.files.resources import shipped_folder
+
+SENSED = ("force", "energy", "stroke", "stroke rate")
+"""What is sensed at every interface, in the order of the sensor data; then each vehicle's MOTION."""
+
+MOTION = ("position", "velocity", "acceleration")
+
+_INTEGRATORS = {
+    "euler": mujoco.mjtIntegrator.mjINT_EULER,
+    "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+    "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
+}
+
+_NEVER = 1e3  # a tendon this far below its rest length pulls; nothing comes so far apart [m]
+
+
+def build(chain: Chain, layout: Layout | None = None, bare: bool = False) -> mujoco.MjModel:
+    """The compiled model of a chain.
+
+    Args:
+        chain: what to model.
+        layout: room for the device law's block; by default what this chain needs.
+        bare: only what moves: no tendons or sensors. The motion is the same to the last bit.
+    """
+    model = spec(chain, layout, bare).compile()
+    check_integrator(model)
+    return model
+
+
+def check_integrator(model: mujoco.MjModel) -> None:
+    """Refuse an integrator that evaluates forces more than once a step.
+
+    Raises:
+        EngineError: for RK4 and the discrete integrator.
+    """
+    if model.opt.integrator not in _INTEGRATORS.values():
+        name = mujoco.mjtIntegrator(model.opt.integrator).name
+        raise EngineError(
+            f"the integrator {name} does not evaluate forces exactly once a step, as the plastic state of a device "
+            f"needs: use one of {', '.join(_INTEGRATORS)}"
+        )
+
+
+def spec(
+    chain: Chain,
+    layout: Layout | None = None,
+    bare: bool = False,
+    scene: bool = False,
+    stand_in: bool = False,
+) -> mujoco.MjSpec:
+    """The editable model of a chain.
+
+    Args:
+        chain: what to model.
+        layout: room for the device law's block; by default what this chain needs.
+        bare: only what moves, as in :func:`build`.
+        scene: with light, ground and materials of the base scene, for shapes to be added.
+        stand_in: with elasto-plastic tendons in place of the device law, and no room for its block.
+    """
+    base = mujoco.MjSpec.from_file(str(shipped_folder("mjcf") / "base.xml"))
+    if not scene:
+        base = _options_of(base)
+    if bare:
+        base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    base.option.timestep = chain.step
+    base.option.integrator = _INTEGRATORS[chain.integrator]
+    base.nuserdata = 0 if stand_in else (layout or Layout.of(chain)).size
+    for i, vehicle in enumerate(chain.vehicles):
+        _add_vehicle(base, chain, i, vehicle)
+    base.add_key(name="start", qpos=chain.start, qvel=chain.speed)
+    if bare:
+        return base
+    for interface in chain.interfaces:
+        tendon = base.add_tendon(name=interface.name)
+        tendon.wrap_joint(chain.vehicles[interface.left].name, 1.0)
+        if interface.right != WALL:
+            tendon.wrap_joint(chain.vehicles[interface.right].name, -1.0)
+        if stand_in:
+            tendon.stiffness[0] = interface.envelope.stiffness
+            tendon.springyield = plateau(interface) / interface.envelope.stiffness
+            tendon.springlength[:] = -_NEVER, 0.0
+    _add_sensors(base, chain, SENSED[2:] if stand_in else SENSED)
+    return base
+
+
+def plateau(interface: Interface) -> float:
+    """The one force that absorbs as much as an interface does up to its stroke limit [N].
+
+    It is the mean crush force up to where the first of its stages reaches its limit, or up to the end of the curve.
+    """
+    ends = [float(interface.envelope.stroke[-1])]
+    for side, device in enumerate(interface.devices):
+        limit = min((s.start + s.limit for s in device.stages), default=np.inf)
+        own = np.array([interface.side_stroke(float(u), side) for u in interface.envelope.stroke])
+        if limit < own[-1]:
+            ends.append(float(np.interp(limit, own, interface.envelope.stroke)))
+    reach = min(ends)
+    return interface.envelope.energy(reach) / reach
+
+
+def _options_of(scene: mujoco.MjSpec) -> mujoco.MjSpec:
+    """An empty model with the options of the base scene."""
+    empty = mujoco.MjSpec()
+    empty.option.disableflags = scene.option.disableflags
+    empty.option.enableflags = scene.option.enableflags
+    return empty
+
+
+def _centre(chain: Chain, index: int) -> float:
+    """Position of a vehicle's middle at the start [m]; the two sides would touch at 0."""
+    lengths = [v.length for v in chain.vehicles]
+    if index < chain.n_moving:
+        return -chain.gap - sum(lengths[index + 1 : chain.n_moving]) - lengths[index] / 2
+    return sum(lengths[chain.n_moving : index]) + lengths[index] / 2
+
+
+def _add_vehicle(base: mujoco.MjSpec, chain: Chain, index: int, vehicle: Vehicle) -> None:
+    # the inertia tensor is a uniform box's; it never matters on a slide joint, but MuJoCo wants a physical one
+    x, y, z = vehicle.length, 2.8, 3.6
+    body = base.worldbody.add_body(
+        name=vehicle.name,
+        pos=[_centre(chain, index), 0, 0],
+        mass=vehicle.mass,
+        ipos=[0, 0, 0],
+        inertia=np.array([y * y + z * z, x * x + z * z, x * x + y * y]) * vehicle.mass / 12,
+        explicitinertial=True,
+    )
+    body.add_joint(name=vehicle.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0], ref=float(chain.start[index]))
+
+
+def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed_here: Sequence[str] = SENSED) -> None:
+    kind, thing = mujoco.mjtSensor, mujoco.mjtObj
+    for sensed in sensed_here:
+        for interface in chain.interfaces:
+            sensor = base.add_sensor(name=f"{sensed} {interface.name}")
+            if sensed in ("force", "energy"):  # from the device law, which writes the first user sensors
+                sensor.type, sensor.dim, sensor.needstage = kind.mjSENS_USER, 1, mujoco.mjtStage.mjSTAGE_ACC
+            else:
+                sensor.type = kind.mjSENS_TENDONPOS if sensed == "stroke" else kind.mjSENS_TENDONVEL
+                sensor.objtype, sensor.objname = thing.mjOBJ_TENDON, interface.name
+    kinds = {
+        "position": kind.mjSENS_JOINTPOS,
+        "velocity": kind.mjSENS_JOINTVEL,
+        "acceleration": kind.mjSENS_FRAMELINACC,
+    }
+    for motion in MOTION:
+        for vehicle in chain.vehicles:
+            sensor = base.add_sensor(name=f"{motion} {vehicle.name}", type=kinds[motion], objname=vehicle.name)
+            sensor.objtype = thing.mjOBJ_BODY if motion == "acceleration" else thing.mjOBJ_JOINT
+
+
+def split_sensors(chain: Chain, logged: Array) -> dict[str, Array]:
+    """Logged sensor data by name.
+
+    Args:
+        chain: whose model it is.
+        logged: (n_sample, n_sensordata).
+
+    Returns:
+        (n_sample, n_interface) for each of SENSED, (n_sample, n_vehicle) for each of MOTION.
+    """
+    m, n = len(chain.interfaces), len(chain.vehicles)
+    columns = {name.replace(" ", "_"): logged[:, k * m : (k + 1) * m] for k, name in enumerate(SENSED)}
+    start = len(SENSED) * m
+    columns["position"] = logged[:, start : start + n]
+    columns["velocity"] = logged[:, start + n : start + 2 * n]
+    columns["acceleration"] = logged[:, start + 2 * n : start + 5 * n : 3]  # its x component
+    return columns

@@ -1,0 +1,92 @@
+"""One collision, headless: build the model, step it until the collision is over, keep what its sensors say."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+
+import mujoco
+import numpy as np
+from llvmlite.binding import get_host_cpu_name
+
+from trainmj.collision import kernel
+from trainmj.collision.block import Head, Layout
+from trainmj.collision.chain import Chain, check_step, line_up
+from trainmj.collision.device import Array
+from trainmj.collision.model import build, split_sensors
+from trainmj.collision.result import Result, Tally
+from trainmj.errors import EngineError
+from trainmj.scenario import Scenario
+
+LAW_NOT_CALLED = "the device law was not called: something replaced MuJoCo's passive callback"
+
+
+def run(scenario: Scenario) -> Result:
+    """Compute one collision.
+
+    The run ends when no device carries force and none comes closer, or all vehicles stand, or at the time limit.
+
+    Args:
+        scenario: what to collide.
+
+    Returns:
+        Histories at the recorded times and the tally of every step.
+
+    Raises:
+        InputError: if the step is too large for the stiffest device and the lightest vehicle.
+        EngineError: if the running MuJoCo cannot carry the device law, or something replaced it.
+    """
+    chain = line_up(scenario)
+    check_step(chain)
+    layout = Layout.of(chain)
+    with kernel.installed():
+        model = build(chain, layout)
+        data = start(model, chain, layout)
+        logged = _log(model, data, chain)
+    return Result(
+        scenario,
+        chain,
+        Tally.of(layout, data.userdata),
+        time=chain.record_times(len(logged)),
+        **split_sensors(chain, logged),
+        versions=versions(),
+    )
+
+
+def start(model: mujoco.MjModel, chain: Chain, layout: Layout) -> mujoco.MjData:
+    """A simulation at the start: speeds set, devices unused."""
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    data.userdata[:] = layout.block(chain)
+    return data
+
+
+def versions() -> dict[str, str]:
+    """Versions of what computes a result, and the platform: where all are the same, so is every bit of the numbers."""
+    return {
+        **{name: version(name) for name in ("trainmj", "mujoco", "numba", "numpy")},
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()} {get_host_cpu_name()}",
+    }
+
+
+def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
+    """Step to the end and return (n_sample, n_sensordata).
+
+    A step evaluates forces and sensors, then moves on: after 1 step the sensors show the start, after 1 + k steps
+    the k-th. Between records the sensors are switched off.
+    """
+    rows = np.empty((chain.n_records, model.nsensordata))
+    off = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    for n in range(len(rows)):
+        if n and chain.steps_per_record > 1:
+            model.opt.disableflags |= off
+            mujoco.mj_step(model, data, nstep=chain.steps_per_record - 1)
+            model.opt.disableflags &= ~off
+        mujoco.mj_step(model, data)
+        rows[n] = data.sensordata
+        if data.userdata[Head.TIME] < 0.0:
+            raise EngineError(LAW_NOT_CALLED)
+        if data.userdata[Head.OVER] or not np.isfinite(data.userdata[Head.IMPULSE]):
+            return rows[: n + 1]
+    return rows

@@ -1,0 +1,280 @@
+"""Pick one design from a front: weighted sum, TOPSIS, knee point; and how far the pick depends on the weights.
+
+    choice = topsis(front.values, weights.weight)
+    front.points[choice.best]
+    weight_sensitivity(front.values, weights.weight, seed=1, method=topsis).table()
+
+Criteria are minimised unless ``maximise`` says otherwise. Every method scales the criteria first, and the scaling
+changes the pick: it is stated in `Ranking.description`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
+from trainmj.errors import InputError, close_match
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Normalisation = Literal["min_max", "max", "sum", "vector", "none"]
+NORMALISATIONS = ("min_max", "max", "sum", "vector", "none")
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Alternatives in order.
+
+    Attributes:
+        score: of each alternative, larger is better, (n,).
+        order: positions of the alternatives, best first, (n,).
+        description: method and normalisation.
+    """
+
+    score: FloatArray = field(repr=False)
+    order: NDArray[np.intp] = field(repr=False)
+    description: str
+
+    @property
+    def best(self) -> int:
+        """Position of the best alternative."""
+        return int(self.order[0])
+
+    def table(self) -> pd.DataFrame:
+        """Give one row for each alternative, best first: its position, score."""
+        import pandas as pd
+
+        index = pd.RangeIndex(1, len(self.order) + 1, name="rank")
+        return pd.DataFrame({"alternative": self.order, "score": self.score[self.order]}, index=index)
+
+
+def normalise(values: ArrayLike, how: Normalisation = "min_max") -> FloatArray:
+    """Make criteria of different units comparable, (n, m) -> (n, m).
+
+    Args:
+        values: the criteria.
+        how: ``min_max`` to [0, 1]; ``max``, ``sum``, ``vector`` divide by the largest magnitude, the sum of
+            magnitudes, the root of the sum of squares; ``none`` leaves them.
+
+    Returns:
+        The scaled criteria; one that does not vary becomes 0 under min_max, one of zeros stays so.
+
+    Raises:
+        InputError: unknown ``how``.
+    """
+    x = as_matrix("values", values)
+    if how not in NORMALISATIONS:
+        raise InputError(f"normalisation must be in {NORMALISATIONS} (got {how!r}){close_match(how, NORMALISATIONS)}")
+    size = np.abs(x)
+    if how == "min_max":
+        x, base = x - x.min(axis=0), np.ptp(x, axis=0)
+    else:
+        sizes = {"max": size.max(axis=0), "sum": size.sum(axis=0), "vector": np.sqrt((x**2).sum(axis=0))}
+        base = sizes.get(how, np.ones(x.shape[1]))
+    return np.asarray(x / np.where(base > 0, base, 1.0), dtype=np.float64)
+
+
+def weighted_sum(
+    values: ArrayLike,
+    weights: ArrayLike,
+    *,
+    normalisation: Normalisation = "min_max",
+    maximise: Sequence[bool] | None = None,
+) -> Ranking:
+    """Rank by the weighted sum of the normalised criteria.
+
+    On a front this tends to its ends when the front is nearly straight or bulges outwards: small changes of the
+    weights then move the pick from one end to the other.
+
+    Args:
+        values: criteria of each alternative, (n, m).
+        weights: of the criteria, (m,), scaled to add to 1.
+        normalisation: see `normalise`.
+        maximise: for each criterion whether more is better; less is better if None.
+
+    Returns:
+        The ranking; the score is the negative sum of what is minimised.
+
+    Raises:
+        InputError: wrong number of weights or directions, negative weights, unknown normalisation.
+    """
+    x = as_matrix("values", values)
+    score = -normalise(x, normalisation) * _signs(maximise, x.shape[1]) @ _weights(weights, x.shape[1])
+    return _rank(score, f"weighted sum, {normalisation.replace('_', '-')} normalisation")
+
+
+def topsis(
+    values: ArrayLike,
+    weights: ArrayLike,
+    *,
+    normalisation: Normalisation = "vector",
+    maximise: Sequence[bool] | None = None,
+) -> Ranking:
+    """Rank by closeness to the best and distance from the worst value of each criterion.
+
+    Hwang and Yoon (1981, doi 10.1007/978-3-642-48318-9).
+
+    Args:
+        values: criteria of each alternative, (n, m).
+        weights: of the criteria, (m,), scaled to add to 1.
+        normalisation: see `normalise`; the original has vector.
+        maximise: for each criterion whether more is better; less is better if None.
+
+    Returns:
+        The ranking; the score is between 0 (worst in everything) and 1 (best in everything).
+
+    Raises:
+        InputError: as `weighted_sum`.
+    """
+    x = as_matrix("values", values)
+    scaled = normalise(x, normalisation) * _signs(maximise, x.shape[1]) * _weights(weights, x.shape[1])
+    to_best = np.linalg.norm(scaled - scaled.min(axis=0), axis=1)
+    to_worst = np.linalg.norm(scaled - scaled.max(axis=0), axis=1)
+    both = to_best + to_worst
+    score = np.where(both > 0, to_worst / np.where(both > 0, both, 1.0), 0.5)  # all alike: none is better
+    return _rank(score, f"TOPSIS, {normalisation.replace('_', '-')} normalisation")
+
+
+def knee_point(values: ArrayLike, *, maximise: Sequence[bool] | None = None) -> Ranking:
+    """Rank by how far an alternative lies on the good side of the plane through the best of each criterion alone.
+
+    The knee is where giving up a little in one criterion stops buying much in another (Das 1999, doi
+    10.1007/s001580050111). Criteria are scaled to [0, 1]; no weights.
+
+    Args:
+        values: criteria of each alternative, (n, m).
+        maximise: for each criterion whether more is better; less is better if None.
+
+    Returns:
+        The ranking; the score is the distance from the plane, below 0 on the bad side.
+
+    Raises:
+        InputError: wrong number of directions.
+    """
+    x = as_matrix("values", values)
+    scaled = normalise(x * _signs(maximise, x.shape[1]), "min_max")
+    ends = scaled[scaled.argmin(axis=0)]  # (m, m), the best alternative of each criterion
+    normal = np.linalg.lstsq(ends, np.ones(len(ends)), rcond=None)[0]
+    length = np.linalg.norm(normal)
+    score = (1.0 - scaled @ normal) / length if length > 0 else np.zeros(len(x))
+    return _rank(score, "knee point, min-max normalisation")
+
+
+@dataclass(frozen=True)
+class WeightSensitivity:
+    """How the pick depends on the weights.
+
+    Attributes:
+        best: the pick at the given weights.
+        share: of random weights near the given ones at which each alternative is the pick, (n,).
+        lower: for each criterion the smallest weight at which the pick stays, the others scaled to fill up to 1, (m,).
+        upper: the largest, (m,).
+        spread: how near the random weights are: their deviation as part of each weight, about.
+    """
+
+    best: int
+    share: FloatArray = field(repr=False)
+    lower: FloatArray
+    upper: FloatArray
+    spread: float
+
+    def table(self) -> pd.DataFrame:
+        """Give the alternatives that are ever picked, most often first."""
+        import pandas as pd
+
+        picked = np.flatnonzero(self.share)
+        order = picked[np.argsort(-self.share[picked], kind="stable")]
+        return pd.DataFrame({"alternative": order, "share": self.share[order]})
+
+
+def weight_sensitivity(
+    values: ArrayLike,
+    weights: ArrayLike,
+    *,
+    seed: int,
+    method: Callable[..., Ranking] = topsis,
+    spread: float = 0.1,
+    samples: int = 1000,
+    maximise: Sequence[bool] | None = None,
+) -> WeightSensitivity:
+    """Change the weights and see whether the pick stays.
+
+    Args:
+        values: criteria of each alternative, (n, m).
+        weights: of the criteria, (m,).
+        seed: of the random weights.
+        method: `weighted_sum` or `topsis`, or a partial of them with another normalisation.
+        spread: deviation of the random weights, as part of each weight.
+        samples: number of random weights.
+        maximise: for each criterion whether more is better; less is better if None.
+
+    Returns:
+        Shares of picks, and the interval of each weight in which the pick stays.
+
+    Raises:
+        InputError: as ``method``, or spread <= 0.
+    """
+    x = as_matrix("values", values)
+    m = x.shape[1]
+    w = _weights(weights, m)
+    if spread <= 0 or samples < 1:
+        raise InputError(f"spread must be above 0 and samples at least 1 (got {spread}, {samples})")
+
+    def pick(candidate: FloatArray) -> int:
+        return method(x, candidate, maximise=maximise).best
+
+    best = pick(w)
+    drawn = w * np.exp(spread * np.random.default_rng(seed).standard_normal((samples, m)))
+    share = np.bincount([pick(row) for row in drawn], minlength=len(x)) / samples
+    lower, upper = np.array([_stays(pick, w, j, best) for j in range(m)]).T
+    return WeightSensitivity(best, frozen(share), frozen(lower), frozen(upper), spread)
+
+
+def _stays(pick: Callable[[FloatArray], int], w: FloatArray, j: int, best: int) -> tuple[float, float]:
+    """The interval around weight j in which the pick stays, to 1e-6, by bisection from the ends."""
+
+    def at(value: float) -> bool:
+        rest = np.delete(w, j).sum()
+        others = w * ((1.0 - value) / rest) if rest > 0 else np.full(w.size, (1.0 - value) / max(w.size - 1, 1))
+        return pick(np.where(np.arange(w.size) == j, value, others)) == best
+
+    limits = []
+    for end in (0.0, 1.0):
+        inside, outside = float(w[j]), end
+        if w.size == 1 or at(end):
+            inside = end
+        else:
+            while abs(outside - inside) > 1e-6:
+                middle = (inside + outside) / 2
+                inside, outside = (middle, outside) if at(middle) else (inside, middle)
+        limits.append(inside)
+    return limits[0], limits[1]
+
+
+def _weights(weights: ArrayLike, m: int) -> FloatArray:
+    w = as_vector("weights", weights)
+    if w.size != m:
+        raise InputError(f"weights must have one value for each of the {m} criteria (got {w.size})")
+    if (w < 0).any() or w.sum() <= 0:
+        raise InputError(f"weights must be at least 0 and not all 0 (got {w.tolist()})")
+    return np.asarray(w / w.sum(), dtype=np.float64)
+
+
+def _signs(maximise: Sequence[bool] | None, m: int) -> FloatArray:
+    """1 for a criterion to be minimised, -1 for one to be maximised, (m,)."""
+    if maximise is None:
+        return np.ones(m)
+    if len(maximise) != m:
+        raise InputError(f"maximise must say yes or no for each of the {m} criteria (got {len(maximise)})")
+    return np.where(np.asarray(maximise, dtype=bool), -1.0, 1.0)
+
+
+def _rank(score: FloatArray, description: str) -> Ranking:
+    order = np.argsort(-score, kind="stable")
+    return Ranking(frozen(np.asarray(score, dtype=np.float64)), order, description)

@@ -1,0 +1,148 @@
+"""Choose the terms of a polynomial: the subset that predicts points left out best.
+
+    terms = select_terms(X, y, space=space, candidates=full_order(2, 3)).terms
+
+The choice itself uses the data, so the PRESS of the chosen terms flatters; `trainmj.doe.surrogate.cross_validate`
+with the choice inside the fit tells the truth.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector
+from trainmj.doe.space import Space
+from trainmj.doe.terms import Term, check_terms, columns, is_hierarchical, term_name
+from trainmj.errors import InputError, close_match
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Criterion = Literal["press", "bic"]
+Weigh = Callable[[tuple[int, ...]], float]
+MOST = 14  # candidates searched exhaustively: 2^14 small least-squares problems take about a second
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The terms chosen, and what was weighed.
+
+    Attributes:
+        terms: the best subset, in the order of the candidates.
+        criterion: what was made small.
+        tried: every subset with its criterion, best first.
+        space: the factors.
+    """
+
+    terms: tuple[Term, ...]
+    criterion: Criterion
+    tried: tuple[tuple[float, tuple[Term, ...]], ...] = field(repr=False)
+    space: Space = field(repr=False)
+
+    def table(self, rows: int = 20) -> pd.DataFrame:
+        """Give the best subsets: criterion, number of terms, terms."""
+        import pandas as pd
+
+        best = self.tried[:rows]
+        names = [", ".join(term_name(t, self.space.names) for t in terms) for _, terms in best]
+        columns_ = {self.criterion: [v for v, _ in best], "count": [len(t) for _, t in best], "terms": names}
+        return pd.DataFrame(columns_)
+
+
+def select_terms(
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    space: Space,
+    candidates: Sequence[Term],
+    criterion: Criterion = "press",
+    hierarchical: bool = True,
+) -> Selection:
+    """Search the subsets of the candidate terms: all of them, or forward one by one if there are more than 14.
+
+    Args:
+        x: natural values, (n, d).
+        y: response, (n,).
+        space: the factors.
+        candidates: terms to choose from; the constant, if among them, is always kept.
+        criterion: ``press`` (leave-one-out squared errors) or ``bic`` (Schwarz 1978, doi 10.1214/aos/1176344136).
+        hierarchical: only subsets that hold every divisor of every term; without it a shift of a factor's zero would
+            change the answer.
+
+    Returns:
+        The best subset among those with at least one residual degree of freedom.
+
+    Raises:
+        InputError: unknown criterion, bad candidates, or no subset that these points can support.
+    """
+    if criterion not in ("press", "bic"):
+        raise InputError(
+            f"criterion must be 'press' or 'bic' (got {criterion!r}){close_match(criterion, ('press', 'bic'))}"
+        )
+    x = as_matrix("x", x, space.d)
+    y = as_vector("y", y, len(x))
+    candidates = check_terms(list(candidates), space.d)
+    basis = columns(space.to_coded(x), candidates)
+
+    def weigh(chosen: tuple[int, ...]) -> float:
+        if not chosen or (hierarchical and not is_hierarchical(candidates[i] for i in chosen)):
+            return np.inf
+        return _criterion(basis[:, chosen], y, criterion)
+
+    search = _all_subsets if len(candidates) <= MOST else _forward
+    weighed = {chosen: weigh(chosen) for chosen in search(candidates, weigh)}
+    ranked = sorted((v, len(c), c) for c, v in weighed.items() if np.isfinite(v))
+    if not ranked:
+        raise InputError(
+            f"no subset of the {len(candidates)} candidate terms can be fitted to these {len(y)} points; add points"
+        )
+    tried = tuple((v, tuple(candidates[i] for i in c)) for v, _, c in ranked)
+    return Selection(tried[0][1], criterion, tried, space)
+
+
+def _criterion(basis: FloatArray, y: FloatArray, criterion: Criterion) -> float:
+    """PRESS or BIC of least squares on these columns (n, p); infinite if they cannot be fitted or predict nothing."""
+    n, p = basis.shape
+    if n <= p:
+        return np.inf
+    q, r = np.linalg.qr(basis)
+    if np.abs(np.diag(r)).min() < 1e-9 * np.linalg.norm(basis, axis=0).max():
+        return np.inf
+    error = y - q @ (q.T @ y)
+    exact = 1e-24 * float(y @ y)  # below this all fits are equally good, and the fewest terms win
+    if criterion == "bic":
+        return float(n * np.log(max((error**2).mean(), exact, 1e-300)) + p * np.log(n))
+    left = 1.0 - (q**2).sum(axis=1)
+    return max(float(((error / left) ** 2).sum()), exact) if left.min() > 1e-9 else np.inf
+
+
+def _split(candidates: Sequence[Term]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Positions of the constant (always kept) and of the others."""
+    constant = tuple(i for i, t in enumerate(candidates) if not any(t))
+    return constant, tuple(i for i, t in enumerate(candidates) if any(t))
+
+
+def _all_subsets(candidates: Sequence[Term], _: Weigh) -> Iterator[tuple[int, ...]]:
+    constant, others = _split(candidates)
+    for size in range(len(others) + 1):
+        for chosen in itertools.combinations(others, size):
+            yield tuple(sorted(constant + chosen))
+
+
+def _forward(candidates: Sequence[Term], weigh: Weigh) -> Iterator[tuple[int, ...]]:
+    """Add the best term at each step, until none is left that can be added."""
+    constant, others = _split(candidates)
+    chosen = constant
+    while True:
+        grown = [tuple(sorted((*chosen, i))) for i in others if i not in chosen]
+        yield from grown
+        values = [weigh(c) for c in grown]
+        if not values or not np.isfinite(min(values)):
+            return
+        chosen = grown[int(np.argmin(values))]

@@ -1,0 +1,124 @@
+"""The parts of a particle swarm: particles, their memory, the archive of the best, one step.
+
+Positions are in the unit cube. Speeds and turbulence follow OMOPSO (Sierra and Coello 2005,
+doi 10.1007/978-3-540-31880-4_35), the archive with crowding Raquel and Naval (2005, doi 10.1145/1068009.1068047),
+constraints the feasibility rules of Deb (2000, doi 10.1016/S0045-7825(99)00389-8): feasible before infeasible, less
+violation before more, dominance among the feasible.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trainmj.doe.arrays import FloatArray
+from trainmj.doe.pareto import crowding, nondominated, thin
+
+
+@dataclass(frozen=True)
+class Scores:
+    """Evaluated points.
+
+    Attributes:
+        u: positions in the unit cube, after rounding, (n, d).
+        x: natural values, (n, d).
+        y: objectives, minimised, (n, m); infinite where the evaluation failed.
+        g: constraints, <= 0 is allowed, (n, c); infinite where the evaluation failed.
+        violation: sum of the scaled violations, 0 if feasible, infinite where the evaluation failed, (n,).
+    """
+
+    u: FloatArray
+    x: FloatArray
+    y: FloatArray
+    g: FloatArray
+    violation: FloatArray
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.y)
+
+    def take(self, index: NDArray[Any]) -> Scores:
+        """Give some of the points, by positions or mask."""
+        return Scores(self.u[index], self.x[index], self.y[index], self.g[index], self.violation[index])
+
+    def join(self, other: Scores) -> Scores:
+        """Give these points and the others."""
+        pairs = ((self.u, other.u), (self.x, other.x), (self.y, other.y), (self.g, other.g))
+        u, x, y, g = (np.concatenate(pair) for pair in pairs)
+        return Scores(u, x, y, g, np.concatenate([self.violation, other.violation]))
+
+    def where(self, mask: NDArray[np.bool_], other: Scores) -> Scores:
+        """Give these points where the mask (n,) holds and the others elsewhere."""
+        row = mask[:, None]
+        pairs = ((self.u, other.u), (self.x, other.x), (self.y, other.y), (self.g, other.g))
+        u, x, y, g = (np.where(row, a, b) for a, b in pairs)
+        return Scores(u, x, y, g, np.where(mask, self.violation, other.violation))
+
+
+def best_of(scores: Scores, size: int) -> Scores:
+    """Give the archive: the feasible front, thinned to ``size``; if none is feasible, the least violating points."""
+    feasible = scores.violation == 0.0
+    if not feasible.any():
+        return scores.take(np.argsort(scores.violation, kind="stable")[: max(1, size // 10)])
+    scores = scores.take(feasible)
+    _, first = np.unique(scores.y, axis=0, return_index=True)
+    scores = scores.take(np.sort(first))
+    scores = scores.take(nondominated(scores.y))
+    return scores.take(thin(scores.y, size))
+
+
+def improves(new: Scores, old: Scores) -> NDArray[np.bool_]:
+    """Say for each particle whether its new point should replace the one it remembers, (n,)."""
+    both = (new.violation == 0.0) & (old.violation == 0.0)
+    dominated = (old.y <= new.y).all(axis=1) & (old.y < new.y).any(axis=1)
+    return np.asarray(np.where(both, ~dominated, new.violation < old.violation))
+
+
+def step(
+    u: FloatArray, velocity: FloatArray, memory: Scores, archive: Scores, progress: float, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Move every particle once.
+
+    Args:
+        u: positions, (n, d).
+        velocity: (n, d).
+        memory: the best point of each particle, n of them.
+        archive: the best points of all.
+        progress: share of the iterations done, 0 to 1; turbulence fades with it.
+        rng: the random numbers.
+
+    Returns:
+        New positions in the unit cube, (n, d), and velocities, (n, d).
+    """
+    n = len(u)
+    leader = archive.u[_tournament(archive, n, rng)]
+    inertia = rng.uniform(0.1, 0.5, (n, 1))
+    own, social = rng.uniform(1.5, 2.0, (2, n, 1))
+    velocity = (
+        inertia * velocity + own * rng.random((n, 1)) * (memory.u - u) + social * rng.random((n, 1)) * (leader - u)
+    )
+    moved = u + velocity
+    outside = (moved < 0.0) | (moved > 1.0)
+    return _turbulence(np.clip(moved, 0.0, 1.0), progress, rng), np.where(outside, -velocity, velocity)
+
+
+def _tournament(archive: Scores, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Choose n leaders: of two at random, the one that lies less crowded."""
+    distance = crowding(archive.y) if np.isfinite(archive.y).all() else np.zeros(len(archive))
+    pairs = rng.integers(len(archive), size=(2, n))
+    return np.asarray(np.where(distance[pairs[0]] >= distance[pairs[1]], pairs[0], pairs[1]), dtype=np.intp)
+
+
+def _turbulence(u: FloatArray, progress: float, rng: np.random.Generator) -> FloatArray:
+    """Disturb two thirds of the particles: one third anywhere, one third less and less as the search goes on."""
+    n, d = u.shape
+    kind = np.arange(n) % 3
+    hit = rng.random((n, d)) < 1.0 / d
+    anywhere = u + rng.uniform(-0.5, 0.5, (n, d))
+    reach = 1.0 - rng.random((n, d)) ** ((1.0 - progress) ** 5)  # non-uniform mutation: to 0 as progress goes to 1
+    nearby = np.where(rng.random((n, d)) < 0.5, u + (1.0 - u) * reach, u - u * reach)
+    disturbed = np.where(kind[:, None] == 0, anywhere, nearby)
+    return np.clip(np.where(hit & (kind[:, None] < 2), disturbed, u), 0.0, 1.0)

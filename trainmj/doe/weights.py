@@ -1,0 +1,144 @@
+"""Weights of criteria: by entropy, in the paper's form and the textbook's, or the user's own.
+
+    entropy_weights(values, form="paper", transform="raw")        # the paper's Table 12
+    entropy_weights(values, form="textbook", transform="raw")     # entropies between 0 and 1, weights from 0 to 1
+    own_weights({"TS": 2, "TAMA": 1})
+
+`Weights.description` says which form and which data the weights came from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import xlogy
+
+from trainmj.doe.arrays import FloatArray, as_matrix, as_names, frozen
+from trainmj.errors import InputError, close_match
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Form = Literal["paper", "textbook"]
+Transform = Literal["raw", "t_score", "min_max"]
+TRANSFORMS = ("raw", "t_score", "min_max")
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the criteria, with what they came from.
+
+    Attributes:
+        names: the criteria, (m,).
+        weight: they add to 1, (m,).
+        entropy: of each criterion, (m,); nan for the user's own weights.
+        difference: 1 - entropy, (m,); nan for the user's own weights.
+        description: which form and which transformation.
+    """
+
+    names: tuple[str, ...]
+    weight: FloatArray
+    entropy: FloatArray
+    difference: FloatArray
+    description: str
+
+    def table(self) -> pd.DataFrame:
+        """Give one row for each criterion: the form of the paper's Table 12."""
+        import pandas as pd
+
+        columns = {"entropy": self.entropy, "difference": self.difference, "weight": self.weight}
+        return pd.DataFrame(columns, index=list(self.names)).rename_axis("criterion")
+
+
+def t_scores(values: ArrayLike) -> FloatArray:
+    """Standardise each criterion (n, m) to mean 50 and deviation 10: Eqs (13) and (14).
+
+    The deviation is the root of the mean square (divided by n); "mean squared error" in the paper.
+
+    Raises:
+        InputError: a criterion that does not vary.
+    """
+    values = as_matrix("values", values)
+    _need_variation(values, "T-scores")
+    return np.asarray(10.0 * (values - values.mean(axis=0)) / values.std(axis=0) + 50.0, dtype=np.float64)
+
+
+def entropy_weights(
+    values: ArrayLike,
+    *,
+    form: Form = "textbook",
+    transform: Transform = "raw",
+    names: Sequence[str] | None = None,
+) -> Weights:
+    """Weigh criteria by how unevenly they are spread over the alternatives.
+
+    p_ij = x_ij / sum_i x_ij (Eq. 15); e_j = -k sum_i p_ij ln p_ij (Eq. 16); g_j = 1 - e_j (Eq. 17); w_j = g_j / sum g_j
+    (Eq. 18).
+
+    Args:
+        values: criteria of each alternative, (n, m), at least 0.
+        form: ``paper`` has k = 1, as doi 10.1186/s10033-022-00755-8 computes it: entropies near ln n, negative
+            differences, nearly equal weights, and more weight to the criterion that varies LESS. ``textbook`` has k =
+            1 / ln n (Shannon's measure over its largest value): entropies in [0, 1], more weight to the criterion
+            that varies more.
+        transform: ``raw`` takes the values as they are (the paper's Table 12), ``t_score`` those of `t_scores` (what
+            its text says), ``min_max`` scales each criterion to [0, 1]. They give different weights.
+        names: of the criteria; y1, y2, ... if None.
+
+    Returns:
+        The weights.
+
+    Raises:
+        InputError: fewer than 2 alternatives, negative values, a criterion of zeros, no variation at all, unknown form.
+    """
+    if form not in ("paper", "textbook"):
+        raise InputError(f"form must be 'paper' or 'textbook' (got {form!r}){close_match(form, ('paper', 'textbook'))}")
+    if transform not in TRANSFORMS:
+        raise InputError(f"transform must be in {TRANSFORMS} (got {transform!r}){close_match(transform, TRANSFORMS)}")
+    x = as_matrix("values", values)
+    n, m = x.shape
+    labels = as_names("names", names, m, "y")
+    if n < 2:
+        raise InputError(f"entropy weights need at least 2 alternatives (got {n})")
+    if transform == "t_score":
+        x = t_scores(x)
+    elif transform == "min_max":
+        _need_variation(x, "min_max")
+        x = (x - x.min(axis=0)) / np.ptp(x, axis=0)
+    if (x < 0).any() or (x.sum(axis=0) <= 0).any():
+        bad = labels[int(np.argmax((x < 0).any(axis=0) | (x.sum(axis=0) <= 0)))]
+        raise InputError(
+            f"criterion {bad!r} must not be negative, nor zero throughout, to have shares; try transform='min_max'"
+        )
+    p = x / x.sum(axis=0)
+    entropy = -xlogy(p, p).sum(axis=0) / (1.0 if form == "paper" else np.log(n))
+    difference = 1.0 - entropy
+    total = difference.sum()
+    if abs(total) < 1e-12:
+        raise InputError("the criteria must vary between the alternatives: equal values carry no information to weigh")
+    factor = "no 1/ln n" if form == "paper" else "with 1/ln n"
+    said = f"entropy, {form} form ({factor}), {transform.replace('_', '-')} data"
+    return Weights(labels, frozen(difference / total), frozen(entropy), frozen(difference), said)
+
+
+def own_weights(weights: Mapping[str, float]) -> Weights:
+    """Take the user's weights, scaled to add to 1.
+
+    Raises:
+        InputError: none, a negative one, or all zero.
+    """
+    w = np.array(list(weights.values()), dtype=np.float64)
+    if w.size == 0 or not np.isfinite(w).all() or (w < 0).any() or w.sum() <= 0:
+        raise InputError(f"weights must be at least 0 and not all 0 (got {dict(weights)})")
+    nothing = np.full(w.size, np.nan)
+    return Weights(tuple(weights), frozen(w / w.sum()), nothing, nothing, "given by the user")
+
+
+def _need_variation(values: FloatArray, what: str) -> None:
+    constant = np.flatnonzero(np.ptp(values, axis=0) == 0.0)
+    if constant.size:
+        raise InputError(f"{what} need criteria that vary (columns {constant.tolist()} do not); leave them out")

@@ -1,0 +1,208 @@
+"""YAML as plain values: numbers, text, lists and groups, and the place of each. Nothing in a file can make an object.
+
+The text is composed to YAML's nodes and these are read here, so no constructor of the YAML package runs but those of
+numbers. Length, depth and number of values are bounded, also of what anchors unfold to.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+from trainmj.errors import InputError, close_match
+from trainmj.files.problems import Path, dotted
+from trainmj.files.text import HIDDEN, printable, read_text
+
+if TYPE_CHECKING:
+    from ruamel.yaml.nodes import Node
+
+MOST_BYTES = 5_000_000
+_MOST_MARKS = 100_000  # characters that may part values: each costs the YAML package some 0.1 ms
+_MOST_VALUES = 100_000
+_DEEPEST = 30
+_TAG = "tag:yaml.org,2002:"
+
+
+def read_yaml(path: FilePath) -> tuple[dict[str, Any], dict[Path, str]]:
+    """Plain values of a YAML file, and file, line and column of each by path.
+
+    Raises:
+        InputError: if the file cannot be read or is not a YAML group of keys and values.
+    """
+    return parse(_text(path), str(path))
+
+
+def read_value(text: str, said: str) -> Any:
+    """A value as YAML reads it: a number, text, or a list or group in brackets.
+
+    Raises:
+        InputError: if it is not valid YAML; said says where it stands.
+    """
+    said = said[:200]
+    values, _ = parse(f"value: {text}", said)
+    if set(values) != {"value"}:
+        raise InputError(f"{said}: must be a single value")
+    return values["value"]
+
+
+def as_yaml(values: Mapping[str, Any]) -> str:
+    """Plain values as the text of a YAML file."""
+    from ruamel.yaml import YAML
+
+    text = io.StringIO()
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.width = 120
+    yaml.representer.ignore_aliases = lambda *_: True  # every value in full where it stands
+    yaml.dump(dict(values), text)
+    return text.getvalue()
+
+
+def find_file(file: str | FilePath, name: str, known: Mapping[str, FilePath], what: str) -> FilePath:
+    """The file of a path, or the shipped one of a name.
+
+    Args:
+        file: what the user wrote.
+        name: what it would be called if it were a shipped one.
+        known: the shipped ones by name.
+        what: scenario or study, for messages.
+
+    Raises:
+        InputError: if there is neither.
+    """
+    path = FilePath(file)
+    try:
+        if path.is_file():
+            return path
+    except (OSError, ValueError):
+        raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
+    if name in known:
+        return known[name]
+    kind = f"is a folder, not a {what} file" if path.is_dir() else f"there is no such file or shipped {what}"
+    raise InputError(f"{file}: {kind}{close_match(FilePath(name).stem, known)}")
+
+
+def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
+    """Plain values of a YAML text, and the line and column of each.
+
+    Args:
+        text: of one YAML document, a group of keys and values.
+        name: of the file, for messages and places.
+
+    Raises:
+        InputError: with file, line and column.
+    """
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    _measure(text, name)
+    yaml = YAML(typ="safe", pure=True)
+    try:
+        root = yaml.compose(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark
+        place = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
+        raise InputError(f"{name}{place}: is not valid YAML: {printable(str(error.problem))[:200]}") from None
+    except (YAMLError, ValueError, RecursionError) as error:
+        reason = "too deep" if isinstance(error, RecursionError) else (str(error).splitlines() or [""])[0]
+        raise InputError(f"{name}: is not valid YAML: {printable(reason)[:200]}") from None
+    if root is None or root.tag != f"{_TAG}map":
+        raise InputError(f"{name}: must be a group of keys and values such as 'devices:'")
+    reader = _Reader(name, yaml.constructor)
+    values: dict[str, Any] = reader.group(root, ())
+    return values, reader.origins
+
+
+def _measure(text: str, name: str) -> None:
+    """Refuse what the YAML package would take long to read or to fail on."""
+    depth = most = marks = 0
+    for mark in re.findall(r"[\[\]{},:?\n]", text):
+        marks += 1
+        if mark in "[{":
+            depth += 1
+            most = max(most, depth)
+        elif mark in "]}":
+            depth -= 1
+    if most > _DEEPEST:
+        raise InputError(f"{name}: is nested too deeply")
+    if marks > _MOST_MARKS:
+        raise InputError(f"{name}: has too many values: put long curves into CSV files")
+
+
+class _Reader:
+    """Reads the nodes of one file.
+
+    Attributes:
+        origins: file, line and column of each value by path.
+    """
+
+    def __init__(self, name: str, constructor: Any) -> None:
+        self.origins: dict[Path, str] = {(): name}
+        self._name = name
+        self._scalars = {
+            f"{_TAG}null": lambda node: None,
+            f"{_TAG}bool": lambda node: node.value.lower() == "true",
+            f"{_TAG}int": constructor.construct_yaml_int,
+            f"{_TAG}float": constructor.construct_yaml_float,
+            f"{_TAG}str": lambda node: str(node.value),
+            f"{_TAG}value": lambda node: str(node.value),
+        }
+
+    def group(self, node: Node, path: Path) -> dict[str, Any]:
+        """A mapping as a dict."""
+        result: dict[str, Any] = {}
+        for key_node, value_node in node.value:
+            at = self._place(key_node)
+            key = key_node.value
+            if key_node.tag not in (f"{_TAG}str", f"{_TAG}merge"):
+                shown = printable(key)[:60] if isinstance(key, str) else "in brackets"
+                raise InputError(f"{at}: key {shown} must be text")
+            self._check_text(key, at, "key")
+            if key in result:
+                raise InputError(f"{at}: is not valid YAML: duplicate key {ascii(key)[:60]}")
+            result[key] = self._value(value_node, (*path, key), at)
+        return result
+
+    def _value(self, node: Node, path: Path, at: str) -> Any:
+        if len(path) > _DEEPEST or len(self.origins) > _MOST_VALUES:
+            raise InputError(f"{self._name}: is nested too deeply or has too many values")
+        self.origins[path] = at
+        if node.tag == f"{_TAG}map":
+            return self.group(node, path)
+        if node.tag == f"{_TAG}seq":
+            return [self._value(item, (*path, i), self._place(item)) for i, item in enumerate(node.value)]
+        tag = str(node.tag)
+        read = self._scalars.get(tag)
+        if read is None or not isinstance(node.value, str):
+            kind = tag.removeprefix(_TAG)
+            raise InputError(
+                f"{at}: {dotted(path)}: must be a number, text, list or group, not a YAML {ascii(kind)[1:-1][:60]}"
+                + (": write it in quotes" if kind == "timestamp" else "")
+            )
+        try:
+            value = read(node)
+        except ValueError:
+            raise InputError(f"{at}: {dotted(path)} = {ascii(node.value)[:60]}: cannot be read as a number") from None
+        if isinstance(value, str):
+            self._check_text(value, at, dotted(path))
+        return value
+
+    def _check_text(self, text: str, at: str, what: str) -> None:
+        found = HIDDEN.search(text)
+        if found:
+            raise InputError(f"{at}: {what}: must be printable text, without the character {found[0]!a}")
+
+    def _place(self, node: Node) -> str:
+        mark = node.start_mark
+        return f"{self._name}:{mark.line + 1}:{mark.column + 1}"
+
+
+def _text(path: FilePath) -> str:
+    try:
+        return read_text(path, MOST_BYTES)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None

@@ -1,0 +1,203 @@
+"""From tables to observations: which case of the scenario should give which value.
+
+A table is a CSV file beside the targets file, a published table that ships with trainmj, or rows in the file itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from trainmj.errors import InputError, close_match
+from trainmj.files.resources import shipped_folder
+from trainmj.files.tables import read_given
+from trainmj.files.text import FORMULA, beside
+from trainmj.identification.file import LARGEST, DataPart
+from trainmj.identification.sums import Sum, parse_sum, value_of
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Observation:
+    """A value that a response should have in a case.
+
+    Attributes:
+        data: name of the table it is from.
+        target: name of the target.
+        case: values of the scenario, by parameter or path.
+        wanted: in the unit of the response.
+    """
+
+    data: str
+    target: str
+    case: Mapping[str, Any]
+    wanted: float
+
+
+def observations(name: str, part: DataPart, folder: Path) -> list[Observation]:
+    """The observations that one entry of the targets file states; empty cells are left out.
+
+    Args:
+        name: of the entry.
+        part: the entry.
+        folder: where CSV files named in it are.
+
+    Raises:
+        InputError: without the place in the targets file, which the caller knows.
+    """
+    rows = _chosen(part, _rows(part, folder))
+    heads = set(rows[0]) if rows else set()
+    for column in part.cases:
+        if column not in heads:
+            raise InputError(f"cases: there is no column {column!r}{close_match(column, heads)}")
+    sums: dict[str, Sum] = {}
+    for target, text in part.values.items():
+        try:
+            sums[target] = parse_sum(text, heads)
+        except InputError as error:
+            raise InputError(f"values.{target} = {text!r}: {error}") from None
+    found = []
+    for n, row in enumerate(rows, start=1):
+        case = {place: _value(row[column], f"row {n}: {column}") for column, place in part.cases.items()}
+        for target, terms in sums.items():
+            cells = {column: _number(row[column], f"row {n}: {column}") for column in terms}
+            wanted = value_of(terms, cells)
+            if not math.isnan(wanted):
+                found.append(Observation(name, target, {**part.set, **case}, wanted))
+    if not found:
+        raise InputError("gives no value: every row is left out or empty")
+    return found
+
+
+def _rows(part: DataPart, folder: Path) -> list[Row]:
+    if part.rows is not None:
+        heads = list(dict.fromkeys(head for row in part.rows for head in row))
+        return [{head: row.get(head) for head in heads} for row in part.rows]
+    names = [part.table] if isinstance(part.table, str) else part.table or []
+    if not names:
+        raise InputError("table: must name at least one table")
+    tables = [_read(name, folder) for name in names]
+    joined = tables[0]
+    for name, table in zip(names[1:], tables[1:], strict=True):
+        joined = _joined(joined, table, list(part.cases), name)
+    return joined
+
+
+def _read(name: str, folder: Path) -> list[Row]:
+    """Rows of a CSV file beside the targets file, or of a published table."""
+    published = {path.stem: path for path in sorted((shipped_folder("paper") / "published").glob("*.csv"))}
+    said = f"table {name[:200]!a}"
+    path = beside(folder, name, said) or published.get(name)
+    if path is None:
+        near = [path.name for path in folder.glob("*.csv")]
+        raise InputError(f"{said}: there is no such file or published table{close_match(name, [*near, *published])}")
+    try:
+        table = read_given(path)
+    except InputError as error:
+        raise InputError(f"{said}: {error}") from None
+    return [dict(zip(map(str, table.columns), row, strict=True)) for row in table.itertuples(index=False, name=None)]
+
+
+def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: str) -> list[Row]:
+    """Rows of two tables side by side, by the columns of the cases."""
+    missing = [column for column in by if not right or column not in right[0]]
+    if missing:
+        raise InputError(f"table {name!r}: has no column {missing[0]!r}, by which the tables are joined")
+    there: dict[tuple[Any, ...], Row] = {}
+    for row in right:
+        key = tuple(row[column] for column in by)
+        if key in there:
+            raise InputError(f"table {name!r}: has two rows for the case {_said(by, key)}: it cannot be joined")
+        there[key] = row
+    result = []
+    for row in left:
+        key = tuple(row[column] for column in by)
+        if key not in there:
+            raise InputError(f"table {name!r}: has no row for the case {_said(by, key)}")
+        result.append(there[key] | row)
+    return result
+
+
+def _said(by: Sequence[str], key: Sequence[Any]) -> str:
+    return ", ".join(f"{column} = {value}" for column, value in zip(by, key, strict=True))
+
+
+def _chosen(part: DataPart, rows: Sequence[Row]) -> list[Row]:
+    """The rows that where and leave_out choose."""
+    heads = set(rows[0])
+    for key, conditions in (("where", part.where), ("leave_out", part.leave_out)):
+        for column, value in conditions.items():
+            if column not in heads:
+                raise InputError(f"{key}: there is no column {column!r}{close_match(column, heads)}")
+            for single in value if isinstance(value, list) else [value]:
+                if not any(_same(row[column], single) for row in rows):
+                    raise InputError(f"{key}.{column}: no row has the value {single!r}")
+    return [
+        row
+        for row in rows
+        if all(_in(row[column], value) for column, value in part.where.items())
+        and not (part.leave_out and all(_in(row[column], value) for column, value in part.leave_out.items()))
+    ]
+
+
+def _in(cell: Any, value: Any) -> bool:
+    return any(_same(cell, single) for single in (value if isinstance(value, list) else [value]))
+
+
+def _same(cell: Any, value: Any) -> bool:
+    if _is_number(cell) and _is_number(value):
+        return math.isclose(cell, value, rel_tol=1e-12)
+    return bool(cell == value)
+
+
+def _is_number(cell: Any) -> bool:
+    return isinstance(cell, (int, float)) and not isinstance(cell, bool) and abs(cell) <= LARGEST
+
+
+def _value(cell: Any, said: str) -> Any:
+    """A cell that sets a value of the scenario."""
+    if cell is None or cell == "" or cell != cell:
+        raise InputError(f"{said}: is empty; a case must have every value")
+    if isinstance(cell, str):
+        if cell.startswith(FORMULA):
+            raise InputError(f"{said} = {cell[:60]!a}: must not begin as a formula of a spreadsheet does")
+    elif not isinstance(cell, bool) and not _is_number(cell):
+        raise InputError(f"{said}: must be a number or text")
+    return cell
+
+
+def _number(cell: Any, said: str) -> float:
+    """A cell of a value that is wanted; NaN if it is empty."""
+    if cell is None or cell == "" or cell != cell:
+        return math.nan
+    if not _is_number(cell):
+        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number")
+    return float(cell)
+
+
+def cases_of(found: Sequence[Observation]) -> tuple[list[Mapping[str, Any]], list[int]]:
+    """The different cases of observations in the order in which they come, and the case of each observation."""
+    cases: dict[tuple[tuple[str, str], ...], int] = {}
+    first: list[Mapping[str, Any]] = []
+    place = []
+    for o in found:
+        key = tuple(sorted((name, repr(_plain(value))) for name, value in o.case.items()))
+        if key not in cases:
+            cases[key] = len(first)
+            first.append(o.case)
+        place.append(cases[key])
+    return first, place
+
+
+def _plain(value: Any) -> Any:
+    """33 and 33.0 are one case."""
+    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+def targets_in(found: Sequence[Observation]) -> Iterator[str]:
+    """Names of the targets that have an observation, each once."""
+    yield from dict.fromkeys(o.target for o in found)

@@ -1,0 +1,100 @@
+"""Figures of an identification: deviations of each target, and correlations between the parameters."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trainmj.identification.search import phases
+from trainmj.output.style import BLUE, GREY, ORANGE, PALETTE, figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from trainmj.identification.found import Found
+
+_MOST_WRITTEN = 16  # parameters whose correlations are written into their cells
+_MOST_IN_COLUMN = 6
+
+
+def all_of(found: Found) -> dict[str, Figure]:
+    """Every figure by file name without ending; draw under :func:`trainmj.output.style.styled`."""
+    pictures = {"residuals": residuals(found), "correlations": correlations(found)}
+    return pictures | ({"search": search(found)} if found.way else {})
+
+
+def residuals(found: Found) -> Figure:
+    """Each value's deviation over what is allowed, target by target: filled if fitted, open if held out."""
+    table = found.residuals
+    targets = [t.name for t in found.plan.targets if t.name in set(table["target"])]
+    picture = figure(height=22 + 6.5 * len(targets))
+    axes = picture.subplots()
+    for role, colour, shift in (("fitted", BLUE, -0.17), ("held out", ORANGE, 0.17)):
+        of = table[table["role"] == role]
+        if of.empty:
+            continue
+        rows = np.array([targets.index(name) for name in of["target"]])
+        ratio = (of["deviation"] / of["allowed"]).to_numpy()
+        fill = colour if role == "fitted" else "none"
+        axes.scatter(
+            ratio,
+            rows + shift,
+            s=11,
+            facecolors=fill,
+            edgecolors=colour,
+            linewidths=0.8,
+            label=role,
+            zorder=3,
+            clip_on=False,
+        )
+    axes.axvspan(-1, 1, color="0.93", zorder=0)
+    axes.axvline(0, color=GREY, linewidth=0.8)
+    axes.set_yticks(range(len(targets)), targets)
+    axes.set_ylim(len(targets) - 0.5, -0.5)
+    reach = 1.05 * float(max(1.2, (table["deviation"] / table["allowed"]).abs().max()))
+    axes.set_xlim(-reach, reach)
+    axes.set_xlabel("(found - wanted) / allowed")
+    picture.suptitle("Deviations; the grey band is allowed", x=0.01, ha="left", fontweight="bold")
+    picture.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    return picture
+
+
+def correlations(found: Found) -> Figure:
+    """Correlations between the errors of the parameters; parameters at a bound are left out."""
+    names = found.plan.unknowns.names
+    there = ~np.isnan(np.diag(found.known.correlation))
+    shown = [name for name, yes in zip(names, there, strict=True) if yes]
+    values = found.known.correlation[np.ix_(there, there)]
+    n = len(shown)
+    picture = figure("column" if n <= _MOST_IN_COLUMN else "page", float(np.clip(30 + 7 * n, 60, 165)))
+    axes = picture.subplots()
+    axes.grid(False)
+    if n == 0:
+        axes.text(0.5, 0.5, "every parameter is at a bound", ha="center", va="center", transform=axes.transAxes)
+        axes.set_axis_off()
+        return picture
+    image = axes.imshow(values, cmap="PuOr", vmin=-1, vmax=1)
+    axes.set_xticks(range(n), shown, rotation=60, ha="right", rotation_mode="anchor")
+    axes.set_yticks(range(n), shown)
+    axes.tick_params(length=0)
+    for side in axes.spines.values():
+        side.set_visible(False)
+    for (i, j), value in np.ndenumerate(values) if n <= _MOST_WRITTEN else ():
+        axes.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=6, color="w" if abs(value) > 0.6 else "0.1")
+    picture.colorbar(image, shrink=0.8, label="correlation")
+    picture.suptitle("Correlations between the errors", x=0.01, ha="left", fontweight="bold")
+    return picture
+
+
+def search(found: Found) -> Figure:
+    """The smallest misfit so far over the steps of the search."""
+    picture = figure("column")
+    axes = picture.subplots()
+    for colour, phase in zip(PALETTE, dict.fromkeys(p.phase for p in found.way), strict=False):
+        steps = [(n, p.cost) for n, p in enumerate(found.way) if p.phase == phase]
+        axes.semilogy(*zip(*steps, strict=True), color=colour, label=phases(found.plan)[phase])
+    axes.set_xlabel("generations and iterations")
+    axes.set_ylabel("misfit")
+    axes.legend()
+    return picture

@@ -1,0 +1,118 @@
+"""How far trials are from what is wanted: residuals, their norm, and their derivatives by differences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from trainmj.collision.device import Array
+from trainmj.identification.plan import Identification
+from trainmj.identification.trials import Trials
+from trainmj.identification.unknowns import Point
+
+REFUSED = 1e6
+"""Residual of every value of a trial that cannot be simulated."""
+
+_LARGEST = 1e5  # residual of one that can: its powers stay finite
+
+_INSIDE = 0.95  # of a bar, from which a value is pushed back
+
+
+class Misfit:
+    """Residuals over the unit cube of an identification.
+
+    A residual is (found - wanted) / tolerance * weight; beyond 95 % of a target's bar a second one is added, and each
+    constraint that is missed is one more.
+
+    Args:
+        plan: what is sought.
+        trials: simulates the fitted cases.
+        step: integration step [ms]; that of the scenario if None.
+        cases: how many are simulated, spread over all of them; None for all.
+        norm: p of the sum of |residual|^p that is made small.
+        size: of a residual that counts as 1 in a norm other than 2, so that its powers stay within bounds.
+        ratio: of neighbouring slopes of a curve that counts as one residual; None if they may be what they like.
+        bars: whether values near their bars are pushed back; a search that crosses valleys does better without.
+    """
+
+    def __init__(
+        self,
+        plan: Identification,
+        trials: Trials,
+        step: float | None,
+        cases: int | None = None,
+        norm: float = 2.0,
+        size: float = 1.0,
+        ratio: float | None = None,
+        bars: bool = True,
+    ) -> None:
+        """Nothing is simulated yet."""
+        self.plan = plan
+        self.norm = norm
+        self.size = size
+        self.ratio = ratio
+        self._trials = trials
+        self._step = step
+        self._sample, self._cases = sample, _ = plan.fitted.some(cases)
+        self._counted = sample.weight > 0
+        self._scale = np.divide(sample.weight, sample.tolerance)
+        self._barred = np.isfinite(sample.bar) & self._counted & bars
+
+    def residuals(self, units: Sequence[Array]) -> Array:
+        """Residuals of places of the unit cube, as one batch.
+
+        Args:
+            units: k places (n_axes,).
+
+        Returns:
+            (k, n_residual), so that the sum of their squares is the sum of |residual|^p.
+        """
+        points = [self.plan.unknowns.point(unit) for unit in units]
+        plain = self.of_points(points)
+        if self.ratio is not None:
+            rough = np.array([self.plan.unknowns.roughness(unit) for unit in units]) / np.log(self.ratio)
+            plain = np.concatenate([plain, rough], axis=1)
+        if self.norm == 2.0:
+            return plain
+        return np.asarray(np.sign(plain) * (np.abs(plain) / self.size) ** (self.norm / 2.0))
+
+    def of_points(self, points: Sequence[Point]) -> Array:
+        """Plain residuals (k, n_residual) of trials, as one batch."""
+        plan, sample = self.plan, self._sample
+        responses = self._trials([plan.unknowns.changes(p.value) for p in points], self._step, self._cases)
+        off = plan.found(sample, responses) - sample.wanted
+        beyond = np.maximum(0.0, np.abs(off[:, self._barred]) / sample.bar[self._barred] - _INSIDE)
+        missed = np.array([p.missed for p in points]).reshape(len(points), -1)
+        parts = [
+            (off * self._scale)[:, self._counted],
+            plan.spec.method.bar_weight * np.sign(off[:, self._barred]) * beyond,
+            missed,
+        ]
+        return np.asarray(np.nan_to_num(np.clip(np.concatenate(parts, axis=1), -_LARGEST, _LARGEST), nan=REFUSED))
+
+    def cost(self, units: Sequence[Array]) -> Array:
+        """Half of the sum of |residual|^p at places of the unit cube (k,)."""
+        return np.asarray(0.5 * np.sum(self.residuals(units) ** 2, axis=1))
+
+    def jacobian(self, unit: Array, difference: float) -> Array:
+        """Derivatives (n_residual, n_axes) at a place of the unit cube, one-sided; all trials are one batch.
+
+        Responses are smooth but for small jumps, where an event falls on another step: differences must be wide
+        enough to drown these, and narrow enough for the curvature.
+        """
+        size = unit.size
+        sides = np.where(unit + difference <= 1.0, 1.0, -1.0)
+        ahead = [unit + difference * side * np.eye(size)[k] for k, side in enumerate(sides)]
+        here, *there = self.residuals([unit, *ahead])
+        columns = [(far - here) / (difference * side) for far, side in zip(there, sides, strict=True)]
+        lost = [k for k, far in enumerate(there) if _refused(far)]
+        if lost:  # beyond an edge of what can be simulated: look to the other side
+            behind = self.residuals([unit - difference * sides[k] * np.eye(size)[k] for k in lost])
+            for k, far in zip(lost, behind, strict=True):
+                columns[k] = np.zeros_like(here) if _refused(far) else (here - far) / (difference * sides[k])
+        return np.column_stack(columns)
+
+
+def _refused(residuals: Array) -> bool:
+    return bool(np.abs(residuals).max() >= REFUSED)

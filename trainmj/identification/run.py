@@ -1,0 +1,220 @@
+"""Run an identification: search, say what was found and how well it is known, check it against what was held out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trainmj.cases.table import responses_of
+from trainmj.collision.batch import run_chains
+from trainmj.collision.chain import Chain, check_step, line_up
+from trainmj.collision.simulation import versions
+from trainmj.errors import InputError, close_match
+from trainmj.files.atomic import write_bytes
+from trainmj.files.folder import held
+from trainmj.identification import tables
+from trainmj.identification.found import BASE, FOUND, Found, found_yaml
+from trainmj.identification.misfit import Misfit
+from trainmj.identification.plan import Identification
+from trainmj.identification.search import Place, Progress, Watch, search
+from trainmj.identification.store import FILE, TrialStore
+from trainmj.identification.trials import Trials
+from trainmj.identification.uncertainty import Uncertainty, uncertainty
+from trainmj.identification.unknowns import Point, rounded
+from trainmj.output.style import Format, Width, save, styled
+from trainmj.scenario import Scenario, to_yaml
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_DIGITS = 6  # of the values found
+
+
+def identify(
+    plan: Identification,
+    folder: str | Path,
+    threads: int = 0,
+    resume: bool = False,
+    watch: Watch = lambda progress: None,
+    progress: Callable[[int], None] = lambda trials: None,
+    figures: Sequence[Format] = ("png",),
+    width: Width = "page",
+) -> Found:
+    """Find the values of an identification and write what there is to know of them into a folder.
+
+    Every trial is kept in the folder as it ends; whatever stops the search, with resume the same one goes on and ends
+    at the same values. The result depends on the targets file alone, not on threads or interruptions.
+
+    Args:
+        plan: what is sought.
+        folder: made if it is not there.
+        threads: native threads; 0 for all cores.
+        resume: use the trials in the folder; without any there, begin.
+        watch: told of each generation and iteration.
+        progress: told how many trials were just finished.
+        figures: formats in which figures are drawn; none for no figures.
+        width: of figures.
+
+    Raises:
+        InputError: if trials are there and resume is not asked for, or they are of another scenario; if a response
+            does not exist, or the start values cannot be simulated.
+        OutputError: if the folder or a file cannot be written, or another process writes there.
+    """
+    began = time.monotonic()
+    with held(folder) as folder:
+        if (folder / FILE).exists() and not resume:
+            raise InputError(f"{folder}: has an identification already: go on with --resume, or take another folder")
+        _check_start(plan, threads)
+        with TrialStore(folder / FILE) as store:
+            store.agree(_about(plan.scenario))
+            there = len(store)
+            trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
+            place, way = search(plan, trials, watch)
+            point = _final(plan, place)
+            misfit = Misfit(plan, trials, plan.spec.method.refine.step_ms)
+            known = uncertainty(misfit, point, 2 * plan.spec.method.refine.difference)
+            changes = plan.unknowns.changes(point.value)
+            samples = {"fitted": (plan.fitted, plan.found(plan.fitted, trials([changes])[0]))}
+            if len(plan.held_out):
+                apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads)
+                samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes])[0]))
+            simulated = trials.simulated
+        residuals = tables.residual_table(plan, samples)
+        fit = tables.fit_table(plan, residuals)
+        result = Found(
+            plan,
+            point,
+            plan.scenario.with_values(changes),
+            known,
+            fit,
+            residuals,
+            tables.parameter_table(plan, known),
+            tables.correlation_table(plan, known),
+            tables.direction_table(plan, known),
+            tuple(way),
+            _summary(plan, point, known, fit),
+            folder,
+            simulated,
+            there,
+            time.monotonic() - began,
+        )
+        _write(result, figures, width)
+        return result
+
+
+def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
+    """Write scenario, found values, tables and figures into the folder of an identification.
+
+    Raises:
+        OutputError: if a file cannot be written.
+    """
+    import pandas as pd
+
+    from trainmj.identification import figures
+
+    plan, folder = found.plan, found.folder
+    base = plan.scenario
+    title = f"{base.title}: {plan.title}" if base.title and base.title != plan.title else plan.title
+    texts = {
+        BASE: to_yaml(base),
+        FOUND: found_yaml(base, plan.unknowns.changes(found.point.value), BASE, title),
+    }
+    for name, table in (
+        ("fit", found.fit),
+        ("residuals", found.residuals),
+        ("parameters", found.parameters),
+        ("correlations", found.correlations),
+        ("directions", found.directions),
+        ("search", pd.DataFrame(found.way, columns=Progress._fields)),
+    ):
+        texts[f"{name}.csv"] = table.to_csv(index=False, float_format="%.9g")
+    texts["summary.json"] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
+    for file, text in texts.items():
+        write_bytes(folder / file, text.encode())
+    with styled(width):
+        for name, picture in (figures.all_of(found) if formats else {}).items():
+            save(picture, folder / name, formats)
+
+
+def _check_start(plan: Identification, threads: int) -> None:
+    """Refuse start values that cannot be simulated in every case, and responses that do not exist."""
+    changes = plan.unknowns.changes(plan.unknowns.start().value)
+    cases = [*plan.fitted.cases, *plan.held_out.cases]
+
+    def chains() -> Iterator[tuple[int, Chain]]:
+        for n, case in enumerate(cases):
+            try:
+                chain = line_up(plan.scenario.with_values({**changes, **case}))
+                check_step(chain)
+            except InputError as error:
+                raise InputError(f"start values, case {dict(case)}: {error}") from None
+            yield n, chain
+
+    rows = {n: responses_of(summary) for n, summary in run_chains(chains(), threads)}
+    for n, case in enumerate(cases):
+        row = rows[n]
+        if row["status"] == "unstable":
+            raise InputError(f"start values, case {dict(case)}: unstable: {row['reason']}")
+        for target in plan.targets:
+            for column in target.terms:
+                if column not in row or column in ("status", "reason"):
+                    offered = set(row) - {"status", "reason"}
+                    rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, offered)}"
+                    raise plan.problem(rule, "targets", target.name, "response")
+
+
+def _final(plan: Identification, place: Place) -> Point:
+    """The values of a place to the digits that are written."""
+    values = plan.unknowns.point(place.unit).value
+    point = plan.unknowns.solved(np.array([rounded(v, _DIGITS) for v in values]))
+    return point._replace(value=np.array([rounded(v, _DIGITS + 2) for v in point.value]))
+
+
+def _about(scenario: Scenario) -> dict[str, str]:
+    """What all trials depend on: the scenario, the versions, and what the law makes of it."""
+    try:
+        chain = line_up(scenario)
+        check_step(chain)
+        ((_, summary),) = run_chains([(0, chain)], 1)
+        numbers = json.dumps(responses_of(summary))
+    except InputError as error:
+        numbers = str(error)
+    return {
+        "format": "trainmj identification 1",
+        "scenario": to_yaml(scenario),
+        **{f"version_{name}": version for name, version in versions().items()},
+        "what the simulation gives": hashlib.sha256(numbers.encode()).hexdigest(),
+    }
+
+
+def _summary(plan: Identification, point: Point, known: Uncertainty, fit: pd.DataFrame) -> dict[str, Any]:
+    """Numbers and words for the summary, JSON only."""
+    loose = [tables.in_words(d, plan.unknowns.names) for d in known.directions if not d.determined]
+    return {
+        "title": plan.title,
+        "seed": plan.spec.method.seed,
+        "sought": len(plan.unknowns.free),
+        "values": len(plan.fitted),
+        "cases": len(plan.fitted.cases),
+        "chi2_per_degree_of_freedom": _json(known.chi2),
+        "degrees_of_freedom": known.freedom,
+        "parameters": {name: _json(value) for name, value in zip(plan.unknowns.names, point.value, strict=True)},
+        "constraints": tables.constraint_rows(plan, point),
+        "not_determined": loose,
+        "at_bounds": [p for p, bound in zip(plan.unknowns.names, known.at_bound, strict=True) if bound],
+        "fit": [{k: _json(v) for k, v in row.items()} for row in fit.to_dict("records")],
+        "versions": versions(),
+    }
+
+
+def _json(value: Any) -> Any:
+    """A value as JSON holds it."""
+    if hasattr(value, "item"):
+        value = value.item()
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,201 @@
+"""The search: everywhere between the bounds by an evolution strategy, then downhill by least squares.
+
+CMA-ES (Hansen and Ostermeier 2001, doi 10.1162/106365601750190398; the package cma) needs no derivatives and crosses
+the small jumps of the responses; each of its populations is one batch. The refinement is scipy's trust region for
+bounded least squares (Branch, Coleman and Li 1999, doi 10.1137/S1064827595289108), derivatives by differences, again
+one batch. Everything follows from the seed; a search that is begun again finds its trials computed and goes on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trainmj.collision.device import Array
+from trainmj.identification.file import ExplorePart
+from trainmj.identification.misfit import Misfit
+from trainmj.identification.plan import Identification
+from trainmj.identification.trials import Trials
+
+_SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
+_TRIES = 20  # steps that may be tried in an iteration, on average: one is shortened until it leads down
+_NEXT = 1e-6  # part of the range that counts as none
+_FLAT = 1e-12  # slope at which there is nothing to go down
+
+
+def phases(plan: Identification) -> dict[str, str]:
+    """Phases of a search, and what a legend calls them: their misfits do not count the same."""
+    some, all_of = plan.spec.method.explore.cases, len(plan.fitted.cases)
+    part = f", {some} of {all_of} cases" if some is not None and some < all_of else ""
+    return {"explore": f"explore{part}", "refine": "refine", "finish": "finish, in its own norm"}
+
+
+class Place(NamedTuple):
+    """A place of the unit cube and its cost."""
+
+    cost: float
+    unit: Array
+
+
+class Progress(NamedTuple):
+    """How far a search is.
+
+    Attributes:
+        phase: explore, refine or finish.
+        done: trials of the exploration, or iterations.
+        of: how many there may be.
+        cost: smallest so far.
+    """
+
+    phase: str
+    done: int
+    of: int
+    cost: float
+
+
+Watch = Callable[[Progress], None]
+
+
+def search(plan: Identification, trials: Trials, watch: Watch = lambda progress: None) -> tuple[Place, list[Progress]]:
+    """The best place that the method of an identification finds, and the way to it.
+
+    Args:
+        plan: what is sought, and how.
+        trials: simulates the fitted cases.
+        watch: told of each generation and iteration.
+    """
+    way: list[Progress] = []
+
+    def note(progress: Progress) -> None:
+        way.append(progress)
+        watch(progress)
+
+    method = plan.spec.method
+    first = method.explore
+    coarse = Misfit(plan, trials, first.step_ms, first.cases, ratio=first.slope_ratio, bars=False)
+    starts = explore(plan, coarse, first, method.seed, note)[: method.refine.starts]
+    fine = Misfit(plan, trials, method.refine.step_ms)
+    if method.refine.iterations:
+        part = method.refine
+        ends = [refine(fine, place.unit, part.iterations, part.difference, "refine", note) for place in starts]
+    else:
+        ends = [
+            Place(cost, place.unit) for cost, place in zip(fine.cost([p.unit for p in starts]), starts, strict=True)
+        ]
+    best = min(ends, key=lambda place: place.cost)
+    if method.finish is not None:
+        largest = float(np.abs(fine.residuals([best.unit])).max())
+        high = Misfit(plan, trials, method.refine.step_ms, norm=method.finish.norm, size=largest or 1.0)
+        best = refine(high, best.unit, method.finish.iterations, method.refine.difference, "finish", note)
+    return best, way
+
+
+def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, watch: Watch) -> list[Place]:
+    """What evolution strategies find that search side by side: the best place of each, best first.
+
+    Args:
+        plan: what is sought.
+        misfit: at the step of this search.
+        part: how long and wide.
+        seed: of their random numbers.
+        watch: told of each generation.
+    """
+    unknowns = plan.unknowns
+    start = unknowns.place(unknowns.start().value) if part.start == "start" else np.full(unknowns.n_axes, 0.5)
+    first = Place(float(misfit.cost([start])[0]), start)
+    if part.trials == 0:
+        return [first]
+    best = [first] * part.searches
+    size = part.population or 4 + int(3 * np.log(start.size))
+    strategies = [_strategy(start, part.spread, size, rng) for rng in np.random.default_rng(seed).spawn(part.searches)]
+    done = 1
+    while done + size <= part.trials and (at_work := [k for k in range(part.searches) if not strategies[k].stop()]):
+        asked = [strategies[k].ask() for k in at_work]
+        units = [np.asarray(x, dtype=float)[: start.size] for cloud in asked for x in cloud]
+        costs = misfit.cost(units).reshape(len(at_work), size)  # all of them are one batch
+        for n, k in enumerate(at_work):
+            strategies[k].tell(asked[n], costs[n].tolist())
+            m = int(np.argmin(costs[n]))
+            best[k] = min(best[k], Place(float(costs[n, m]), units[n * size + m]), key=lambda place: place.cost)
+        done += size
+        watch(Progress("explore", done, part.trials, min(place.cost for place in best)))
+    return sorted(best, key=lambda place: place.cost)
+
+
+def _strategy(start: Array, spread: float, size: int, rng: np.random.Generator) -> Any:
+    """A CMA-ES over the unit cube that begins at a place of it."""
+    import cma
+
+    options = {
+        "bounds": [0, 1],
+        "popsize": size,
+        "seed": np.nan,  # leaves numpy's global state alone: all random numbers come from randn
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "verbose": -9,
+        "verb_log": 0,
+        "verb_disp": 0,
+        "tolfun": 1e-9,
+        "tolx": 1e-6,
+    }
+    # cma refuses to work along a single axis: it gets a second one that does nothing
+    return cma.CMAEvolutionStrategy(np.append(start, 0.5) if start.size == 1 else start, spread, options)
+
+
+def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phase: str, watch: Watch) -> Place:
+    """The place to which least squares lead from one.
+
+    Args:
+        misfit: what is made small.
+        unit: where it begins (n_axes,).
+        iterations: at most.
+        difference: for derivatives, as part of the range.
+        phase: for watch.
+        watch: told of each iteration.
+    """
+    from scipy.optimize import least_squares
+
+    best = Place(float(misfit.cost([unit])[0]), unit)
+    done = 0
+
+    def residuals(x: Array) -> Array:
+        nonlocal best
+        found: Array = misfit.residuals([x])[0]
+        cost = float(0.5 * np.sum(found**2))
+        if cost < best.cost:
+            best = Place(cost, x.copy())
+        return found
+
+    def jacobian(x: Array) -> Array:
+        nonlocal done
+        if done == iterations:
+            raise _EnoughError
+        result = misfit.jacobian(x, difference)
+        done += 1
+        watch(Progress(phase, done, iterations, best.cost))
+        return result
+
+    with suppress(_EnoughError):
+        least_squares(
+            residuals,
+            _at_bounds(unit),
+            jacobian,
+            bounds=(0.0, 1.0),
+            method="dogbox",  # goes along a bound; the default shortens every step near one
+            ftol=_SMALL,
+            xtol=_SMALL,
+            gtol=_FLAT,
+            max_nfev=_TRIES * iterations,
+        )
+    return best
+
+
+def _at_bounds(unit: Array) -> Array:
+    """The place with axes that end next to a bound put on it: from next to it a step is cut to nothing."""
+    return np.asarray(np.where(unit < _NEXT, 0.0, np.where(unit > 1.0 - _NEXT, 1.0, unit)))
+
+
+class _EnoughError(Exception):
+    """As many iterations as were asked for."""

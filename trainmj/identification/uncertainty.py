@@ -1,0 +1,160 @@
+"""What the data determine: standard errors, correlations, and directions in which nothing much changes.
+
+At the best trial the residuals r are taken as linear in the parameters: with J their derivatives the covariance is
+(J'J)^-1, tolerances taken as standard deviations. Where the misfit is larger than these say, errors grow by the square
+root of r'r / (n - p). Intervals are those of Student's t with n - p degrees of freedom, on the axis of the parameter:
+for one on a log scale they are factors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trainmj.collision.device import Array
+from trainmj.identification.misfit import REFUSED, Misfit
+from trainmj.identification.unknowns import Point
+
+AT_BOUND = 1e-3
+"""Part of its range within which a parameter counts as at its bound."""
+
+WIDE = 0.25
+"""A direction is not determined if one standard deviation along it is more than this part of the ranges."""
+
+_NOTHING = 1e-12  # residuals that a parameter changes over its whole range
+_TINY = 1e-9  # singular value that counts as none, as part of the largest
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A combination of parameters, as parts of their ranges, and how well the data fix it.
+
+    Attributes:
+        parts: (n,) unit vector over all free parameters; 0 for those at a bound.
+        deviation: one standard deviation along it, as part of the ranges; infinite if nothing changes.
+    """
+
+    parts: Array
+    deviation: float
+
+    @property
+    def determined(self) -> bool:
+        """Whether the data fix it."""
+        return self.deviation <= WIDE
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What the data determine at a trial.
+
+    Attributes:
+        value: (n,) of all parameters, solved ones too.
+        lower: (n,) end of the 95 % interval; NaN where there is none.
+        upper: (n,) likewise.
+        error: (n,) standard error; NaN where there is none. On a log scale, as part of the value.
+        at_bound: (n,) "lower", "upper" or "" for each parameter.
+        correlation: (n, n); NaN for parameters at a bound.
+        directions: of the free parameters that are not at a bound, worst determined first.
+        freedom: degrees of freedom n - p.
+        chi2: r'r over freedom.
+    """
+
+    value: Array
+    lower: Array
+    upper: Array
+    error: Array
+    at_bound: tuple[str, ...]
+    correlation: Array
+    directions: tuple[Direction, ...]
+    freedom: int
+    chi2: float
+
+
+def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
+    """What the data determine at a trial.
+
+    Args:
+        misfit: at the step of the refinement, norm 2.
+        point: the trial.
+        difference: for derivatives, as part of the range; twice as wide here, and central.
+    """
+    from scipy.stats import t
+
+    unknowns = misfit.plan.unknowns
+    parameters = unknowns.parameters
+    n_value = int((misfit.plan.fitted.weight > 0).sum())
+    at_bound = tuple(
+        _bound(p.scaled(v), p.scaled(p.lower), p.scaled(p.upper)) for p, v in zip(parameters, point.value, strict=True)
+    )
+    moving = [k for k in unknowns.free if not at_bound[k]]
+    residuals, derivative, follow = _derivatives(misfit, point, moving, difference, n_value)
+    freedom = n_value - len(moving)
+    chi2 = float(np.sum(residuals**2) / freedom) if freedom > 0 else np.nan
+    grown = float(np.sqrt(max(1.0, chi2))) if freedom > 0 else 1.0
+    _, singular, turned = (
+        np.linalg.svd(derivative, full_matrices=False) if moving else (None, np.empty(0), np.empty((0, 0)))
+    )
+    floor = max(_TINY * float(singular.max(initial=0.0)), _NOTHING)
+    deviations = grown / np.maximum(singular, floor)
+    directions = []
+    for k in np.argsort(-deviations, kind="stable"):
+        parts = np.zeros(len(parameters))
+        parts[moving] = turned[k] * np.sign(turned[k][np.argmax(np.abs(turned[k]))])
+        directions.append(Direction(parts, float(deviations[k]) if singular[k] > floor else np.inf))
+    root = follow @ (turned.T * deviations)  # (n, m): covariance is root root'
+    spread = np.sqrt(np.sum(root**2, axis=1))
+    known = spread > 0
+    correlation = np.full((len(parameters), len(parameters)), np.nan)
+    unit = root[known] / spread[known, None]
+    correlation[np.ix_(known, known)] = np.clip(unit @ unit.T, -1.0, 1.0)
+    ranges = np.array([p.range for p in parameters])
+    error = np.where(known, spread * ranges, np.nan)  # on the axis of each parameter
+    wide = float(t.ppf(0.975, freedom)) if freedom > 0 else np.nan
+    ends = [
+        (p.value(p.scaled(v) - wide * e), p.value(min(p.scaled(v) + wide * e, 600.0) if p.log else v + wide * e))
+        for p, v, e in zip(parameters, point.value, error, strict=True)
+    ]
+    lower, upper = np.array(ends).T
+    return Uncertainty(point.value, lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2)
+
+
+def _bound(value: float, lower: float, upper: float) -> str:
+    near = AT_BOUND * (upper - lower)
+    return "lower" if value - lower < near else "upper" if upper - value < near else ""
+
+
+def _derivatives(
+    misfit: Misfit, point: Point, moving: list[int], difference: float, n_value: int
+) -> tuple[Array, Array, Array]:
+    """Residuals, their derivatives (n_value, m), and those of all parameters (n, m), over parts of the ranges."""
+    unknowns = misfit.plan.unknowns
+    parameters = unknowns.parameters
+    ends: list[Point] = []
+    for k in moving:
+        p = parameters[k]
+        for side in (1.0, -1.0):
+            values = point.value.copy()
+            scaled = p.scaled(values[k]) + side * difference * p.range
+            values[k] = p.value(float(np.clip(scaled, p.scaled(p.lower), p.scaled(p.upper))))
+            ends.append(unknowns.solved(values))
+    here, *there = misfit.of_points([point, *ends])
+    columns, follow = [], []
+    for n, k in enumerate(moving):
+        pair = [(ends[i], there[i]) for i in (2 * n, 2 * n + 1) if np.abs(there[i]).max() < REFUSED]
+        (ahead, far), (behind, near) = (*pair, (point, here), (point, here))[:2]
+        moved = _axes(misfit, ahead) - _axes(misfit, behind)
+        width = moved[k]
+        columns.append((far - near)[:n_value] / width if width else np.zeros(n_value))
+        follow.append(moved / width if width else np.eye(len(parameters))[k])
+    m = len(moving)
+    return (
+        here[:n_value],
+        np.array(columns).T.reshape(n_value, m),
+        np.array(follow).T.reshape(len(parameters), m),
+    )
+
+
+def _axes(misfit: Misfit, point: Point) -> Array:
+    """(n,) where a trial is on the axis of each parameter, in parts of its range."""
+    return np.array([p.scaled(v) / p.range for p, v in zip(misfit.plan.unknowns.parameters, point.value, strict=True)])

@@ -1,0 +1,1 @@
+"""What pages, figures and the terminal are made of; nothing here knows what is shown."""

@@ -1,0 +1,80 @@
+"""The terminal: tables at most 80 columns wide, and a progress bar."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+from rich import box
+from rich import progress as bars
+from rich.console import Console
+from rich.table import Table
+
+WIDTH = 80
+
+
+class Progress:
+    """A bar with rate and time left on a terminal; silent where there is none."""
+
+    def __init__(self, total: int) -> None:
+        """For a known number of cases."""
+        self._began: tuple[float, int] | None = None
+        self._bar = bars.Progress(
+            bars.TextColumn("{task.completed}/{task.total}"),
+            bars.BarColumn(),
+            bars.TextColumn("{task.fields[rate]}"),
+            bars.TimeRemainingColumn(),
+            console=Console(stderr=True),
+            disable=not sys.stderr.isatty(),
+            transient=True,
+        )
+        self._task = self._bar.add_task("", total=total, rate="")
+
+    def __enter__(self) -> Progress:
+        """Show the bar."""
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Take it away."""
+        self.stop()
+
+    def stop(self) -> None:
+        """Take it away."""
+        self._bar.stop()
+
+    def __call__(self, finished: int) -> None:
+        """Show how many are finished."""
+        now = time.monotonic()
+        if self._began is None:
+            self._began = (now, finished)
+        since, before = self._began
+        rate = (finished - before) / (now - since) if now > since else 0.0
+        self._bar.update(self._task, completed=finished, rate=f"{rate:.0f}/s")
+
+
+def new_table(first: str, *heads: str, title: str | None = None) -> Table:
+    """A table whose first column is text and whose others are numbers."""
+    table = Table(
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        show_edge=False,
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        caption_justify="left",
+    )
+    table.add_column(first, no_wrap=True, vertical="bottom")
+    for head in heads:
+        text = head in ("type", "device") or head.startswith("stages")
+        table.add_column(head, justify="left" if text else "right", no_wrap=not text, vertical="bottom")
+    return table
+
+
+def new_console() -> Console:
+    """A console at most 80 columns wide."""
+    console = Console(highlight=False, emoji=False)
+    if console.width > WIDTH or not console.is_terminal:
+        console.width = WIDTH
+    return console

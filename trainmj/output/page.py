@@ -1,0 +1,136 @@
+"""The look of every HTML page of trainmj: one file, offline, legible on a screen, a phone and paper.
+
+A page has sections, a section has blocks::
+
+    from trainmj.output.blocks import Card, Column, passed
+    from trainmj.output.page import Page
+    from trainmj.output.plot import axes, line
+
+    page = Page("B-type train, 25 km/h", subtitle="...", command="trainmj report results", versions=versions())
+    section = page.section("Criteria")
+    section.text("What the simulation found, against its limits.")
+    section.cards(Card("TS", "1354.2", "mm", "compression along the train", passed("below 1500")))
+    section.table([Column("Interface", text=True), Column("largest stroke", "mm", digits=1)], [("S1-M1", 618.3)])
+    section.plot([line("M1", time, speed)], axes("time", "s", "speed", "km/h"), title="Speed", half=True)
+    section.picture(matplotlib_figure, alt="Pareto front of TS and TAMA")
+    page.write(folder / "report.html")
+
+What it guarantees:
+
+* Text, names and cells are escaped. Markup that is meant as such is a :class:`markupsafe.Markup`; make it with
+  ``Markup("<b>{}</b>").format(name)``, which escapes the name.
+* No request leaves the page: a Content-Security-Policy forbids all of them, and runs the page's own scripts alone,
+  known by their hashes.
+* plotly.js is in the file once, and only if there is a plot.
+* A verdict is told by a sign and a word, not by its colour alone.
+* The same content gives the same file, byte by byte; no date is written.
+
+What a section can hold is in :mod:`trainmj.output.blocks`, the usual lines, dots and axes in
+:mod:`trainmj.output.plot`. Numbers in a table are given as numbers and rounded by their column; None and NaN show as a
+dash.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from trainmj.errors import EngineError
+from trainmj.files.atomic import replacing
+from trainmj.output.blocks import Plot, Raw, Section, Verdict
+
+_TEMPLATES = Path(__file__).resolve().parent / "templates"
+_NOTHING = "'none'"
+
+
+@dataclass
+class Page:
+    """A page.
+
+    Attributes:
+        title: head of the page and of its window.
+        subtitle: a line below it.
+        command: the command that makes the page again, in the footer.
+        versions: of what the numbers come from, in the footer.
+    """
+
+    title: str
+    subtitle: str = ""
+    command: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    sections: list[Section] = field(default_factory=list)
+
+    def section(self, title: str) -> Section:
+        """Begin a section."""
+        section = Section(title, f"section-{len(self.sections) + 1}")
+        self.sections.append(section)
+        return section
+
+    def html(self) -> str:
+        """The whole page."""
+        blocks = [block for section in self.sections for block in section.blocks]
+        scripts = [block.script for block in blocks if isinstance(block, Raw) and block.script]
+        if any(isinstance(block, Plot) for block in blocks):
+            scripts = [_plotly(), (_TEMPLATES / "plots.js").read_text(encoding="utf-8"), *scripts]
+        scripts = list(dict.fromkeys(scripts))
+        html: str = _template().render(
+            page=self,
+            style=Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8")),
+            scripts=[Markup(script) for script in scripts],
+            policy=_policy(scripts),
+        )
+        return html
+
+    def write(self, file: str | Path) -> None:
+        """Write the page, whole or not at all.
+
+        Raises:
+            OutputError: if it cannot be written.
+        """
+        with replacing(file) as part:
+            part.write_text(self.html(), encoding="utf-8", newline="\n")
+
+
+@cache
+def _template() -> Any:
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.tests["verdict"] = lambda value: isinstance(value, Verdict)
+    return environment.get_template("page.html")
+
+
+def _policy(scripts: Sequence[str]) -> str:
+    """A Content-Security-Policy: no request to anywhere, no script but these."""
+    hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts)
+    return (
+        f"default-src 'none'; script-src {hashes or _NOTHING}; style-src 'unsafe-inline'; img-src data: blob:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def _plotly() -> str:
+    """The text of plotly.js, from the Python package, which is not imported: that takes long.
+
+    Raises:
+        EngineError: if the package is damaged.
+    """
+    package = find_spec("plotly")
+    for folder in (package.submodule_search_locations or ()) if package else ():
+        file = Path(folder) / "package_data" / "plotly.min.js"
+        if file.is_file():
+            return file.read_text(encoding="utf-8").replace("</script", "<\\/script")
+    raise EngineError("the Python package plotly has no plotly.min.js: install it again, as in pip install plotly")

@@ -1,0 +1,191 @@
+"""Plots with zoom and read-out, as the plain dicts that plotly.js takes; one look for all, colour-blind safe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
+from trainmj.units import label
+
+Trace = dict[str, Any]
+"""One line, or one set of points, as plotly.js takes it."""
+
+GREY = "#7a808a"
+COLOURS = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "#404040")
+"""Of lines, in turn: those of all figures."""
+
+VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
+"""From little to much."""
+
+_LONGEST = 18  # letters in a line of an upright title, for a plot on paper
+
+_AXIS = {
+    "gridcolor": "#e8eaee",
+    "zerolinecolor": "#b9bec7",
+    "linecolor": "#b9bec7",
+    "automargin": True,
+    "ticks": "",
+    "title": {"standoff": 10},
+}
+_LAYOUT: dict[str, Any] = {
+    "autosize": True,
+    "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#22262e"},
+    "colorway": list(COLOURS),
+    "paper_bgcolor": "#ffffff",
+    "plot_bgcolor": "#ffffff",
+    "margin": {"l": 58, "r": 14, "t": 8, "b": 44},
+    "hovermode": "closest",
+    "hoverlabel": {"font": {"size": 12}},
+    "legend": {"orientation": "h", "x": 0, "yref": "container", "y": 0, "yanchor": "bottom", "font": {"size": 11}},
+    "xaxis": _AXIS,
+    "yaxis": _AXIS,
+}
+
+
+def layout_of(layout: Mapping[str, Any]) -> dict[str, Any]:
+    """A layout laid over the one that all plots share; every axis gets the shared look."""
+    merged = _merged(_LAYOUT, layout)
+    for name in merged:
+        if name[:5] in ("xaxis", "yaxis"):
+            merged[name] = _merged(_AXIS, merged[name])
+    return merged
+
+
+def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any]:
+    """A layout with names and units on both axes.
+
+    Args:
+        x: name of the horizontal axis.
+        x_unit: its unit; empty for none.
+        y: name of the vertical axis.
+        y_unit: its unit.
+        more: further entries of the layout.
+    """
+    upright = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
+    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": upright}}}
+    return _merged(named, more)
+
+
+def over_time(y: str, unit: str, **more: Any) -> dict[str, Any]:
+    """A layout over time in seconds, all lines read out at once."""
+    layout = axes("Time", "s", y, unit, hovermode="x unified")
+    layout["xaxis"]["hoverformat"] = ".4g"
+    return _merged(layout, more)
+
+
+def line(
+    name: str,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    unit: str = "",
+    colour: str | None = None,
+    width: float = 1.6,
+    **more: Any,
+) -> Trace:
+    """A line.
+
+    Args:
+        name: in legend and read-out; shown as text, never as markup.
+        x: (n,) values; evenly spaced ones are kept as start and step.
+        y: (n,) values.
+        unit: of y, in the read-out.
+        colour: by default the next of COLOURS.
+        width: [pixels].
+        more: further entries of the trace.
+    """
+    said = f" {plain(unit)}" if unit else ""
+    trace: Trace = {
+        "type": "scatter",
+        "mode": "lines",
+        "name": plain(name),
+        **_spaced(x),
+        "y": numbers(y),
+        "line": {"width": width} | ({"color": colour} if colour else {}),
+        "hovertemplate": f"%{{y:.5~g}}{said}<extra>{plain(name)}</extra>",
+    }
+    return _merged(trace, more)
+
+
+def dots(
+    name: str,
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    colour: str | None = None,
+    symbol: str = "circle",
+    size: float = 7,
+    texts: Sequence[str] | None = None,
+    **more: Any,
+) -> Trace:
+    """Points.
+
+    Args:
+        name: in the legend.
+        x: (n,) numbers, or words for an axis of categories.
+        y: (n,) the same.
+        colour: by default the next of COLOURS.
+        symbol: plotly.js's name of a sign.
+        size: [pixels].
+        texts: (n,) what the read-out says of each.
+        more: further entries of the trace.
+    """
+    marker: dict[str, Any] = {"size": size, "symbol": symbol} | ({"color": colour} if colour else {})
+    trace: Trace = {
+        "type": "scatter",
+        "mode": "markers",
+        "name": plain(name),
+        "x": _values(x),
+        "y": _values(y),
+        "marker": marker,
+    }
+    if texts is not None:
+        trace |= {"text": [plain(t) for t in texts], "hovertemplate": f"%{{text}}<extra>{plain(name)}</extra>"}
+    return _merged(trace, more)
+
+
+def plain(text: str) -> str:
+    """Text that plotly.js shows as it stands: its labels take some markup otherwise."""
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+def numbers(values: npt.ArrayLike, digits: int = 5) -> list[float | None]:
+    """Values with so many significant digits, which keeps a page small; None for what is not finite."""
+    array = np.asarray(values, dtype=np.float64)
+    return [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in array.tolist()]
+
+
+def _values(values: npt.ArrayLike) -> list[Any]:
+    """Numbers, or words as they stand."""
+    array = np.asarray(values)
+    return numbers(array) if array.dtype.kind in "fiub" else [plain(str(v)) for v in array.tolist()]
+
+
+def shade(part: float, colours: Sequence[str] = VIRIDIS) -> str:
+    """A colour of a scale at a part of its length, from 0 to 1."""
+    at = min(max(part, 0.0), 1.0) * (len(colours) - 1)
+    k = min(int(at), len(colours) - 2)
+    low, high = (np.array([int(colours[i][j : j + 2], 16) for j in (1, 3, 5)]) for i in (k, k + 1))
+    return "#" + "".join(f"{round(float(c)):02x}" for c in low + (at - k) * (high - low))
+
+
+def _spaced(x: npt.ArrayLike) -> dict[str, Any]:
+    """Values along x: start and step where they are evenly spaced."""
+    values = np.asarray(x, dtype=np.float64)
+    if values.size > 2:
+        step = (values[-1] - values[0]) / (values.size - 1)
+        if step > 0 and np.allclose(np.diff(values), step, rtol=1e-6, atol=0):
+            return {"x0": float(f"{values[0]:.12g}"), "dx": float(f"{step:.12g}")}
+    return {"x": numbers(values, 7)}
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested settings laid over others."""
+    result = dict(base)
+    for key, value in over.items():
+        both = isinstance(value, Mapping) and isinstance(result.get(key), Mapping)
+        result[key] = _merged(result[key], value) if both else value
+    return result

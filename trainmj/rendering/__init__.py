@@ -1,8 +1,0 @@
-"""Pictures and films of a collision, drawn by MuJoCo without a screen, and its viewer where there is one.
-
-Films and stills come from :func:`~trainmj.rendering.film.render`, the viewer from :mod:`trainmj.rendering.viewer`.
-"""
-
-from trainmj.rendering.film import CAMERAS, Camera, render
-
-__all__ = ["CAMERAS", "Camera", "render"]

@@ -1,0 +1,1 @@
+"""One collision for its reader: folder, terminal, page and figure."""

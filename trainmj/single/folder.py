@@ -1,0 +1,76 @@
+"""The folder of one run: result, tables and figure, for a spreadsheet, MATLAB or a report."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from trainmj.collision.result import Result
+from trainmj.collision.summary import InterfaceMetrics, Summary, VehicleMetrics
+from trainmj.errors import OutputError
+from trainmj.output.style import Format, Width, save
+from trainmj.scenario import to_yaml
+from trainmj.single import figures
+
+LAST = "summary.json"
+
+
+def write_run(
+    result: Result,
+    summary: Summary,
+    folder: Path,
+    formats: Sequence[Format] = ("png",),
+    width: Width = "page",
+) -> None:
+    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figure into a folder.
+
+    All files are finished before the first of an earlier run is replaced. Where summary.json is, the others belong to
+    it.
+
+    Args:
+        result: of the collision.
+        summary: of the same.
+        folder: where.
+        formats: of the figure, collision.png and so on.
+        width: of the figure.
+
+    Raises:
+        OutputError: if a file cannot be written.
+    """
+    try:
+        with TemporaryDirectory(prefix=".part-", dir=folder) as name:
+            stage = Path(name)
+            result.save(stage / "result.nc")
+            (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
+            result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
+            _write_table(summary.interfaces, stage / "interfaces.csv", left_out={"stages"})
+            _write_table(summary.vehicles, stage / "vehicles.csv")
+            save(figures.collision(result, width), stage / "collision", formats)
+            (stage / LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
+            _move(stage, folder)
+    except OutputError as error:
+        raise OutputError(str(error).replace(f"{name}{os.sep}", f"{folder}{os.sep}")) from None
+    except OSError as error:
+        file = folder / Path(error.filename).name if error.filename else folder
+        raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+
+
+def _move(stage: Path, folder: Path) -> None:
+    """Put finished files where they belong: the summary is away before the first and comes after the last."""
+    (folder / LAST).unlink(missing_ok=True)
+    for file in sorted(stage.iterdir(), key=lambda file: file.name == LAST):
+        os.replace(file, folder / file.name)
+
+
+def _write_table(
+    rows: Sequence[InterfaceMetrics] | Sequence[VehicleMetrics],
+    file: Path,
+    left_out: frozenset[str] | set[str] = frozenset(),
+) -> None:
+    import pandas as pd
+
+    table = pd.DataFrame([{k: v for k, v in vars(row).items() if k not in left_out} for row in rows])
+    table.to_csv(file, index=False, float_format="%.9g")

@@ -1,0 +1,292 @@
+"""The report of one collision."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from shlex import quote
+
+from trainmj.collision.chain import largest_step
+from trainmj.collision.result import Result, load_result
+from trainmj.collision.summary import UNSTABLE, InterfaceMetrics, Summary, summarise
+from trainmj.errors import InputError
+from trainmj.output.blocks import Card, Column, Section, judged
+from trainmj.output.page import Page
+from trainmj.scenario import to_yaml
+from trainmj.scenario.parts import RIGID_WALL
+from trainmj.single.limits import criteria, most_used, outcome
+from trainmj.single.page_animation import add_animation
+from trainmj.single.page_devices import add_devices
+from trainmj.single.page_histories import add_histories
+from trainmj.units import KM_H, MS, TONNE
+
+_MOST_ROWS = 24  # of a table that says again what the scenario says; a longer one is folded away
+
+MOMENTUM = 1e-9
+"""Momentum is kept to round-off: an error above this, relative to the sum of \\|m v\\|, is none any more."""
+
+
+def page_of_file(file: Path) -> Page:
+    """The report of a saved result, which holds its scenario too.
+
+    Raises:
+        InputError: if the file cannot be read.
+    """
+    result = load_result(file)
+    return page_of_run(result, summarise(result), file)
+
+
+def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
+    """The report of one collision.
+
+    Args:
+        result: of the collision.
+        summary: of the result.
+        file: in which it is or will be, for the commands that make it again.
+
+    Raises:
+        InputError: if nothing was recorded.
+    """
+    if len(result.time) < 2:
+        raise InputError("the result has fewer than two recorded times, too few for a report")
+    page = Page(
+        result.scenario.title or "Train collision",
+        subtitle=_headline(result),
+        command=_commands(file),
+        versions=result.versions,
+    )
+    _add_outcome(page.section("Outcome"), summary)
+    add_animation(page.section("The collision"), result)
+    section = page.section("Interfaces and vehicles")
+    _add_interfaces(section, summary)
+    _add_vehicles(section, summary)
+    add_histories(page.section("Over time"), result)
+    add_devices(page.section("Devices"), result)
+    _add_checks(page.section("Checks"), result, summary)
+    _add_scenario(page.section("Scenario"), result)
+    return page
+
+
+def _headline(result: Result) -> str:
+    c, chain = result.scenario.collision, result.chain
+    moving = f"{chain.n_moving} vehicle{'s' if chain.n_moving > 1 else ''} at {c.speed_km_h:g} km/h"
+    if c.partner == RIGID_WALL:
+        return f"{moving} into a rigid wall"
+    n = len(chain.vehicles) - chain.n_moving
+    stands = "standing" if c.partner_speed_km_h == 0 else f"at {c.partner_speed_km_h:g} km/h"
+    return f"{moving} into {n} {stands}"
+
+
+def _commands(file: Path) -> str:
+    folder = file.resolve().parent.name
+    results = folder if file.name == "result.nc" else f"{folder}/{file.name}"
+    return (
+        f"trainmj report {quote(results)}\n\n# the collision again: save the scenario above as scenario.yaml\n"
+        f"trainmj run scenario.yaml --out again --report"
+    )
+
+
+def _add_outcome(section: Section, summary: Summary) -> None:
+    found = criteria(summary)
+    shown, left_out = most_used(found)
+    judgements = [c for c in found if c.limit is not None]
+    kept = sum(c.kept is True for c in judgements)
+    worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
+    b = summary.balance
+    section.cards(
+        Card("Status", f"{summary.duration_s:.3f}", "s simulated", verdict=outcome(summary.status)),
+        Card(
+            "Criteria",
+            f"{kept} of {len(judgements)}",
+            "kept",
+            verdict=judged(kept == len(judgements), "all limits kept", "a limit is passed"),
+        ),
+        Card("TS", f"{summary.TS_mm:.1f}", "mm", "compression along the moving train, no empty strokes"),
+        Card("TAMA", f"{summary.TAMA_g:.3f}", "g", "mean of its peak device accelerations"),
+        Card("Largest peak", f"{worst.peak_device_acceleration_g:.3f}", "g", f"device acceleration of {worst.name}"),
+        Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact"),
+    )
+    section.table(
+        [
+            Column("Criterion", text=True),
+            Column("at", text=True),
+            Column("found"),
+            Column("limit"),
+            Column("used", "%", digits=0),
+            Column("verdict", text=True),
+        ],
+        [
+            (
+                c.name,
+                c.where,
+                f"{c.found:.{c.digits}f} {c.unit}",
+                None if c.limit is None else f"{c.limit:g} {c.unit}",
+                None if c.limit is None else 100 * c.found / c.limit,
+                c.verdict,
+            )
+            for c in shown
+        ],
+        title="Against the limits",
+        note=(f"{left_out} more are further from their limits. " if left_out else "")
+        + "The limit of 5 g on peaks is that of Liu et al. 2022 (doi 10.1186/s10033-022-00755-8); the clauses of "
+        "EN 15227 are not checked, and no compliance with it is claimed. Stroke limits are those of the scenario.",
+    )
+
+
+def _add_interfaces(section: Section, summary: Summary) -> None:
+    rows: list[tuple[object, ...]] = []
+    for i in summary.interfaces:
+        rows.append(
+            (i.name, i.device, i.stroke_mm, i.permanent_mm, i.peak_force_kN, i.energy_kJ, i.peak_time_s, _end(i))
+        )
+        if len(i.stages) > 1:
+            rows += [
+                (
+                    f"\u2003{s.name}",
+                    "",
+                    s.stroke_mm,
+                    "",
+                    "",
+                    "",
+                    "",
+                    judged(None if s.limit_mm is None else not s.exhausted),
+                )
+                for s in i.stages
+            ]
+    section.table(
+        [
+            Column("Interface", text=True),
+            Column("device", text=True),
+            Column("largest stroke", "mm", 1),
+            Column("permanent set", "mm", 1),
+            Column("peak force", "kN", 1),
+            Column("absorbed energy", "kJ", 2),
+            Column("at", "s", 3),
+            Column("limit", text=True),
+        ],
+        rows,
+        title="Interfaces",
+        note="At the front: one train's side. From the front backwards, the moving train first.",
+    )
+
+
+def _end(i: InterfaceMetrics) -> object:
+    if i.beyond_curve:
+        return judged(False, no="past the end of its curve")
+    limits = [s for s in i.stages if s.limit_mm is not None]
+    return judged(not any(s.exhausted for s in limits)) if limits and len(i.stages) == 1 else ""
+
+
+def _add_vehicles(section: Section, summary: Summary) -> None:
+    section.table(
+        [
+            Column("Vehicle", text=True),
+            Column("type", text=True),
+            Column("mass", "t", 1),
+            Column("peak, devices", "g", 4),
+            Column("peak, all forces", "g", 3),
+            Column("peak, CFC 60", "g", 3),
+            Column("largest mean of 30 ms", "g", 3),
+            Column("largest mean of 100 ms", "g", 3),
+            Column("mean, whole impact", "g", 3),
+            Column("final speed", "km/h", 2),
+            Column("balance time", "s", 3),
+        ],
+        [
+            (
+                v.name,
+                v.kind,
+                v.mass_t,
+                v.peak_device_acceleration_g,
+                v.peak_acceleration_g,
+                v.cfc60_peak_g,
+                v.mean_30ms_g,
+                v.mean_100ms_g,
+                v.mean_deceleration_g,
+                v.final_speed_km_h,
+                v.balance_time_s,
+            )
+            for v in summary.vehicles
+        ],
+        title="Vehicles: accelerations",
+        note="Peaks by the devices are from every step, as in the paper; CFC 60 is the filter of SAE J211. Balance "
+        "time: when the interface on the side of the impact had its largest stroke.",
+    )
+
+
+def _add_checks(section: Section, result: Result, summary: Summary) -> None:
+    b, chain = summary.balance, result.chain
+    largest = largest_step(chain)
+    section.table(
+        [Column("Check", text=True), Column("found"), Column("allowed"), Column("verdict", text=True)],
+        [
+            (
+                "energy: kinetic + elastic + absorbed + rails, against the start (relative)",
+                f"{abs(b.energy_error):.1e}",
+                f"{UNSTABLE:.0e}",
+                judged(abs(b.energy_error) <= UNSTABLE),
+            ),
+            (
+                "momentum: against the impulses of rails and wall (relative)",
+                f"{abs(b.momentum_error):.1e}",
+                f"{MOMENTUM:.0e}",
+                judged(abs(b.momentum_error) <= MOMENTUM),
+            ),
+            (
+                "step: against the largest stable one",
+                f"{chain.step / MS:g} ms",
+                f"{largest / MS:.3g} ms",
+                judged(chain.step <= largest),
+            ),
+            (
+                "end: no device pressed before the time limit",
+                f"{summary.duration_s:.3f} s",
+                f"{chain.time_limit:g} s",
+                judged(result.tally.over),
+            ),
+        ],
+    )
+    section.table(
+        [Column("Energy", text=True), Column("", "kJ", 1), Column("of the start", "%", 2)],
+        [
+            (name, value, 100 * value / b.kinetic_start_kJ)
+            for name, value in (
+                ("kinetic at the start", b.kinetic_start_kJ),
+                ("kinetic at the end", b.kinetic_end_kJ),
+                ("absorbed by the devices", b.absorbed_kJ),
+                ("by the rails", b.friction_kJ),
+                ("elastic, still in the devices", b.elastic_kJ),
+            )
+        ],
+    )
+
+
+def _add_scenario(section: Section, result: Result) -> None:
+    scenario, chain = result.scenario, result.chain
+    c, s = scenario.collision, scenario.simulation
+    if scenario.notes:
+        section.text(scenario.notes)
+    section.facts(
+        {
+            "Train": f"{c.train}, {c.speed_km_h:g} km/h",
+            "Partner": "rigid wall"
+            if c.partner == RIGID_WALL
+            else f"{c.partner}, {c.partner_speed_km_h:g} km/h, struck at its {c.partner_end}",
+            "Gap at the start": f"{c.gap_mm:g} mm",
+            "Rail friction": f"{c.rail_friction:g} (Coulomb, every vehicle)",
+            "Step": f"{s.step_ms:g} ms ({s.integrator}), recorded every {s.record_every_ms:g} ms",
+            "Time limit": f"{s.time_limit_s:g} s",
+        }
+    )
+    section.table(
+        [
+            Column("Vehicle", text=True),
+            Column("type", text=True),
+            Column("mass", "t", 2),
+            Column("length", "m", 1),
+            Column("speed", "km/h", 1),
+        ],
+        [(v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H) for v in chain.vehicles],
+        title="Vehicles along the track",
+        folded=len(chain.vehicles) > _MOST_ROWS,
+    )
+    section.code(to_yaml(scenario), "scenario.yaml", folded=True)

@@ -1,0 +1,83 @@
+"""The side view of a collision, played in a page: vehicles, devices that shorten and take colour, sleepers below."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from trainmj.collision.chain import Chain
+from trainmj.collision.device import Array
+from trainmj.collision.result import Result
+from trainmj.output.blocks import Section, as_json
+from trainmj.output.plot import VIRIDIS, numbers
+from trainmj.units import KJ, KM_H, MM
+
+MOST_CARS = 7
+"""Vehicles of each side that are drawn: those next to the impact, where things happen."""
+
+_FRAMES = 240
+_FOLDER = Path(__file__).resolve().parent / "templates"
+
+
+def add_animation(section: Section, result: Result) -> None:
+    """Put the animation of a collision into a section of a page."""
+    content = animation_data(result)
+    markup = (_FOLDER / "animation.html").read_text(encoding="utf-8")
+    section.raw(Markup(markup.replace("DATA", as_json(content))), _script())
+    left_out = len(result.chain.vehicles) - len(content["vehicles"])
+    section.text(
+        "Not to scale: the strokes are enlarged against the vehicles, each device is as long as its stroke needs, and "
+        "the view follows the place of the impact, under which the sleepers pass by."
+        + (f" {left_out} vehicles further away are left out." if left_out else "")
+    )
+
+
+def animation_data(result: Result) -> dict[str, Any]:
+    """What the script needs: names, and at evenly spaced times strokes, energies, speeds and where the impact is.
+
+    The strokes of an interface are those of its left and its right device; an interface between vehicles of one train
+    has its whole stroke on the left.
+    """
+    chain = result.chain
+    n = len(chain.vehicles)
+    cars = range(max(0, chain.n_moving - MOST_CARS), min(n, chain.n_moving + MOST_CARS))
+    joints = [k for k, i in enumerate(chain.interfaces) if i.left in cars and (i.right < 0 or i.right in cars)]
+    frames = np.unique(np.linspace(0, len(result.time) - 1, _FRAMES).round().astype(int))
+    energy = result.energy[frames][:, joints] / KJ
+    return {
+        "time": numbers(result.time[frames]),
+        "vehicles": [chain.vehicles[i].name for i in cars],
+        "moving": chain.n_moving - cars.start,
+        "wall": chain.interfaces[chain.front].right < 0,
+        "interfaces": [chain.interfaces[k].name for k in joints],
+        "front": joints.index(chain.front),
+        "left": [numbers(_side(chain, k, result.stroke[frames, k])) for k in joints],
+        "stroke": [numbers(result.stroke[frames, k] / MM) for k in joints],
+        "energy": [numbers(column, 4) for column in energy.T],
+        "largest_energy": float(f"{max(float(np.nan_to_num(energy).max(initial=0.0)), 1e-6):.4g}"),
+        "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
+        "impact": numbers(_impact(chain, result.position[frames]) / MM),
+        "colours": VIRIDIS,
+    }
+
+
+def _side(chain: Chain, k: int, stroke: Array) -> Array:
+    """(n,) stroke of the left device of an interface [mm], as far as it is pressed."""
+    interface = chain.interfaces[k]
+    return np.array([interface.side_stroke(max(0.0, float(u)), 0) for u in stroke]) / MM
+
+
+def _impact(chain: Chain, position: Array) -> Array:
+    """(n,) where the impact is along the track [m]."""
+    left = position[:, chain.front]
+    right = chain.interfaces[chain.front].right
+    return np.zeros_like(left) if right < 0 else 0.5 * (left + position[:, right])
+
+
+@cache
+def _script() -> str:
+    return (_FOLDER / "animation.js").read_text(encoding="utf-8")

@@ -1,0 +1,182 @@
+"""Figures of a study's first steps: design, responses, correlation, surrogates.
+
+Draw them under :func:`trainmj.output.style.styled`.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trainmj.doe import Correlation, Factor, Space, Surrogate
+from trainmj.doe.arrays import FloatArray
+from trainmj.output.style import BLUE, GREY, ORANGE, figure, grid, set_width
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from trainmj.study.plan import Study
+
+_LONG = 6  # letters of a level's name that fit beside the next
+_CELL = 20  # width of a coefficient with its interval [mm]
+_GRID = 61  # points along each side of a surface
+
+
+def design(space: Space, points: FloatArray) -> Figure:
+    """The points (n, d) of a design, each pair of factors against each other."""
+    pairs = list(itertools.combinations(range(space.d), 2)) or [(0, 0)]
+    picture, panels = grid(len(pairs), 56.0 if len(pairs) > 1 else 76.0)
+    for axes, (i, j) in zip(panels, pairs, strict=True):
+        y = points[:, j] if i != j else np.zeros(len(points))
+        axes.scatter(points[:, i], y, s=18, color=BLUE, zorder=3, clip_on=False)
+        name_axis(axes, "x", space.factors[i])
+        if i != j:
+            name_axis(axes, "y", space.factors[j])
+        else:
+            axes.set_yticks([])
+    picture.suptitle(f"Design: {len(points)} points", x=0.01, ha="left", fontweight="bold")
+    return picture
+
+
+def responses(space: Space, points: FloatArray, values: FloatArray, labels: Sequence[str]) -> Figure:
+    """Responses (n, r) against each factor of the points (n, d)."""
+    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(labels))
+    axes = picture.subplots(len(labels), space.d, sharex="col", sharey="row", squeeze=False)
+    for k, label in enumerate(labels):
+        for i, factor in enumerate(space.factors):
+            axes[k, i].scatter(points[:, i], values[:, k], s=12, color=BLUE, zorder=3, clip_on=False)
+            if k == len(labels) - 1:
+                name_axis(axes[k, i], "x", factor)
+        axes[k, 0].set_ylabel(label)
+    picture.align_ylabels(axes[:, 0])
+    return picture
+
+
+def correlations(found: Sequence[Correlation]) -> Figure:
+    """Coefficients of each response with each factor, their confidence intervals below."""
+    rows, columns = found[0].r.shape
+    wide = columns > rows * 2 or len(found) * columns * _CELL > set_width()
+    height = 13 + 11 * rows
+    picture = figure(None, height * len(found) if wide else height)
+    panels = picture.subplots(len(found), 1, squeeze=False) if wide else picture.subplots(1, len(found), squeeze=False)
+    image = None
+    for axes, c in zip(panels.ravel(), found, strict=True):
+        image = axes.imshow(c.r, vmin=-1, vmax=1, cmap="RdBu_r", aspect="auto")
+        axes.set_xticks(range(columns), c.y_names)
+        axes.set_yticks(range(rows), c.x_names)
+        axes.set_title(f"{c.method.capitalize()}, n = {c.n}, {100 * c.level:g} % interval")
+        axes.grid(visible=False)
+        axes.tick_params(length=0)
+        for i, k in itertools.product(range(rows), range(columns)):
+            _cell(axes, k, i, c)
+    if image is not None:
+        picture.colorbar(image, ax=panels.ravel().tolist(), label="r", fraction=0.04, pad=0.02, ticks=[-1, 0, 1])
+    return picture
+
+
+def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
+    r, low, high = c.r[i, k], c.lower[i, k], c.upper[i, k]
+    if not np.isfinite(r):
+        axes.text(k, i, "–", ha="center", va="center", color="0.3")
+        return
+    colour = "white" if abs(r) > 0.65 else "black"
+    if np.isfinite(low):
+        axes.text(k, i - 0.14, f"{r:.2f}", ha="center", va="center", color=colour)
+        axes.text(k, i + 0.24, f"{low:.2f} … {high:.2f}", ha="center", va="center", color=colour, fontsize=5)
+    else:
+        axes.text(k, i, f"{r:.2f}", ha="center", va="center", color=colour)
+
+
+def parity(values: FloatArray, predicted: FloatArray, labels: Sequence[str]) -> Figure:
+    """Each point predicted by the surrogate fitted without it, against its simulation; both (n, r)."""
+    picture, panels = grid(len(labels), 56.0)
+    for k, (axes, label) in enumerate(zip(panels, labels, strict=True)):
+        both = np.concatenate([values[:, k], predicted[:, k]])
+        ends = np.array([both.min(), both.max()])
+        ends += np.array([-0.05, 0.05]) * (np.ptp(ends) or 1.0)
+        axes.plot(ends, ends, color=GREY, linewidth=0.8, zorder=2)
+        axes.scatter(values[:, k], predicted[:, k], s=14, color=BLUE, zorder=3)
+        axes.set(xlim=ends, ylim=ends, title=label, xlabel="simulated", ylabel="predicted")
+        axes.locator_params(nbins=5)
+        axes.set_aspect("equal")
+    picture.suptitle("Surrogates: points predicted from the others", x=0.01, ha="left")
+    return picture
+
+
+def surfaces(study: Study, models: Mapping[str, Surrogate], points: FloatArray) -> Figure:
+    """The surrogates: contours over two factors, or the effect of each factor with the others at their centre.
+
+    Args:
+        study: factors, responses and limits.
+        models: surrogate by name of the response.
+        points: where the design was simulated, (n, d).
+    """
+    space = study.space
+    if space.d == 2 and not any(f.kind == "choice" for f in space.factors):
+        return _contours(study, models, points)
+    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(models))
+    axes = picture.subplots(len(models), space.d, sharex="col", sharey="row", squeeze=False)
+    for k, response in enumerate(study.responses):
+        for i, factor in enumerate(space.factors):
+            _effect(axes[k, i], space, i, models[response.name])
+            if k == len(models) - 1:
+                name_axis(axes[k, i], "x", factor)
+        axes[k, 0].set_ylabel(response.label)
+    picture.align_ylabels(axes[:, 0])
+    picture.suptitle("Surrogates, other factors at their centre", x=0.01, ha="left")
+    return picture
+
+
+def _effect(axes: Axes, space: Space, i: int, model: Surrogate) -> None:
+    unit = np.full((_GRID, space.d), 0.5)
+    unit[:, i] = np.linspace(0, 1, _GRID)
+    x = np.unique(space.from_unit(unit), axis=0)
+    style = ".-" if space.factors[i].kind != "continuous" else "-"
+    axes.plot(x[:, i], model.predict(x), style, color=BLUE)
+
+
+def _contours(study: Study, models: Mapping[str, Surrogate], points: FloatArray) -> Figure:
+    picture, panels = grid(len(study.responses), 56.0)
+    first, second = study.space.factors
+    a, b = np.meshgrid(np.linspace(first.lower, first.upper, _GRID), np.linspace(second.lower, second.upper, _GRID))
+    x = np.stack([a.ravel(), b.ravel()], axis=1)
+    for axes, response in zip(panels, study.responses, strict=True):
+        z = models[response.name].predict(x).reshape(a.shape)
+        if np.ptp(z) > 1e-12 * np.abs(z).max():
+            lines = axes.contour(a, b, z, levels=7, cmap="viridis", linewidths=0.9)
+            for text in axes.clabel(lines, fontsize=6, fmt="%g"):
+                text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
+                text.set_zorder(4)  # above the dots
+        for limit in study.limits:
+            excess = limit.excess(z) if limit.response == response else np.zeros(0)
+            if excess.size and excess.min() < 0 < excess.max():
+                axes.contourf(a, b, excess, levels=[0, np.inf], colors=[ORANGE], alpha=0.18)
+                axes.contour(a, b, excess, levels=[0], colors=[ORANGE], linewidths=1.4)
+        axes.scatter(points[:, 0], points[:, 1], s=6, color="black", zorder=3, clip_on=False)
+        axes.set_title(response.label)
+        axes.grid(visible=False)
+        name_axis(axes, "x", first)
+        name_axis(axes, "y", second)
+    title = "Surrogates; dots: simulated" + ("; shaded: beyond the limit" if study.limits else "")
+    picture.suptitle(title, x=0.01, ha="left")
+    return picture
+
+
+def name_axis(axes: Axes, which: str, factor: Factor) -> None:
+    """Label an axis by a factor with its unit; a choice by its levels."""
+    label = f"{factor.name} ({factor.unit})" if factor.unit else factor.name
+    spread = 0.03 * (factor.upper - factor.lower)
+    settings: dict[str, Any] = {
+        f"{which}label": label,
+        f"{which}lim": (factor.lower - spread, factor.upper + spread),
+    }
+    axes.set(**settings)
+    if factor.kind == "choice":
+        ticks = axes.set_xticks if which == "x" else axes.set_yticks
+        ticks(range(len(factor.levels)), [str(level) for level in factor.levels])
+        if which == "x" and max(len(str(level)) for level in factor.levels) > _LONG:
+            axes.tick_params(axis="x", labelrotation=15)

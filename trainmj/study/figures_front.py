@@ -1,0 +1,135 @@
+"""Figures of a study's last steps: search, fronts, weights, decision, check; see :mod:`trainmj.study.figures`."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from trainmj.doe import Weights
+from trainmj.doe.arrays import FloatArray
+from trainmj.output.style import BLUE, GREEN, GREY, ORANGE, SKY, grid
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from trainmj.study.plan import Study
+
+
+def progress(history: pd.DataFrame, where: str) -> Figure:
+    """Growth of the front and share of allowed points over the search."""
+    figure, (volume, share) = grid(2, 58.0)
+    most = history["hypervolume"].max()
+    volume.plot(history["evaluations"], history["hypervolume"] / (most if most > 0 else 1.0), color=BLUE)
+    volume.set(title="Hypervolume, part of the last", xlabel="evaluations", ylim=(None, 1.02))
+    share.plot(history["evaluations"], 100 * history["feasible"], color=GREEN)
+    share.set(title="Points that keep the limits (%)", xlabel="evaluations", ylim=(-2, 102))
+    figure.suptitle(f"Search on the {where}", x=0.01, ha="left")
+    return figure
+
+
+def fronts(
+    study: Study,
+    predicted: FloatArray,
+    simulated: FloatArray,
+    kept: NDArray[np.bool_],
+    direct: FloatArray,
+    facts: Mapping[str, Any],
+) -> Figure:
+    """The surrogates' front, the same designs simulated, and the front found on the simulator; all (n, r)."""
+    figure, panels = _pairs(study)
+    for axes, i, j in panels:
+        axes.scatter(direct[:, i], direct[:, j], s=40, color=SKY, label="found on the simulator", zorder=2)
+        axes.plot(predicted[:, i], predicted[:, j], "s", ms=4, mfc="none", mec=ORANGE, mew=0.8,
+                  label="found on the surrogates", zorder=3)  # fmt: skip
+        axes.plot(simulated[kept, i], simulated[kept, j], ".", ms=5, color="black", zorder=4,
+                  label="surrogates' front, simulated")  # fmt: skip
+        if not kept.all():
+            axes.plot(simulated[~kept, i], simulated[~kept, j], "x", ms=4, color=GREY, zorder=4,
+                      label="the same, beyond a limit")  # fmt: skip
+    _legend(figure, panels)
+    title = "Hypervolume, surrogates' front over simulator's:\n"
+    title += f"{facts['ratio_predicted']:.3f} predicted, {facts['ratio_simulated']:.3f} simulated"
+    figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def weights(found: Weights) -> Figure:
+    """The weights of the objectives as bars."""
+    figure, (axes,) = grid(1, 18.0 + 7 * len(found.names))
+    place = np.arange(len(found.names))[::-1]
+    bars = axes.barh(place, found.weight, height=0.6, color=BLUE)
+    axes.bar_label(bars, [f"{w:.4f}" for w in found.weight], padding=3, fontsize=7)
+    axes.set_yticks(place, found.names)
+    axes.set(xlabel="weight", xlim=(0, 1.15 * max(found.weight.max(), 0.1)))
+    axes.grid(visible=False, axis="y")
+    axes.set_axisbelow(True)
+    axes.set_title(found.description[:1].upper() + found.description[1:], fontsize=7, fontweight="normal")
+    return figure
+
+
+def decision(study: Study, values: FloatArray, best: int, others: Mapping[str, int], method: str) -> Figure:
+    """The front (n, m) with the chosen design and what other methods would choose."""
+    figure, panels = _pairs(study, of_responses=False)
+    for axes, i, j in panels:
+        axes.plot(values[:, i], values[:, j], ".", ms=5, color=GREY, label="front", zorder=2)
+        axes.plot(*values[best, [i, j]], "o", ms=8, color=ORANGE, label=f"chosen: {method}", zorder=4)
+        for (name, k), marker in zip(others.items(), ("s", "^"), strict=False):
+            axes.plot(*values[k, [i, j]], marker, ms=11, mfc="none", mec=BLUE, mew=1.2, ls="none", label=name, zorder=5)
+    _legend(figure, panels)
+    return figure
+
+
+def check(study: Study, table: pd.DataFrame) -> Figure:
+    """Errors of the prediction at the chosen design, and how much of each limit it uses."""
+    limited = [limit for limit in study.limits if limit.value != 0]
+    height = 18.0 + 6 * max(len(table), len(limited))
+    figure, panels = grid(2 if limited else 1, height, narrowest=80.0)
+    _bars(panels[0], table["response"].tolist(), table["error_percent"].to_numpy(), BLUE, "{:+.2f}")
+    panels[0].set(title="Predicted less simulated", xlabel="part of the simulated value (%)")
+    if limited:
+        simulated = table.set_index("response")["simulated"]
+        used = np.array([100 * simulated[limit.response.name] / limit.value for limit in limited])
+        _bars(panels[1], [limit.text for limit in limited], used, GREEN, "{:.0f}")
+        panels[1].axvline(100, color=ORANGE, linewidth=1.4)
+        panels[1].set(title="Simulated, chosen design", xlabel="part of the limit (%)")
+    return figure
+
+
+def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
+    """One legend: within a single panel, below several."""
+    axes = panels[0][0]
+    if len(panels) == 1:
+        axes.legend(loc="best", labelspacing=0.9)
+    else:
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+def _bars(axes: Axes, names: list[str], values: FloatArray, colour: str, form: str) -> None:
+    place = np.arange(len(names))[::-1]
+    values = np.nan_to_num(values)
+    bars = axes.barh(place, values, height=0.6, color=colour)
+    axes.bar_label(bars, [form.format(v) for v in values], padding=3, fontsize=7)
+    axes.set_yticks(place, names)
+    axes.margins(x=0.2)
+    axes.locator_params(axis="x", nbins=5)
+    axes.axvline(0, color="0.3", linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.grid(visible=False, axis="y")
+
+
+def _pairs(study: Study, of_responses: bool = True) -> tuple[Figure, list[tuple[Axes, int, int]]]:
+    """A panel for each pair of objectives, with the columns of the two among the responses or the objectives."""
+    pairs = list(itertools.combinations(study.objectives, 2))
+    figure, panels = grid(len(pairs), 66.0)
+    columns = study.responses if of_responses else study.objectives
+    result = []
+    for axes, (a, b) in zip(panels, pairs, strict=True):
+        axes.set(xlabel=a.label, ylabel=b.label)
+        result.append((axes, columns.index(a), columns.index(b)))
+    return figure, result

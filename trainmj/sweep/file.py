@@ -1,0 +1,126 @@
+"""The sweep file as checked parts: what each key may hold, before names are looked up in the scenario."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from trainmj.files.parts import Number, Part
+from trainmj.files.problems import Problem
+
+MAX_VALUES = 1_000_000
+"""Most values that one name takes, and most cells of a sample or table: they are held in memory."""
+
+
+class Span(Part):
+    """Evenly spaced values, both ends included."""
+
+    start: Annotated[Number, Field(alias="from", description="first value")]
+    to: Number = Field(description="last value")
+    count: Annotated[int, Field(ge=2, le=MAX_VALUES, description="how many")]
+
+    def values(self) -> list[float]:
+        """The values."""
+        return [float(v) for v in np.linspace(self.start, self.to, self.count)]
+
+
+class Distribution(Part):
+    """How one value scatters; exactly one of the three."""
+
+    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="lowest and highest value"
+    )
+    normal: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="mean and standard deviation"
+    )
+    choice: Annotated[list[Any], Field(min_length=1)] | None = Field(default=None, description="values, equally likely")
+
+    def at(self, quantile: np.ndarray) -> list[Any]:
+        """Values at quantiles (n,) between 0 and 1."""
+        if self.uniform is not None:
+            low, high = self.uniform
+            return [float(v) for v in low + (high - low) * quantile]
+        if self.normal is not None:
+            from scipy.special import ndtri
+
+            mean, deviation = self.normal
+            return [float(v) for v in mean + deviation * ndtri(np.clip(quantile, 1e-12, 1 - 1e-12))]
+        assert self.choice is not None  # held by _sample_problems
+        return [self.choice[min(int(q * len(self.choice)), len(self.choice) - 1)] for q in quantile]
+
+
+class Sample(Part):
+    """A random or designed sample of several values at once."""
+
+    count: Annotated[int, Field(ge=1, le=MAX_VALUES, description="how many cases")]
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="the same seed gives the same sample")
+    method: Literal["random", "latin_hypercube", "sobol"] = Field(
+        default="random", description="how the points are spread"
+    )
+    factors: Annotated[dict[str, Distribution], Field(min_length=1)] = Field(
+        description="how each value scatters, by parameter or path"
+    )
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Values by name, count of each; the same for the same seed."""
+        d = len(self.factors)
+        if self.method == "random":
+            quantiles = np.random.default_rng(self.seed).random((self.count, d))
+        else:
+            from scipy.stats import qmc
+
+            if self.method == "sobol":
+                quantiles = qmc.Sobol(d, rng=self.seed).random_base2(math.ceil(math.log2(self.count)))[: self.count]
+            else:
+                quantiles = qmc.LatinHypercube(d, rng=self.seed).random(self.count)
+        return {name: f.at(quantiles[:, k]) for k, (name, f) in enumerate(self.factors.items())}
+
+
+Values = Annotated[
+    Annotated[str, Tag("text")] | Annotated[list[Any], Field(min_length=1), Tag("list")] | Annotated[Span, Tag("span")],
+    Discriminator(lambda v: "text" if isinstance(v, str) else "list" if isinstance(v, list) else "span"),
+]
+
+
+class SweepFile(Part):
+    """A sweep file: the scenario, what is changed in every case, and what is varied. Blocks are crossed."""
+
+    scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
+    set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
+    vary: dict[str, Values] = Field(default_factory=dict, description="full grid of these values")
+    together: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
+        default_factory=dict, description="lists of equal length whose entries go together"
+    )
+    cases: str | None = Field(
+        default=None, description="CSV file beside this one: a row for each case, a column for each value"
+    )
+    sample: Sample | None = Field(default=None, description="random or designed sample of several values at once")
+    responses: Annotated[list[str], Field(min_length=1)] = Field(
+        default=["*"], description="columns wanted; * stands for any"
+    )
+    histories: list[Annotated[int, Field(ge=0)]] = Field(
+        default_factory=list, description="numbers of cases whose histories are kept as NetCDF"
+    )
+
+
+def broken_rules(spec: SweepFile) -> Iterator[Problem]:
+    """Every rule that the parts break between them."""
+    lengths = {len(v) for v in spec.together.values()}
+    if len(lengths) > 1:
+        yield Problem(("together",), f"needs lists of equal length; these have {', '.join(map(str, sorted(lengths)))}")
+    if spec.sample and spec.sample.count * len(spec.sample.factors) > MAX_VALUES:
+        yield Problem(
+            ("sample", "count"), f"makes more than {MAX_VALUES} values with {len(spec.sample.factors)} factors"
+        )
+    for name, factor in (spec.sample.factors if spec.sample else {}).items():
+        stated = [k for k in ("uniform", "normal", "choice") if getattr(factor, k) is not None]
+        if len(stated) != 1:
+            yield Problem(("sample", "factors", name), "needs exactly one of uniform, normal and choice")
+        elif factor.uniform is not None and not factor.uniform[0] < factor.uniform[1]:
+            yield Problem(("sample", "factors", name, "uniform"), "must be a lower and a higher bound")
+        elif factor.normal is not None and not factor.normal[1] > 0:
+            yield Problem(("sample", "factors", name, "normal"), "must be a mean and a standard deviation above 0")

@@ -1,0 +1,104 @@
+"""Collisions whose outcome is a formula."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import summarise
+from trainmj.units import KJ, KM_H, MM, G
+from trainmj.verification.check import Check, Kind, furthest
+from trainmj.verification.systems import FRICTIONLESS, Ride, chain, collide, envelope, scenario, shipped
+
+FINE = 1e-4
+"""What closed forms are met to, relative; most are met far better."""
+
+
+def hooke_wall() -> Iterator[Check]:
+    """1 t at 1 m/s onto 1 kN/mm: F = v sqrt(k m), u = v sqrt(m / k), contact pi sqrt(m / k), speed returned."""
+    case = "Spring against a wall"
+    tally = run(scenario([(0, 0), (1000, 1e6)], 1.0, mass_t=[1.0], speed_m_s=1.0, time_limit_s=0.2)).tally
+    contact = float(tally.last_force_time[0] - tally.first_force_time[0])
+    yield Check(case, "largest force", 31_622.777, float(tally.force_max[0]), FINE, unit="N")
+    yield Check(case, "largest stroke", 31.622777, float(tally.stroke_max[0]) / MM, FINE, unit="mm")
+    yield Check(case, "time of contact", 99.3459, contact * 1e3, FINE, unit="ms")
+    yield Check(case, "speed at the end", -1.0, float(tally.speed[0]), FINE, unit="m/s")
+    yield Check(case, "permanent set", 0.0, float(tally.plastic[0]) / MM, 0.0, Kind.ABSOLUTE, "mm")
+
+
+def elasto_plastic() -> Iterator[Check]:
+    """33 t each, k = 4e7 N/m, F_y = 800 kN, 3 m/s; 50 mm of travel without force change when, not what, happens."""
+    for idle in ("", ", gap of 50 mm", ", empty stroke of 50 mm"):
+        name = f"Two masses, ideal plasticity{idle}"
+        gap = {"gap_mm": 50.0} if "gap" in idle else {}
+        # each train brings 80 kN/mm; the pair in series has 40
+        case = scenario(
+            [(0, 0), (10, 800), (1000, 800)], 80.0, partner="t", speed_m_s=3.0, collision=gap, time_limit_s=0.3
+        )
+        if "empty" in idle:
+            case = case.with_values({"devices.d.empty_stroke_mm": 25.0})  # of each train
+        result = run(case)
+        tally, summary = result.tally, summarise(result)
+        more = 50.0 if "empty" in idle else 0.0
+        rebound = float(tally.speed[1] - tally.speed[0])
+        first = float(tally.first_force_time[0]) * 1e3
+        yield Check(name, "largest stroke", 102.8125 + more, float(tally.stroke_max[0]) / MM, FINE, unit="mm")
+        yield Check(name, "permanent set", 82.8125 + more, float(tally.plastic[0]) / MM, FINE, unit="mm")
+        yield Check(name, "rebound", 0.984732, rebound, FINE, unit="m/s")
+        yield Check(name, "absorbed by both trains", 66.25, 2 * summary.interfaces[0].energy_kJ, FINE, unit="kJ")
+        yield Check(name, "first force", 50 / 3 if idle else 0.0, first, 2e-3, Kind.ABSOLUTE, "ms")
+        yield Check(name, "TS, without empty strokes", 102.8125 / 2, summary.TS_mm, FINE, unit="mm")
+
+
+def plastic_chain() -> Iterator[Check]:
+    """Plateaus without spring: what is lost is the kinetic energy about the common centre of mass."""
+    for n in (2, 5):
+        name = f"{n} wagons of ideal plasticity"
+        e = envelope([(0, 0), (0.01, 500), (9000, 500)], 1e5)
+        (summary,) = collide(chain([20e3] * n, [e] * (n - 1), [5.0] + [0.0] * (n - 1), step=2e-5, time_limit=3.0))
+        lost = 0.5 * 20e3 * 5.0**2 * (1 - 1 / n) / KJ
+        speeds = [v.final_speed_km_h for v in summary.vehicles]
+        yield Check(name, "absorbed", lost, summary.balance.absorbed_kJ, FINE, unit="kJ")
+        common = furthest(speeds, [18.0 / n] * n)
+        yield Check(name, "speeds from the common one, relative", 0.0, common, 0.02, Kind.ABSOLUTE)
+
+
+def standard_case() -> Iterator[Check]:
+    """6 x 33 t at 25 km/h: 4774.306 kJ; without rail friction 3.47222 m/s in common and 2387.153 kJ lost."""
+    name = "B-type train, no rail friction"
+    (summary,) = collide(shipped(changes=FRICTIONLESS))
+    mean = float(np.mean([v.final_speed_km_h for v in summary.vehicles])) * KM_H
+    yield Check(name, "kinetic energy at the start", 4774.306, summary.balance.kinetic_start_kJ, 1e-7, unit="kJ")
+    yield Check(name, "common speed", 3.47222, mean, 2e-6, unit="m/s")
+    # the vehicles part at a few cm/s, which is what the tolerance leaves
+    yield Check(name, "absorbed", 2387.153, summary.balance.absorbed_kJ, 2e-3, unit="kJ")
+
+
+def coasting() -> Iterator[Check]:
+    """Rail friction stops a vehicle after v2 / (2 mu g), and once it stands it stays."""
+    e, v = envelope([(0, 0), (100, 1000)], 100), 2.0
+    for mu in (0.008, 0.1):
+        name = f"Coasting, mu = {mu:g}"
+        distance = v**2 / (2 * mu * G)
+        ride = Ride(chain([33e3], [e], [v], friction=mu, step=1e-4, gap=2 * distance))
+        ride.go(1.1 * v / (mu * G))
+        stopped = float(ride.data.qpos[0] - ride.case.start[0])
+        crept = float(ride.go(0.5).data.qpos[0] - ride.case.start[0]) - stopped
+        yield Check(name, "way to the stop", distance, stopped, FINE, unit="m")
+        yield Check(name, "creep in the next 0.5 s", 0.0, crept, 1e-12, Kind.ABSOLUTE, "m")
+
+
+def standing() -> Iterator[Check]:
+    """47 t pushed with 100 kN: 101.4 kN of rail friction hold, 96.8 kN do not."""
+    soft = envelope([(0, 0), (100, 100), (5000, 100)], 50)
+    for mu, held in ((0.22, True), (0.21, False)):
+        name = f"Standing vehicle, mu = {mu:g}"
+        ride = Ride(chain([10e3, 47e3], [soft], [3.0, 0.0], friction=mu, step=1e-4)).go(1.0)
+        moved = abs(float(ride.data.qpos[1])) / MM
+        yield Check(name, "push", 100.0, float(ride.tally.force_max[0]) / 1e3, 1e-12, unit="kN")
+        if held:
+            yield Check(name, "moved", 0.0, moved, 1e-9, Kind.ABSOLUTE, "mm")
+        else:
+            yield Check(name, "moved", 0.01, moved, 0.0, Kind.AT_LEAST, "mm")

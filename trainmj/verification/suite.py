@@ -1,0 +1,147 @@
+"""All cases in their order, computed one after the other."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from trainmj.collision.simulation import versions
+from trainmj.errors import TrainmjError
+from trainmj.verification import closed_forms, conservation, numerics, oracles, published, symmetries
+from trainmj.verification.check import Check
+
+Case = Callable[[], Iterator[Check]]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Cases of one kind.
+
+    Attributes:
+        title: what they are.
+        note: why they count as evidence.
+        cases: functions that compute them.
+    """
+
+    title: str
+    note: str
+    cases: tuple[Case, ...]
+
+
+GROUPS = (
+    Group(
+        "Closed forms",
+        "Collisions whose outcome is a formula.",
+        (
+            closed_forms.hooke_wall,
+            closed_forms.elasto_plastic,
+            closed_forms.plastic_chain,
+            closed_forms.standard_case,
+            closed_forms.coasting,
+            closed_forms.standing,
+        ),
+    ),
+    Group(
+        "Computed by others",
+        "MuJoCo's own elasto-plastic tendons, and scipy's solve_ivp, which finds every change of branch as an event "
+        "and shares no code with the device law.",
+        (
+            oracles.plastic_springs,
+            oracles.three_masses_by_scipy,
+            oracles.standard_by_scipy,
+            oracles.random_by_scipy,
+        ),
+    ),
+    Group(
+        "Symmetries",
+        "Collisions that must come out alike.",
+        (symmetries.twin_and_wall, symmetries.galilean, symmetries.mirror, symmetries.similitude),
+    ),
+    Group(
+        "Energy and momentum",
+        "The absorbed energy is added up from the device law, so that the balance closes only if the motion is right.",
+        (conservation.momentum, conservation.balances),
+    ),
+    Group(
+        "Step and batch",
+        "What must not matter, and by how much it does.",
+        (
+            numerics.order_of_convergence,
+            numerics.default_step,
+            numerics.stability,
+            numerics.batch_and_single,
+        ),
+    ),
+    Group(
+        "Published numbers",
+        "The tables of the paper behind the B-type train, some of them held out when its devices were identified, and "
+        "what others have printed.",
+        (published.paper, published.shao, published.coach_and_locomotive),
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What the suite found.
+
+    Attributes:
+        groups: each with its checks.
+        seconds: it took.
+    """
+
+    groups: tuple[tuple[Group, tuple[Check, ...]], ...]
+    seconds: float
+
+    @property
+    def checks(self) -> list[Check]:
+        """All of them."""
+        return [check for _, checks in self.groups for check in checks]
+
+    @property
+    def failed(self) -> list[Check]:
+        """Those that did not pass."""
+        return [check for check in self.checks if not check.passed]
+
+    @property
+    def passed(self) -> bool:
+        """Whether there were checks, and all passed."""
+        return bool(self.checks) and not self.failed
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, as ``trainmj verify --json`` prints them."""
+        return {
+            "passed": self.passed,
+            "checks": len(self.checks),
+            "failed": len(self.failed),
+            "seconds": round(self.seconds, 1),
+            "versions": versions(),
+            "groups": [
+                {"title": group.title, "checks": [check.as_dict() for check in checks]} for group, checks in self.groups
+            ],
+            "not_checked": list(published.NOT_CHECKED),
+        }
+
+
+def verify(tell: Callable[[str], object] = lambda _: None) -> Verification:
+    """Compute every case.
+
+    Args:
+        tell: called with the title of each group before it is computed.
+    """
+    began = time.perf_counter()
+    groups = []
+    for group in GROUPS:
+        tell(group.title)
+        groups.append((group, tuple(check for case in group.cases for check in run_case(case))))
+    return Verification(tuple(groups), time.perf_counter() - began)
+
+
+def run_case(case: Case) -> Iterator[Check]:
+    """The checks of a case; one that cannot be computed is a check that fails and says why."""
+    try:
+        yield from case()
+    except TrainmjError as error:
+        yield Check(case.__name__.replace("_", " "), f"could not be computed: {error}", 0.0, float("nan"), 0.0)

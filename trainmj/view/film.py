@@ -1,0 +1,189 @@
+"""From a computed collision to a film or a still; see :func:`render`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from PIL.Image import Image
+
+from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.result import Result
+from trainmj.errors import InputError, OutputError
+from trainmj.units import KJ, KM_H, KN
+from trainmj.view.cameras import CAMERAS, Camera, Director, strip_height
+from trainmj.view.files import FILMS, STILLS, film_writer, write_still
+from trainmj.view.offscreen import Canvas
+from trainmj.view.overlay import Label, Overlay, Reading
+from trainmj.view.scene import visible
+from trainmj.view.wear import DeviceShapes, Wear, largest_energy
+
+__all__ = ["CAMERAS", "Camera", "render"]
+
+LARGEST = 7680, 4320
+"""Most pixels of a picture, wide and high."""
+
+_HOLD = 1.0  # how long a film rests on its last frame [s]
+_MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and names and energies, fit below the strip
+
+
+def render(
+    result: Result,
+    file: str | Path,
+    camera: Camera = "overview",
+    slow: float = 0.1,
+    size: tuple[int, int] = (1280, 720),
+    at: float | None = None,
+    fps: float = 15.0,
+    smooth: bool = True,
+    watch: Callable[[int], None] = lambda done: None,
+) -> int:
+    """Write a film (.webp, .mp4) or a still (.png) of a collision, at true scale.
+
+    Args:
+        result: of the collision; nothing is simulated again.
+        file: what is written, whole or not at all.
+        camera: one of CAMERAS.
+        slow: how fast time passes in a film: 0.1 is a tenth of real time.
+        size: width and height [pixels].
+        at: time of a still [s]; by default the end.
+        fps: frames of a film for each second that it takes.
+        smooth: edges without steps, which takes twice the time.
+        watch: told how many frames of a film are done.
+
+    Returns:
+        The number of frames.
+
+    Raises:
+        InputError: if a value is out of its range.
+        OutputError: if the file cannot be written.
+        EngineError: if the library that draws without a screen is missing.
+    """
+    file = Path(file)
+    check(file, camera, slow, size, at, fps)
+    if file.suffix.lower() in STILLS:
+        samples = _still(result, at)
+        with closing(_draw(result, samples, camera, size, "", smooth)) as images:
+            write_still(file, next(images))
+        return 1
+    write = film_writer(file)
+    samples = _film(result, slow / fps)
+    with closing(_draw(result, samples, camera, size, f"{slow:g} x real time", smooth)) as images:
+        write(_told(images, watch), size, fps, _HOLD)
+    return len(samples)
+
+
+def count(result: Result, file: Path, slow: float, fps: float) -> int:
+    """How many frames :func:`render` makes."""
+    return 1 if file.suffix.lower() in STILLS else len(_film(result, slow / fps))
+
+
+def _told(images: Iterator[Image], watch: Callable[[int], None]) -> Iterator[Image]:
+    for done, image in enumerate(images, 1):
+        yield image
+        watch(done)
+
+
+def check(
+    file: Path, camera: str, slow: float, size: tuple[int, int], at: float | None = None, fps: float = 15.0
+) -> None:
+    """Refuse what cannot be drawn, before anything is simulated.
+
+    Raises:
+        InputError: naming the value, the rule and the cure.
+        OutputError: if there is no folder for the file.
+    """
+    suffix = file.suffix.lower()
+    if suffix not in FILMS + STILLS:
+        raise InputError(f"{file}: a film ends in .webp or .mp4, a still in .png (got {suffix or 'no ending'!r})")
+    if camera not in CAMERAS:
+        raise InputError(f"camera {camera!r}: must be one of {', '.join(CAMERAS)}")
+    if not 1e-4 <= slow <= 10:
+        raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
+    if not 1 <= fps <= 120:
+        raise InputError(f"fps {fps:g}: must be from 1 to 120 frames a second")
+    if not all(64 <= s <= most for s, most in zip(size, LARGEST, strict=True)):
+        raise InputError(f"size {size[0]}x{size[1]}: must be from 64x64 to {LARGEST[0]}x{LARGEST[1]} pixels")
+    if suffix == ".mp4" and (size[0] % 2 or size[1] % 2):
+        raise InputError(f"size {size[0]}x{size[1]}: width and height of an MP4 film must be even")
+    if at is not None and suffix not in STILLS:
+        raise InputError(f"{file}: a time is for a still; let the file end in .png")
+    if not file.parent.is_dir():
+        raise OutputError(f"{file}: there is no folder {file.parent}")
+    if file.is_dir():
+        raise OutputError(f"{file}: is a folder")
+
+
+def _still(result: Result, at: float | None) -> NDArray[np.intp]:
+    end = float(result.time[-1])
+    time = end if at is None else at
+    if not 0 <= time <= end + 1e-9:
+        raise InputError(f"at {time:g}: the collision was followed from 0 to {end:.4g} s")
+    return np.array([np.abs(result.time - time).argmin()])
+
+
+def _film(result: Result, step: float) -> NDArray[np.intp]:
+    """Samples nearest to evenly spaced times, the last one included."""
+    times = np.arange(0.0, float(result.time[-1]) + 0.5 * step, step)
+    return np.searchsorted(result.time, times - 1e-9).clip(max=len(result.time) - 1)
+
+
+def _draw(
+    result: Result, samples: NDArray[np.intp], camera: Camera, size: tuple[int, int], pace: str, smooth: bool
+) -> Generator[Image, None, None]:
+    """The pictures, one after the other."""
+    chain = result.chain
+    model = visible(chain).compile()
+    data = mujoco.MjData(model)
+    full = largest_energy(result)
+    wear, devices = Wear(chain), DeviceShapes(model, chain, full)
+    director = Director(camera, chain, result.position, *size)
+    strip = strip_height(camera, size[1])
+    overlay = Overlay(*size, result.scenario.title or "Train collision", pace, full / KJ, strip)
+    with Canvas(model, *size, samples=4 if smooth else 0) as canvas:
+        seen = 0
+        for sample in samples:
+            for k in range(seen, sample + 1):
+                wear.update(result.stroke[k], result.energy[k])
+            seen = int(sample) + 1
+            devices.show(wear)
+            data.qpos[:] = result.position[sample]
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_camlight(model, data)
+            picture = canvas.draw(data, director.views(result.position[sample]))
+            labels = _labels(chain, director, data, wear, full) if strip else []
+            yield overlay.write(picture, _reading(result, int(sample), wear), labels)
+
+
+def _reading(result: Result, sample: int, wear: Wear) -> Reading:
+    chain = result.chain
+    heads = [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.front + 1]
+    return Reading(
+        time=float(result.time[sample]),
+        TS_mm=wear.TS_mm,
+        force_kN=float(result.force[sample, chain.front]) / KN,
+        speeds_km_h={chain.vehicles[i].name: float(result.velocity[sample, i]) / KM_H for i in heads},
+    )
+
+
+def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
+    """Below the strip: the vehicles, and between them the energy that each interface has absorbed [kJ].
+
+    The names come in the order in which they matter, for where there is no room for all: heads, tails, round numbers.
+    """
+    middles = data.xpos[1:, 0]
+    names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)]
+    ends = {chain.n_moving - 1: 0, chain.n_moving: 1, 0: 2, len(names) - 1: 3}
+    order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + int(names[i].text[1:]) % 10))
+    names = [names[i] for i in order if len(names) <= _MOST_NAMES or i in ends or int(names[i].text[1:]) % 5 == 0]
+    tails = middles + np.array([v.length for v in chain.vehicles]) / 2
+    energies = [float(wear.energy[k, 0].sum()) for k in range(len(chain.interfaces))]
+    few = len(chain.vehicles) <= _MOST_NUMBERS
+    return names + [
+        Label(f"{energy / KJ:.0f}" if few else "", x, min(1.0, energy / full) if full > 0 else 0.0)
+        for energy, x in zip(energies, director.across(tails[: len(energies)]), strict=True)
+    ]

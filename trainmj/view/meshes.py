@@ -1,0 +1,233 @@
+"""Meshes of car bodies and track, made from a few numbers: corners and faces, ready for MuJoCo."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trainmj.collision.device import Array
+
+_SECTION = np.array(  # half of a metro car's cross section, y and z [m], from the floor to the top of the roof
+    [(1.25, 0.95), (1.38, 1.15), (1.40, 1.75), (1.40, 2.6), (1.36, 3.05), (1.22, 3.42), (0.95, 3.64), (0.5, 3.76)]
+)
+_SIDE = 1.412  # of windows and doors, a finger's breadth outside the wall
+_DOOR_EVERY = 4.6  # distance between doors, about [m]
+_NOSE = 1.9  # length of a cab [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles.
+
+    Attributes:
+        vertices: (n, 3) corners [m].
+        faces: (m, 3) corners of each triangle, anticlockwise from outside.
+    """
+
+    vertices: Array
+    faces: NDArray[np.int32]
+
+
+def joined(pieces: Sequence[Mesh]) -> Mesh:
+    """Several meshes as one."""
+    starts = np.cumsum([0, *(len(p.vertices) for p in pieces[:-1])])
+    faces = np.concatenate([p.faces + s for p, s in zip(pieces, starts, strict=True)])
+    return Mesh(np.concatenate([p.vertices for p in pieces]), faces.astype(np.int32))
+
+
+def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Mesh:
+    """A box between two corners [m]."""
+    corners = np.array([(a, b, c) for a in x for b in y for c in z])
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return Mesh(corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int32))
+
+
+def wheel(x: float, y: float, radius: float = 0.42, width: float = 0.13, n: int = 16) -> Mesh:
+    """A wheel that stands on the rail."""
+    angle = 2 * np.pi * np.arange(n) / n
+    rim = np.stack([x + radius * np.cos(angle), np.full(n, y), radius * (1 + np.sin(angle))], axis=1)
+    vertices = np.concatenate([rim + np.array([0.0, side * width / 2, 0.0]) for side in (-1, 1)])
+    k, m = np.arange(n), (np.arange(n) + 1) % n
+    faces = [np.stack([k, m, m + n], 1), np.stack([k, m + n, k + n], 1)]
+    fan = np.arange(1, n - 1)
+    faces += [np.stack([0 * fan, fan + 1, fan], 1)[:, ::-1], np.stack([0 * fan + n, fan + n + 1, fan + n], 1)]
+    return Mesh(vertices, np.concatenate(faces)[:, ::-1].astype(np.int32))
+
+
+def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
+    """A metro car by material.
+
+    Args:
+        rear: where its body begins, from the middle of the vehicle [m].
+        front: where it ends.
+        cabs: 1 for a cab in front, -1 for one at the rear.
+
+    Returns:
+        Meshes named by the material of the base scene that they wear; livery stands for that of the train.
+    """
+    nose = min(_NOSE, (front - rear) / 4)
+    stations = _nose(rear, -1, nose)[::-1] if -1 in cabs else [_ring(rear)]
+    stations += _nose(front, 1, nose) if 1 in cabs else [_ring(front)]
+    inner = rear + (nose + 0.3 if -1 in cabs else 0.25), front - (nose + 0.3 if 1 in cabs else 0.25)
+    doors, windows = _openings(*inner)
+    pieces: dict[str, list[Mesh]] = {
+        "shell": [_loft(stations)],
+        "livery": _band(inner, 1.16, 1.62) + [_both(a, b, (1.17, 3.12), 0.004) for a, b in doors],
+        "window": [_both(a, b, (1.98, 2.86)) for a, b in windows]
+        + [_both(a + f * (b - a), a + (f + 0.34) * (b - a), (1.9, 2.9), 0.012) for a, b in doors for f in (0.1, 0.56)],
+        "roof": [
+            box((x - 1.5, x + 1.5), (-0.75, 0.75), (3.7, 3.98))
+            for x in rear + (front - rear) * np.array([0.28, 0.72])
+            if front - rear > 9
+        ],
+        "bogie": _bogies(rear, front),
+        "shade": [_shade(rear, front)],
+    }
+    for direction in cabs:
+        end = front if direction > 0 else rear
+        pieces["window"].append(_windscreen(end, direction, nose))
+        pieces["livery"].append(_apron(end, direction, nose))
+    if cabs:
+        pieces["lamp"] = [_lamp(front if d > 0 else rear, d, nose, y) for d in cabs for y in (-0.82, 0.82)]
+    return {name: joined(parts) for name, parts in pieces.items() if parts}
+
+
+def wagon(rear: float, front: float) -> dict[str, Mesh]:
+    """A freight wagon with ribbed sides, by material."""
+    ribs = [
+        box((x - 0.06, x + 0.06), (y - 0.05, y + 0.05), (1.25, 3.1))
+        for x in np.linspace(rear + 0.1, front - 0.1, max(3, int((front - rear) / 1.4)))
+        for y in (-1.42, 1.42)
+    ]
+    rims = [box((rear, front), (y - 0.07, y + 0.07), (3.05, 3.2)) for y in (-1.4, 1.4)]
+    rims += [box((x - 0.07, x + 0.07), (-1.4, 1.4), (3.05, 3.2)) for x in (rear + 0.07, front - 0.07)]
+    return {
+        "livery": joined([box((rear, front), (-1.38, 1.38), (1.2, 3.08)), *ribs, *rims]),
+        "bogie": joined([*_bogies(rear, front), box((rear, front), (-1.1, 1.1), (0.95, 1.2))]),
+        "shade": _shade(rear, front),
+    }
+
+
+def _shade(rear: float, front: float) -> Mesh:
+    """The shadow at noon, which needs no shadow map."""
+    return box((rear, front), (-1.5, 1.75), (-0.15, -0.145))
+
+
+def sleepers(start: float, end: float, spacing: float = 0.6) -> Mesh:
+    """Sleepers from one place to another [m]."""
+    return joined([box((x - 0.13, x + 0.13), (-1.25, 1.25), (-0.3, -0.155)) for x in np.arange(start, end, spacing)])
+
+
+def _ring(x: float) -> Array:
+    """(2 n, 3) the cross section at x, from the right floor edge over the roof to the left one."""
+    half = np.column_stack([np.full(len(_SECTION), x), _SECTION])
+    return np.concatenate([half, half[::-1] * [1, -1, 1]])
+
+
+def _nose(end: float, direction: int, length: float) -> list[Array]:
+    """Cross sections of a cab towards its tip: narrower, and leaning back above the apron."""
+    rings = []
+    for part, narrow in ((1.0, 1.0), (0.45, 0.97), (0.12, 0.92), (0.0, 0.84)):
+        ring = _ring(0.0)
+        ring[:, 1] *= narrow
+        ring[:, 2] -= 0.35 * (1 - part) ** 2 * np.clip((ring[:, 2] - 2.6) / 1.16, 0, 1)  # the roof comes down
+        ring[:, 0] = end - direction * np.maximum(part * length, _rake(ring[:, 2], length) * (1 - 0.8 * part))
+        rings.append(ring)
+    return rings
+
+
+def _rake(z: Array, length: float) -> Array:
+    """How far the front of a cab leans back at a height [m]."""
+    return np.asarray(np.interp(z, [0.95, 1.75, 3.76], [0.06, 0.0, 0.62 * length]))
+
+
+def _loft(stations: list[Array]) -> Mesh:
+    """A skin over cross sections along +x, closed at both ends."""
+    n = len(stations[0])
+    k = np.arange(n)
+    m = (k + 1) % n
+    faces = []
+    for s in range(len(stations) - 1):
+        a, b = s * n, (s + 1) * n
+        faces += [np.stack([a + k, b + k, b + m], 1), np.stack([a + k, b + m, a + m], 1)]
+    vertices = np.concatenate([*stations, stations[0], stations[-1]])  # ends have corners of their own: sharp edges
+    low, other = np.arange(n // 2 - 1), n - 1 - np.arange(n // 2 - 1)  # strips across, each at two heights
+    for base, flip in ((len(stations) * n, False), ((len(stations) + 1) * n, True)):
+        quads = [(low, low + 1, other - 1), (low, other - 1, other)]
+        faces += [base + np.stack([a, c, b] if flip else [a, b, c], 1) for a, b, c in quads]
+    return Mesh(vertices, np.concatenate(faces)[:, ::-1].astype(np.int32))
+
+
+def _openings(start: float, end: float) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """Doors along a wall, and windows between them."""
+    n = max(1, round((end - start) / _DOOR_EVERY))
+    middles = start + (end - start) * (np.arange(n) + 0.5) / n
+    half = min(0.68, 0.2 * (end - start) / n)
+    doors = [(float(x) - half, float(x) + half) for x in middles]
+    edges = [start, *(e for door in doors for e in door), end]
+    windows = [(a + 0.3, b - 0.3) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1.0]
+    return doors, windows
+
+
+def _both(a: float, b: float, z: tuple[float, float], out: float = 0.0) -> Mesh:
+    """The same panel on both walls."""
+    return joined([box((a, b), (s * (_SIDE + out) - 0.02, s * (_SIDE + out) + 0.02), z) for s in (-1, 1)])
+
+
+def _band(x: tuple[float, float], low: float, high: float) -> list[Mesh]:
+    return [_both(*x, (low, high), -0.004)]
+
+
+def _bogies(rear: float, front: float) -> list[Mesh]:
+    length = front - rear
+    reach = min(1.25, length / 6)
+    pieces = [box((rear + 0.1, front - 0.1), (-1.15, 1.15), (0.8, 0.97))]
+    if length > 12:
+        middle = (rear + front) / 2
+        pieces.append(box((middle - 3.2, middle + 3.2), (-1.1, 1.1), (0.42, 0.82)))
+    for x in (rear + 0.17 * length, front - 0.17 * length):
+        for y in (-0.98, 0.98):
+            pieces.append(box((x - reach * 1.35, x + reach * 1.35), (y - 0.07, y + 0.07), (0.42, 0.66)))
+            pieces += [wheel(x + d * reach, 0.77 * np.sign(y)) for d in (-0.9, 0.9)]
+        pieces.append(box((x - 0.3, x + 0.3), (-0.95, 0.95), (0.4, 0.8)))
+    return pieces
+
+
+def _front_point(end: float, direction: int, length: float, y: float, z: float, out: float) -> list[float]:
+    """A place on the front of a cab."""
+    return [end - direction * (float(_rake(np.array(z), length)) - out), y, z]
+
+
+def _front_panel(
+    end: float, direction: int, length: float, corners: Sequence[tuple[float, float]], out: float = 0.02
+) -> Mesh:
+    """A flat panel on the front of a cab, its (y, z) corners anticlockwise from outside for +x."""
+    points = [_front_point(end, direction, length, y, z, out) for y, z in corners]
+    back = [[x - direction * 0.05, y, z] for x, y, z in points]
+    n = len(points)
+    fan = [(0, i, i + 1) for i in range(1, n - 1)]
+    rim = [t for i in range(n) for t in ((i, n + i, n + (i + 1) % n), (i, n + (i + 1) % n, (i + 1) % n))]
+    faces = np.array(fan + rim, dtype=np.int32)
+    return Mesh(np.array(points + back), faces if direction > 0 else faces[:, ::-1])
+
+
+def _windscreen(end: float, direction: int, length: float) -> Mesh:
+    return _front_panel(end, direction, length, [(-1.02, 2.0), (1.02, 2.0), (0.92, 3.05), (-0.92, 3.05)])
+
+
+def _apron(end: float, direction: int, length: float) -> Mesh:
+    """The coloured front below the windscreen, bent where the cab begins to lean back."""
+    return joined(
+        [
+            _front_panel(end, direction, length, [(-w, low), (w, low), (v, high), (-v, high)])
+            for low, high, w, v in ((1.36, 1.75, 1.06, 1.06), (1.75, 1.94, 1.06, 1.04))
+        ]
+    )
+
+
+def _lamp(end: float, direction: int, length: float, y: float) -> Mesh:
+    corners = [(y - 0.17, 1.5), (y + 0.17, 1.5), (y + 0.17, 1.64), (y - 0.17, 1.64)]
+    return _front_panel(end, direction, length, corners, 0.035)

@@ -1,0 +1,183 @@
+"""What is written over a picture: time, criteria and the scale of colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trainmj.view.offscreen import Picture
+from trainmj.view.wear import colour
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from PIL.ImageDraw import ImageDraw
+    from PIL.ImageFont import FreeTypeFont
+
+_INK, _SOFT, _PAPER = (25, 30, 36), (84, 92, 101), (255, 255, 255)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The numbers of one frame.
+
+    Attributes:
+        time: [s].
+        TS_mm: total compression so far.
+        force_kN: at the front.
+        speeds_km_h: by name of a vehicle.
+    """
+
+    time: float
+    TS_mm: float
+    force_kN: float
+    speeds_km_h: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Label:
+    """A word below the strip with the whole train.
+
+    Attributes:
+        text: name of a vehicle, or the energy of an interface in kJ.
+        x: where [pixels from the left].
+        share: of the full energy; None for a name.
+    """
+
+    text: str
+    x: float
+    share: float | None = None
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """Writes on pictures of one film.
+
+    Attributes:
+        width: [pixels].
+        height: [pixels].
+        title: of the collision.
+        pace: of a film, such as "0.1 x real time"; nothing for a still.
+        full_kJ: energy at the end of the colours.
+        strip: height of the strip [pixels].
+    """
+
+    width: int
+    height: int
+    title: str
+    pace: str
+    full_kJ: float
+    strip: int = 0
+
+    def write(self, picture: Picture, reading: Reading, labels: Sequence[Label] = ()) -> Image:
+        """The picture with its text.
+
+        Args:
+            picture: as drawn.
+            reading: numbers of the frame.
+            labels: below the strip; the names in the order in which they matter, should there be no room for all.
+        """
+        from PIL import Image, ImageDraw
+
+        image = Image.fromarray(picture)
+        draw = ImageDraw.Draw(image, "RGBA")
+        self._numbers(draw, reading)
+        self._scale(image, draw)
+        self._names(draw, labels)
+        return image
+
+    def _pixels(self, points: float) -> int:
+        """Sizes are for a picture of 720 rows; small ones keep their text legible."""
+        return max(1, round(points * max(0.55, min(self.height / 720, self.width / 1000))))
+
+    def _numbers(self, draw: ImageDraw, reading: Reading) -> None:
+        p = self._pixels
+        rows = [("TS so far", f"{reading.TS_mm:.0f} mm"), ("front force", f"{reading.force_kN:.0f} kN")]
+        rows += [
+            (f"speed {name}", f"{v + 0.0:.1f} km/h".replace("-0.0 ", "0.0 ")) for name, v in reading.speeds_km_h.items()
+        ]
+        if self.pace:
+            rows.append(("pace", self.pace))
+        big, normal = font(p(30), True), font(p(17))
+        clock = f"{reading.time:.3f} s"
+        wide = p(246)
+        draw.rounded_rectangle((p(18), p(18), p(18) + wide, p(18) + p(62 + 25 * len(rows))), p(8), fill=(*_PAPER, 215))
+        draw.text((p(32), p(26)), clock, _INK, big)
+        for k, (name, value) in enumerate(rows):
+            y = p(82 + 25 * k)
+            draw.text((p(32), y), name, _SOFT, normal, anchor="lm")
+            draw.text((p(18) + wide - p(12), y), value, _INK, normal, anchor="rm")
+        title = _cut(draw, self.title, normal, self.width - wide - p(90))
+        box = draw.textbbox((self.width - p(30), p(34)), title, normal, anchor="rm")
+        draw.rounded_rectangle((box[0] - p(12), p(18), self.width - p(18), p(50)), p(8), fill=(*_PAPER, 215))
+        draw.text((self.width - p(30), p(34)), title, _INK, normal, anchor="rm")
+
+    def _scale(self, image: Image, draw: ImageDraw) -> None:
+        from PIL import Image as Images
+
+        p = self._pixels
+        small = font(p(14))
+        length, thick = p(280), p(12)
+        right, bottom = self.width - p(30), self.height - self.strip - p(44)
+        draw.rounded_rectangle(
+            (right - length - p(12), bottom - p(32), right + p(12), bottom + thick + p(26)), p(8), fill=(*_PAPER, 215)
+        )
+        bar = (255 * colour(np.linspace(0, 1, length))).astype(np.uint8)
+        image.paste(Images.fromarray(np.repeat(bar[None], thick, axis=0)), (right - length, bottom))
+        draw.text((right - length, bottom - p(15)), "absorbed energy (front: of one train)", _INK, small, anchor="lm")
+        for share, anchor in ((0.0, "lm"), (0.5, "mm"), (1.0, "rm")):
+            text = f"{share * self.full_kJ:.0f}" + (" kJ" if share == 1.0 else "")
+            draw.text((right - length * (1 - share), bottom + thick + p(12)), text, _SOFT, small, anchor=anchor)
+
+    def _names(self, draw: ImageDraw, labels: Sequence[Label]) -> None:
+        if not self.strip:
+            return
+        p = self._pixels
+        draw.line((0, self.height - self.strip, self.width, self.height - self.strip), (*_PAPER, 255), p(3))
+        y = self.height - p(17)
+        energies = [label for label in labels if label.share is not None]
+        bare = [label.x for label in energies if not label.text]
+        narrow = min([2 * p(4), *(0.8 * np.diff(bare))]) / 2  # of a long train they stay apart
+        for label in energies:
+            paint = (255 * colour(label.share or 0.0)).astype(int)
+            half = max(p(6), draw.textlength(label.text, font(p(12))) / 2 + p(5)) if label.text else narrow
+            box = (label.x - half, y - p(9), label.x + half, y + p(9))
+            draw.rounded_rectangle(box, min(p(5), half), fill=(*paint, 255))
+            ink = _PAPER if paint @ (0.30, 0.59, 0.11) < 140 else _INK
+            draw.text((label.x, y), label.text, ink, font(p(12)), anchor="mm")
+        above = p(24) if bare else 0
+        taken: list[tuple[float, float]] = []
+        for label in labels:
+            half = draw.textlength(label.text, font(p(13))) / 2 + p(4)
+            x = min(max(label.x, half), self.width - half)
+            ends = x - half, x + half
+            if label.share is None and all(ends[1] <= a or b <= ends[0] for a, b in taken):
+                taken.append(ends)
+                draw.text((x, y - above), label.text, _INK, font(p(13)), anchor="mm")
+
+
+def _cut(draw: ImageDraw, text: str, fount: FreeTypeFont, room: float) -> str:
+    """As much of a text as there is room for."""
+    text = " ".join(text.split())
+    if draw.textlength(text, fount) <= room:
+        return text
+    while text and draw.textlength(text + " ...", fount) > room:
+        text = text[:-1]
+    return text.rstrip() + " ..."
+
+
+@cache
+def font(size: int, bold: bool = False) -> FreeTypeFont:
+    """The font of all figures, which comes with matplotlib, so that pictures look the same on every machine."""
+    from PIL import ImageFont
+
+    package = find_spec("matplotlib")
+    assert package is not None
+    assert package.origin is not None
+    folder = Path(package.origin).parent / "mpl-data" / "fonts" / "ttf"
+    return ImageFont.truetype(folder / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"), size)

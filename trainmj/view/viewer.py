@@ -1,0 +1,102 @@
+"""MuJoCo's own viewer with the device law running, where there is a screen."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+
+import mujoco
+
+from trainmj.collision import kernel
+from trainmj.collision.block import Head, Joint, Layout
+from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.simulation import run, start
+from trainmj.errors import EngineError, InputError
+from trainmj.scenario import Scenario
+from trainmj.view.scene import visible
+from trainmj.view.wear import DeviceShapes, Wear, largest_energy
+
+_FRAME = 1 / 30  # of the screen [s]
+_PAUSE = 1.5  # before the collision begins, and before it begins again [s]
+
+
+def check(slow: float) -> None:
+    """Refuse a pace that cannot be, and a machine without a screen.
+
+    Raises:
+        InputError: for the pace.
+        EngineError: if no window can be opened.
+    """
+    if not 1e-4 <= slow <= 10:
+        raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise EngineError(
+            "the viewer needs a screen, and there is none (DISPLAY is not set); "
+            "`trainmj render` makes films and stills without one"
+        )
+    import glfw
+
+    if not glfw.init():
+        raise EngineError(
+            "the viewer could not open a window on this screen; `trainmj render` makes films and stills without one"
+        )
+
+
+def view(scenario: Scenario, slow: float = 0.1) -> None:
+    """Let a collision happen in the viewer, again and again until its window is closed.
+
+    Args:
+        scenario: what collides.
+        slow: pace; 1 is real time.
+
+    Raises:
+        InputError: if the step is too large, or the pace out of its range.
+        EngineError: if there is no screen, or MuJoCo cannot carry the device law.
+    """
+    check(slow)
+    import mujoco.viewer
+
+    chain = line_up(scenario)
+    check_step(chain)
+    layout = Layout.of(chain)
+    full = largest_energy(run(scenario))
+    with kernel.installed():
+        model = visible(chain, layout).compile()
+        data = start(model, chain, layout)
+        devices = DeviceShapes(model, chain, full)
+        steps = max(1, round(_FRAME * slow / chain.step))
+        with mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False) as window:
+            window.cam.lookat[:], window.cam.distance = (0.0, 0.0, 1.6), 40.0
+            window.cam.azimuth, window.cam.elevation = 60.0, -10.0
+            while window.is_running():
+                with window.lock():
+                    mujoco.mj_resetDataKeyframe(model, data, 0)
+                    data.userdata[:] = layout.block(chain)
+                    mujoco.mj_forward(model, data)
+                    data.userdata[:] = layout.block(chain)
+                wear = Wear(chain)
+                _show(window, devices, wear)
+                _wait(window, _PAUSE)
+                while window.is_running() and not data.userdata[Head.OVER] and data.time < chain.time_limit:
+                    began = time.monotonic()
+                    with window.lock():
+                        mujoco.mj_step(model, data, nstep=steps)
+                        block = data.userdata
+                        wear.update(layout.joint(block, Joint.STROKE), layout.joint(block, Joint.DISSIPATED))
+                    _show(window, devices, wear)
+                    time.sleep(max(0.0, steps * chain.step / slow - (time.monotonic() - began)))
+                _wait(window, 2 * _PAUSE)
+
+
+def _show(window: mujoco.viewer.Handle, devices: DeviceShapes, wear: Wear) -> None:
+    with window.lock():
+        devices.show(wear)
+    window.sync()
+
+
+def _wait(window: mujoco.viewer.Handle, seconds: float) -> None:
+    until = time.monotonic() + seconds
+    while window.is_running() and time.monotonic() < until:
+        window.sync()
+        time.sleep(_FRAME)

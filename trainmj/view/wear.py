@@ -1,0 +1,150 @@
+"""What a collision has done to its devices so far, and how it shows: shorter, and coloured by the energy absorbed."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.device import Array
+from trainmj.collision.result import Result
+from trainmj.units import MM
+from trainmj.view.parts import device_of, ends
+
+_RAMP = np.array(  # from steel to dark red: lighter is less, for every eye; after ColorBrewer's YlOrRd
+    [
+        (0.74, 0.76, 0.78),
+        (0.996, 0.85, 0.46),
+        (0.992, 0.70, 0.30),
+        (0.99, 0.45, 0.18),
+        (0.84, 0.12, 0.12),
+        (0.50, 0, 0.15),
+    ]
+)
+_STOPS = np.array([0.0, 0.04, 0.25, 0.5, 0.75, 1.0])
+
+_SAMPLES = 50  # that tell how unequal sides share the energy of a whole collision
+
+
+def colour(share: float | Array) -> Array:
+    """(..., 3) red, green and blue for a share of the largest energy."""
+    return np.stack([np.interp(share, _STOPS, _RAMP[:, k]) for k in range(3)], axis=-1)
+
+
+class Wear:
+    """Devices of a chain as they are used up; tell it every sample, in order.
+
+    Args:
+        chain: whose devices.
+
+    Attributes:
+        largest: (n_interface,) largest strokes so far [m].
+        crushed: (n_interface,) strokes that remain, and those held now [m].
+        energy: by interface and side, (n_stage,) absorbed by each stage of the device that is drawn there [J].
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        """Devices that nothing has touched."""
+        n = len(chain.interfaces)
+        self._chain = chain
+        self._seen = np.zeros(n)
+        self.largest = np.zeros(n)
+        self.crushed = np.zeros(n)
+        self.energy = {
+            (k, side): np.zeros(len(device_of(interface, side).stages))
+            for k, interface in enumerate(chain.interfaces)
+            for side in range(1 if interface.right == WALL else 2)
+        }
+
+    def update(self, stroke: Array, energy: Array) -> None:
+        """Follow a sample: (n_interface,) strokes [m] and absorbed energies [J]."""
+        before = self.largest.copy()
+        np.maximum(self.largest, stroke, out=self.largest)
+        for k, interface in enumerate(self._chain.interfaces):
+            envelope, most = interface.envelope, float(self.largest[k])
+            set_ = most - envelope.force_at(most) / envelope.stiffness if most > 0 else 0.0
+            self.crushed[k] = max(0.0, set_, stroke[k])
+            more = energy[k] - self._seen[k]
+            if more <= 0.0:
+                continue
+            sides = [s for j, s in self.energy if j == k]
+            was = [self.side_stroke(k, s, float(before[k])) for s in sides]
+            now = [self.side_stroke(k, s, most) for s in sides]
+            for s, share, u in zip(sides, self._shares(k, np.subtract(now, was)), now, strict=True):
+                scale = 0.5 if self._halved(k) else 1.0
+                stages = device_of(interface, s).stages
+                reached = sum(u >= scale * stage.start for stage in stages[1:])
+                self.energy[k, s][reached] += share * more
+        self._seen = np.maximum(self._seen, energy)
+
+    def side_stroke(self, k: int, side: int, stroke: float) -> float:
+        """What one side of an interface shows of a stroke [m]: its own device's, or half of one they share."""
+        return stroke / 2 if self._halved(k) else self._chain.interfaces[k].side_stroke(stroke, side)
+
+    def _shares(self, k: int, grown: Array) -> Array:
+        """Parts of an energy for the sides of an interface, from the growth of their strokes; all for a shared one."""
+        if self._halved(k):
+            return np.ones(2)
+        return np.asarray(grown / grown.sum()) if grown.sum() > 0 else np.full(grown.size, 1 / grown.size)
+
+    def _halved(self, k: int) -> bool:
+        interface = self._chain.interfaces[k]
+        return len(interface.devices) == 1 and interface.right != WALL
+
+    @property
+    def TS_mm(self) -> float:
+        """Total compression along the moving train so far, as the summary counts it at the end."""
+        return sum(
+            stage.stroke(self._chain.interfaces[k].side_stroke(float(self.largest[k]), 0)) / MM
+            for k in range(self._chain.n_moving)
+            for stage in self._chain.interfaces[k].devices[0].stages
+        )
+
+    @property
+    def most(self) -> float:
+        """The largest energy that any device has absorbed [J]."""
+        return max(float(e.sum()) for e in self.energy.values())
+
+
+def largest_energy(result: Result) -> float:
+    """The largest energy that any device of a collision absorbs, where the colours end [J]."""
+    wear = Wear(result.chain)
+    last = len(result.time) - 1
+    for k in np.unique(np.linspace(0, last, min(last + 1, _SAMPLES)).astype(int)):
+        wear.update(result.stroke[k], result.energy[k])
+    return wear.most
+
+
+class DeviceShapes:
+    """The shapes of devices in a compiled model, which follow their wear.
+
+    Args:
+        model: built with shapes.
+        chain: the same as vehicles and interfaces.
+        full: energy at the end of the colours [J].
+    """
+
+    def __init__(self, model: mujoco.MjModel, chain: Chain, full: float) -> None:
+        """Find them by name."""
+        self._model, self._full = model, max(full, 1.0)
+        self._ends = [
+            (end, [(part, model.geom(part.name).id) for part in end.parts])
+            for end in ends(chain)
+            if end.interface is not None
+        ]
+
+    def show(self, wear: Wear) -> None:
+        """Shorten and colour every part."""
+        model = self._model
+        for end, parts in self._ends:
+            assert end.interface is not None
+            stroke = wear.side_stroke(end.interface, end.side, float(wear.crushed[end.interface]))
+            colours = colour(wear.energy[end.interface, end.side] / self._full)
+            for part, geom in parts:
+                begin, finish = part.placed(stroke)
+                model.geom_pos[geom, 0] = end.direction * 0.5 * (begin + finish)
+                along = 1 if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER else 0
+                model.geom_size[geom, along] = 0.5 * (finish - begin)
+                if part.coloured:
+                    model.geom_matid[geom] = -1
+                    model.geom_rgba[geom, :3] = colours[part.stage]
