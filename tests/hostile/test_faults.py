@@ -85,7 +85,7 @@ class Command:
     whole: Callable[[Path], None]
     again: tuple[str, ...] = ()
     over: int = 0
-    works: tuple[Any, str] = (trainmj.cases.table, "check_step")
+    works: tuple[Any, str] = (trainmj.cases.table, "line_up")
     option: str = "--out"
     less: Callable[[], None] = lambda: None
 
@@ -149,7 +149,7 @@ COMMANDS = {
         ("run", "b_type_wall", *FAST, "--figures", "none"),
         "out",
         whole_run,
-        works=(trainmj.collision.simulation, "check_step"),
+        works=(trainmj.collision.simulation, "line_up"),
     ),
     "export": Command(("export", "b_type_wall"), "model.xml", whole_export, works=(trainmj.collision.model, "spec")),
     "sweep": Command(

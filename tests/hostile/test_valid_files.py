@@ -12,7 +12,7 @@ from kinds import KINDS, Kind
 from mutations import document, good
 
 import trainmj
-from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.chain import line_up
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 
@@ -112,7 +112,7 @@ def test_scenarios_written_and_read_again_are_the_same(values: dict[str, Any]) -
 def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> None:
     scenario = Scenario.from_values(values)
     try:
-        check_step(line_up(scenario))
+        line_up(scenario)
     except InputError:
         return
     summary = trainmj.summarise(trainmj.run(scenario))

@@ -108,12 +108,10 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
 def check(scenario: str, changes: dict[str, Any]) -> None:
     """Check a scenario and print what would run."""
     loaded = load_scenario(scenario, changes)
-    from trainmj.collision.chain import check_step, line_up
+    from trainmj.collision.chain import line_up
     from trainmj.single import screen
 
-    chain = line_up(loaded)
-    screen.print_chain(loaded, chain)
-    check_step(chain)
+    screen.print_chain(loaded, line_up(loaded))
 
 
 @click.command()

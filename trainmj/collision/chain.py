@@ -156,6 +156,9 @@ def line_up(scenario: Parts) -> Chain:
 
     Args:
         scenario: a checked scenario.
+
+    Raises:
+        InputError: if its step is too large for the stiffest device and the lightest vehicle.
     """
     c = scenario.collision
     devices = {name: _device(name, spec, scenario) for name, spec in scenario.devices.items()}
@@ -182,7 +185,7 @@ def line_up(scenario: Parts) -> Chain:
         vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h) for i, car in enumerate(cars)]
         interfaces += [_joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)]
     s = scenario.simulation
-    return Chain(
+    chain = Chain(
         tuple(vehicles),
         tuple(interfaces),
         n,
@@ -193,6 +196,8 @@ def line_up(scenario: Parts) -> Chain:
         s.time_limit_s,
         s.integrator,
     )
+    check_step(chain)
+    return chain
 
 
 def largest_step(chain: Chain) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.chain import line_up
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario
@@ -107,7 +107,6 @@ def converge(scenario: Scenario) -> Convergence:
                 raise InputError(f"the step cannot be halved {n} times to see what it changes: {error}") from None
             break
         chain = line_up(finer)
-        check_step(chain)
         steps.append(chain.step / MS)
         found += [summary for _, summary in run_chains([(n, chain)], threads=1)]
         if len(found) > 3 and all(_settled([getattr(s, name) for s in found]) for name in ("TS_mm", "TAMA_g")):

@@ -11,7 +11,7 @@ from llvmlite.binding import get_host_cpu_name
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Head, Layout
-from trainmj.collision.chain import Chain, check_step, line_up
+from trainmj.collision.chain import Chain, line_up
 from trainmj.collision.device import Array
 from trainmj.collision.model import build, split_sensors
 from trainmj.collision.result import Result, Tally
@@ -37,7 +37,6 @@ def run(scenario: Scenario) -> Result:
         EngineError: if the running MuJoCo cannot carry the device law, or something replaced it.
     """
     chain = line_up(scenario)
-    check_step(chain)
     layout = Layout.of(chain)
     with kernel.installed():
         model = build(chain, layout)

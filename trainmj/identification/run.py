@@ -13,7 +13,7 @@ import numpy as np
 
 from trainmj.cases.table import responses_of
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import Chain, check_step, line_up
+from trainmj.collision.chain import Chain, line_up
 from trainmj.collision.simulation import versions
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
@@ -151,7 +151,6 @@ def _check_start(plan: Identification, threads: int) -> None:
         for n, case in enumerate(cases):
             try:
                 chain = line_up(plan.scenario.with_values({**changes, **case}))
-                check_step(chain)
             except InputError as error:
                 raise InputError(f"start values, case {dict(case)}: {error}") from None
             yield n, chain
@@ -180,7 +179,6 @@ def _about(scenario: Scenario) -> dict[str, str]:
     """What all trials depend on: the scenario, the versions, and what the law makes of it."""
     try:
         chain = line_up(scenario)
-        check_step(chain)
         ((_, summary),) = run_chains([(0, chain)], 1)
         numbers = json.dumps(responses_of(summary))
     except InputError as error:

@@ -15,7 +15,7 @@ import numpy as np
 
 from trainmj.cases.table import responses_of
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import Chain, check_step, line_up
+from trainmj.collision.chain import Chain, line_up
 from trainmj.collision.device import Array
 from trainmj.errors import InputError
 from trainmj.identification.store import TrialStore
@@ -94,8 +94,6 @@ class Trials:
             for key, changes in trials.items():
                 try:
                     made = [self._chain(changes, case, step) for case in cases]
-                    for chain in made:
-                        check_step(chain)
                 except InputError:
                     continue
                 for n, chain in enumerate(made):

@@ -10,7 +10,7 @@ import mujoco
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Head, Joint, Layout
-from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.chain import line_up
 from trainmj.collision.simulation import run, start
 from trainmj.errors import EngineError, InputError
 from trainmj.scenario import Scenario
@@ -58,7 +58,6 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
     import mujoco.viewer
 
     chain = line_up(scenario)
-    check_step(chain)
     layout = Layout.of(chain)
     full = largest_energy(run(scenario))
     with kernel.installed():
