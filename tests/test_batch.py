@@ -1,5 +1,7 @@
 """The batch engine gives the numbers of single runs, whatever runs beside them."""
 
+import dataclasses
+
 import numpy as np
 import pandas as pd
 import pytest
