@@ -224,8 +224,8 @@ def test_scenarios_lists_what_ships_with_title_and_parameters():
 SCHEMA_OF = {
     "scenario": "examples/study/tram.yaml",
     "sweep": "examples/sweep/speeds.yaml",
-    "study": "scenarios/b_type.study.yaml",
-    "targets": "scenarios/b_type.targets.yaml",
+    "study": "scenarios/paper/b_type.study.yaml",
+    "targets": "scenarios/paper/b_type.targets.yaml",
 }
 
 

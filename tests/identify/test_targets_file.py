@@ -32,6 +32,7 @@ def folder(tmp_path_factory):
     (place / "table.csv").write_text(TABLE)
     (place / "other.csv").write_text("D,M,energy\n35,30,300\n20,30,100\n20,33,200\n")
     (place / "short.csv").write_text("D,M,energy\n35,30,300\n")
+    (place / "no_case.csv").write_text("M,energy\n30,300\n")
     (place / "bad.csv").write_text("D,M,force\n20,30,many\n")
     return place
 
@@ -163,11 +164,11 @@ def test_mistakes_are_said(folder, changes, message):
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        ({"table": "tabel.csv"}, "there is no such file or published table; did you mean 'table.csv'?"),
-        ({"table": "table3_devices_vs_d"}, "did you mean 'table3_devices_vs_D'?"),
+        ({"table": "tabel.csv"}, "there is no such file; did you mean 'table.csv'?"),
+        ({"table": "table3_devices_vs_D"}, "there is no such file; known: bad.csv"),  # it ships, elsewhere
         ({"table": "../table.csv"}, "must be in the folder"),
         ({"table": ["table.csv", "short.csv"]}, "has no row for the case D = 20, M = 30"),
-        ({"table": ["other.csv", "table3_devices_vs_D"]}, "has no column 'D', by which the tables are joined"),
+        ({"table": ["table.csv", "no_case.csv"]}, "has no column 'D', by which the tables are joined"),
         ({"table": "bad.csv", "values": {"s": "force"}}, "row 1: force = 'many': must be a number"),
         ({"rows": [{"D": 20, "M": None, "force": 1}], "values": {"s": "force"}}, "row 1: M: is empty"),
         ({"rows": [{"D": 20, "M": [1], "force": 1}], "values": {"s": "force"}}, "row 1: M: must be a number or text"),
@@ -202,8 +203,8 @@ def test_an_empty_cell_is_no_value(folder):
 
 
 def test_rows_are_taken_by_a_list_of_values(folder):
-    part = DataPart(table="balance_times", where={"vehicle": ["M1", "M2"], "parameter": "D_mm"}, values={"t": "value"})
-    assert [o.wanted for o in observations("x", part, folder)] == [20, 50, 20, 50]
+    part = DataPart(table="table.csv", where={"M": [33], "D": [20, 35]}, values={"f": "force"})
+    assert [o.wanted for o in observations("x", part, folder)] == [2]
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,11 @@ def shipped_folder(name: str) -> Path:
 
 
 def shipped_files(ending: str) -> dict[str, Path]:
-    """Names and paths of the files in scenarios/ with an ending: ``.yaml``, ``.study.yaml``, ``.targets.yaml``.
+    """Names and paths of the files with an ending in scenarios/ and its folders.
 
     Args:
-        ending: what is left of a file's name without it is its own; that has no further dot.
+        ending: ``.yaml``, ``.study.yaml`` or ``.targets.yaml``; the rest of a file's name is its own and has no dot.
     """
-    files = sorted(shipped_folder("scenarios").glob(f"*{ending}"))
+    files = sorted(shipped_folder("scenarios").rglob(f"*{ending}"))
     names = {path.name.removesuffix(ending): path for path in files}
     return {name: path for name, path in names.items() if "." not in name}

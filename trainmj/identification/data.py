@@ -1,6 +1,6 @@
 """From tables to observations: which case of the scenario should give which value.
 
-A table is a CSV file beside the targets file, a published table that ships with trainmj, or rows in the file itself.
+A table is a CSV file beside the targets file, or rows in the file itself.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.resources import shipped_folder
 from trainmj.files.tables import read_given
 from trainmj.files.text import FORMULA, beside
 from trainmj.identification.file import LARGEST, DataPart
@@ -88,13 +87,11 @@ def _rows(part: DataPart, folder: Path) -> list[Row]:
 
 
 def _read(name: str, folder: Path) -> list[Row]:
-    """Rows of a CSV file beside the targets file, or of a published table."""
-    published = {path.stem: path for path in sorted((shipped_folder("paper") / "published").glob("*.csv"))}
+    """Rows of a CSV file beside the targets file."""
     said = f"table {name[:200]!a}"
-    path = beside(folder, name, said) or published.get(name)
+    path = beside(folder, name, said)
     if path is None:
-        near = [path.name for path in folder.glob("*.csv")]
-        raise InputError(f"{said}: there is no such file or published table{close_match(name, [*near, *published])}")
+        raise InputError(f"{said}: there is no such file{close_match(name, [p.name for p in folder.glob('*.csv')])}")
     try:
         table = read_given(path)
     except InputError as error:

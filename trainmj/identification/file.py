@@ -126,9 +126,7 @@ class TargetPart(Part):
 class DataPart(Part):
     """Where values come from: a table with a row for each case, or several joined by the columns of the cases."""
 
-    table: str | list[str] | None = Field(
-        default=None, description="CSV file beside this one, or a published table that ships with trainmj"
-    )
+    table: str | list[str] | None = Field(default=None, description="CSV file beside this one")
     rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] | None = Field(
         default=None, description="the rows themselves, instead of a table"
     )

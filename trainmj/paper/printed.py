@@ -1,4 +1,4 @@
-"""The numbers that Liu et al. 2022 print (doi 10.1186/s10033-022-00755-8), read from the CSV files in ``published/``.
+"""The numbers that Liu et al. 2022 print (doi 10.1186/s10033-022-00755-8), read from the CSV files in ``scenarios/paper``.
 
 A file is named after its table, heads carry the units, numbers have the digits that the paper prints. Nothing
 computed here is ever written into them.
@@ -7,12 +7,12 @@ computed here is ever written into them.
 from __future__ import annotations
 
 from functools import cache
-from importlib.resources import as_file, files
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trainmj.collision.device import Array
+from trainmj.files.resources import shipped_folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,8 +54,7 @@ def number(name: str, row: str, head: str) -> float:
 def _read(name: str) -> pd.DataFrame:
     from trainmj.files.tables import read_back
 
-    with as_file(files("trainmj.paper") / "published" / f"{name}.csv") as path:
-        return read_back(path)
+    return read_back(shipped_folder("scenarios") / "paper" / f"{name}.csv")
 
 
 def published(name: str) -> pd.DataFrame:
