@@ -1,65 +1,36 @@
-"""What a section of a page can hold: text, key figures, tables, pictures, plots, and verdicts within them."""
+"""What a section of a page can hold: text, key figures, tables, pictures and plots."""
 
 from __future__ import annotations
 
 import base64
-import io
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from trainmj.files.plain import finite
 from trainmj.output.plot import layout_of
+from trainmj.output.style import encode
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, unjudged, warned
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_SIGNS = {"pass": "✓", "fail": "✗", "warn": "!", "none": "–"}
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """How something stands: ``pass``, ``fail``, ``warn`` or ``none``, said in words.
-
-    Make it with :func:`passed`, :func:`failed`, :func:`warned` or :func:`unjudged`; it may stand in a table's cell.
-    """
-
-    kind: str
-    text: str
-
-    @property
-    def sign(self) -> str:
-        """What is read where colours are not seen."""
-        return _SIGNS[self.kind]
-
-
-def passed(text: str = "pass") -> Verdict:
-    """A limit is kept, a check holds."""
-    return Verdict("pass", text)
-
-
-def failed(text: str = "fail") -> Verdict:
-    """A limit is passed, a check does not hold."""
-    return Verdict("fail", text)
-
-
-def warned(text: str) -> Verdict:
-    """Something to look at."""
-    return Verdict("warn", text)
-
-
-def unjudged(text: str = "no limit") -> Verdict:
-    """There is nothing to judge by."""
-    return Verdict("none", text)
-
-
-def judged(kept: bool | None, yes: str = "pass", no: str = "fail", unknown: str = "no limit") -> Verdict:
-    """The verdict of a comparison; None where there is nothing to compare with."""
-    return unjudged(unknown) if kept is None else passed(yes) if kept else failed(no)
+__all__ = [
+    "Block",
+    "Card",
+    "Column",
+    "Section",
+    "Verdict",
+    "as_json",
+    "failed",
+    "judged",
+    "passed",
+    "unjudged",
+    "warned",
+]
 
 
 @dataclass(frozen=True)
@@ -67,11 +38,11 @@ class Card:
     """One key figure, shown large.
 
     Attributes:
-        name: what it is, such as TS.
-        value: as it is to be read, such as "1354.2".
+        name: such as TS.
+        value: as it is read, such as "1354.2".
         unit: such as mm.
         note: what it means, in a few words.
-        verdict: how it stands to its limit.
+        verdict: how it compares with its limit.
     """
 
     name: str
@@ -82,112 +53,25 @@ class Card:
 
 
 @dataclass(frozen=True)
-class Column:
-    """One column of a table.
+class Block:
+    """A part of a section.
 
     Attributes:
-        name: head of the column.
-        unit: below it.
-        digits: decimals of its numbers; None for four significant ones.
-        text: whether it holds words, set to the left.
+        kind: name of the macro in templates/blocks.html that shows it.
+        content: arguments of the macro.
+        half: whether it takes half the width of the page, where there is room.
+        script: that makes it live.
     """
 
-    name: str
-    unit: str = ""
-    digits: int | None = None
-    text: bool = False
-
-    def show(self, value: Any) -> Any:
-        """A cell as it is shown: numbers rounded, everything else as it is."""
-        if value is None or (isinstance(value, float) and not math.isfinite(value)):
-            return "–"
-        if isinstance(value, float):
-            return (f"{value:.4g}" if self.digits is None else f"{value:z.{self.digits}f}").replace("-", "−")
-        return value
-
-
-@dataclass(frozen=True)
-class Block:
-    """A part of a section; ``kind`` names the part of the template that shows it."""
-
-    kind: ClassVar[str] = ""
-    half: bool = field(default=False, kw_only=True)
-
-
-@dataclass(frozen=True)
-class _Text(Block):
-    kind: ClassVar[str] = "text"
-    paragraphs: tuple[str | Markup, ...]
-
-
-@dataclass(frozen=True)
-class _Notes(Block):
-    kind: ClassVar[str] = "notes"
-    items: tuple[str | Markup, ...]
-
-
-@dataclass(frozen=True)
-class _Cards(Block):
-    kind: ClassVar[str] = "cards"
-    cards: tuple[Card, ...]
-
-
-@dataclass(frozen=True)
-class _Facts(Block):
-    kind: ClassVar[str] = "facts"
-    items: tuple[tuple[str, Any], ...]
-
-
-@dataclass(frozen=True)
-class _Table(Block):
-    kind: ClassVar[str] = "table"
-    title: str
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[Any, ...], ...]
-    note: str
-    folded: bool
-
-
-@dataclass(frozen=True)
-class _Code(Block):
-    kind: ClassVar[str] = "code"
-    text: str
-    title: str
-    folded: bool
-
-
-@dataclass(frozen=True)
-class _Picture(Block):
-    kind: ClassVar[str] = "picture"
-    source: str
-    alt: str
-    title: str
-    width: float
-
-
-@dataclass(frozen=True)
-class Plot(Block):
-    """A plot, its content as JSON."""
-
-    kind: ClassVar[str] = "plot"
-    figure: Markup
-    title: str
-    note: str
-    height: int
-
-
-@dataclass(frozen=True)
-class Raw(Block):
-    """Trusted markup, and the script that makes it live."""
-
-    kind: ClassVar[str] = "raw"
-    markup: Markup
-    script: str
+    kind: str
+    content: Mapping[str, Any]
+    half: bool = False
+    script: str = ""
 
 
 @dataclass
 class Section:
-    """A part of a page under a head of its own, and in the table of contents."""
+    """A part of a page with its own heading, listed in the table of contents."""
 
     title: str
     anchor: str
@@ -195,40 +79,55 @@ class Section:
 
     def text(self, *paragraphs: str | Markup) -> None:
         """Paragraphs."""
-        self.blocks.append(_Text(paragraphs))
+        self.blocks.append(Block("text", {"paragraphs": paragraphs}))
 
     def notes(self, items: Iterable[str | Markup]) -> None:
         """A list of remarks."""
-        self.blocks.append(_Notes(tuple(items)))
+        self.blocks.append(Block("notes", {"items": tuple(items)}))
 
     def cards(self, *cards: Card) -> None:
         """Key figures side by side."""
-        self.blocks.append(_Cards(cards))
+        self.blocks.append(Block("cards", {"cards": cards}))
 
     def facts(self, items: Mapping[str, Any], half: bool = False) -> None:
         """Names with their values, one per line; a value may be a verdict."""
-        self.blocks.append(_Facts(tuple(items.items()), half=half))
+        self.blocks.append(Block("facts", {"items": tuple(items.items())}, half))
 
     def table(
         self,
-        columns: Sequence[Column],
-        rows: Iterable[Sequence[Any]],
+        table: Table | Sequence[Column],
+        rows: Iterable[Sequence[Any]] = (),
         title: str = "",
         note: str = "",
         half: bool = False,
         folded: bool = False,
     ) -> None:
-        """A table; a cell may be a number, text, a verdict or markup. A folded one opens on a click on its title.
+        """A table, whose cells may be markup too.
 
-        Raises:
-            ValueError: if a row has not one cell for each column.
+        Args:
+            table: columns and rows. (Columns, with rows, title and note beside them, are taken for now.)
+            rows: of columns.
+            title: of columns.
+            note: of columns.
+            half: whether it takes half the width of the page, where there is room.
+            folded: whether it opens with a click on its title.
         """
-        cells = tuple(tuple(c.show(v) for c, v in zip(columns, row, strict=True)) for row in rows)
-        self.blocks.append(_Table(title, tuple(columns), cells, note, folded, half=half))
+        if not isinstance(table, Table):
+            table = Table(table, list(rows), title, note)
+        rows = [[_cell(c.show(v), v) for c, v in zip(table.columns, row, strict=True)] for row in table.rows]
+        content = {
+            "title": table.title,
+            "label": table.title or self.title,
+            "columns": table.columns,
+            "rows": rows,
+            "note": table.note,
+            "folded": folded,
+        }
+        self.blocks.append(Block("table", content, half))
 
     def code(self, text: str, title: str = "", folded: bool = False) -> None:
-        """Text as it stands: a command, or a file; folded away behind its title if it is long."""
-        self.blocks.append(_Code(text, title, folded))
+        """Text as it stands: a command or a file; a folded one opens with a click on its title."""
+        self.blocks.append(Block("code", {"text": text, "title": title, "folded": folded}))
 
     def picture(self, figure: Figure, alt: str, title: str = "", half: bool = False) -> None:
         """A matplotlib figure as SVG.
@@ -239,8 +138,10 @@ class Section:
             title: above it.
             half: whether it takes half the width of the page, where there is room.
         """
-        width = float(figure.get_size_inches()[0])
-        self.blocks.append(_Picture(_svg(figure), alt, title, width, half=half))
+        # an SVG shown as an image cannot run scripts, and its names cannot clash with those of another
+        source = "data:image/svg+xml;base64," + base64.b64encode(encode(figure, "svg")).decode()
+        content = {"source": source, "alt": alt, "title": title, "width": float(figure.get_size_inches()[0])}
+        self.blocks.append(Block("picture", content, half))
 
     def plot(
         self,
@@ -261,12 +162,12 @@ class Section:
             height: [pixels].
             half: whether it takes half the width of the page, where there is room.
         """
-        content = {"data": list(data), "layout": layout_of(layout) | {"height": height}}
-        self.blocks.append(Plot(as_json(content), title, note, height, half=half))
+        figure = as_json({"data": list(data), "layout": layout_of(layout) | {"height": height}})
+        self.blocks.append(Block("plot", {"figure": figure, "title": title, "note": note, "height": height}, half))
 
     def raw(self, markup: Markup, script: str = "") -> None:
-        """Trusted markup, and a script that makes it live; a script is in the page once, however often given."""
-        self.blocks.append(Raw(markup, script))
+        """Trusted markup, and a script that makes it live; the page holds a script once, however often it is given."""
+        self.blocks.append(Block("raw", {"markup": markup}, script=script))
 
 
 def as_json(value: Any) -> Markup:
@@ -278,11 +179,8 @@ def as_json(value: Any) -> Markup:
     return Markup(text.replace("<", "\\u003c"))
 
 
-def _svg(figure: Figure) -> str:
-    """A figure as the address of an image: SVG within an image cannot run scripts, and shares no names."""
-    import matplotlib as mpl
-
-    content = io.BytesIO()
-    with mpl.rc_context({"svg.fonttype": "path", "svg.hashsalt": "trainmj"}):
-        figure.savefig(content, format="svg", metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(content.getvalue()).decode()
+def _cell(shown: Any, value: Any) -> Any:
+    """A cell in the signs of print: a minus for a hyphen, a dash for nothing."""
+    if shown == "-":
+        return "–"
+    return shown.replace("-", "−") if isinstance(value, float) else shown

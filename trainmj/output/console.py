@@ -8,7 +8,10 @@ import time
 from rich import box
 from rich import progress as bars
 from rich.console import Console
-from rich.table import Table
+from rich.table import Table as Grid
+from rich.text import Text
+
+from trainmj.output.table import Table, Verdict
 
 WIDTH = 80
 
@@ -53,18 +56,45 @@ class Progress:
         self._bar.update(self._task, completed=finished, rate=f"{rate:.0f}/s")
 
 
-def new_table(first: str, *heads: str, title: str | None = None) -> Table:
-    """A table whose first column is text and whose others are numbers."""
-    table = Table(
+def console_table(table: Table) -> Grid:
+    """A table as rich prints it: numbers to the right and never broken, words to the left and broken where they must.
+
+    Args:
+        table: columns and rows.
+    """
+    grid = _grid(table.title)
+    grid.caption = table.note or None
+    for column in table.columns:
+        head = column.head or (column.name if column.text else column.name.replace(" ", "\n"))
+        lines = f"{head}\n{column.unit}" if column.unit else head
+        grid.add_column(lines, justify="left" if column.text else "right", no_wrap=not column.text, vertical="bottom")
+    for row in table.rows:
+        grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
+    return grid
+
+
+def _cell(shown: object) -> Text:
+    if isinstance(shown, Verdict):
+        return Text(shown.text.upper(), style="bold reverse") if shown.kind == "fail" else Text(shown.text)
+    return Text(str(shown))
+
+
+def _grid(title: str | None) -> Grid:
+    return Grid(
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
         pad_edge=False,
         show_edge=False,
-        title=title,
+        title=title or None,
         title_justify="left",
         title_style="bold",
         caption_justify="left",
     )
+
+
+def new_table(first: str, *heads: str, title: str | None = None) -> Grid:
+    """A table whose first column is text and whose others are numbers: :func:`console_table` takes its place."""
+    table = _grid(title)
     table.add_column(first, no_wrap=True, vertical="bottom")
     for head in heads:
         text = head in ("type", "device") or head.startswith("stages")

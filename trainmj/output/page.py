@@ -2,15 +2,16 @@
 
 A page has sections, a section has blocks::
 
-    from trainmj.output.blocks import Card, Column, passed
+    from trainmj.output.blocks import Card
     from trainmj.output.page import Page
     from trainmj.output.plot import axes, line
+    from trainmj.output.table import Column, Table, passed
 
     page = Page("B-type train, 25 km/h", subtitle="...", command="trainmj report results", versions=versions())
     section = page.section("Criteria")
     section.text("What the simulation found, against its limits.")
     section.cards(Card("TS", "1354.2", "mm", "compression along the train", passed("below 1500")))
-    section.table([Column("Interface", text=True), Column("largest stroke", "mm", digits=1)], [("S1-M1", 618.3)])
+    section.table(Table([Column("Interface", text=True), Column("largest stroke", "mm", 1)], [("S1-M1", 618.3)]))
     section.plot([line("M1", time, speed)], axes("time", "s", "speed", "km/h"), title="Speed", half=True)
     section.picture(matplotlib_figure, alt="Pareto front of TS and TAMA")
     page.write(folder / "report.html")
@@ -46,7 +47,8 @@ from markupsafe import Markup
 
 from trainmj.errors import EngineError
 from trainmj.files.atomic import replacing
-from trainmj.output.blocks import Plot, Raw, Section, Verdict
+from trainmj.output.blocks import Section
+from trainmj.output.table import Verdict
 
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 _NOTHING = "'none'"
@@ -78,10 +80,9 @@ class Page:
     def html(self) -> str:
         """The whole page."""
         blocks = [block for section in self.sections for block in section.blocks]
-        scripts = [block.script for block in blocks if isinstance(block, Raw) and block.script]
-        if any(isinstance(block, Plot) for block in blocks):
+        scripts = list(dict.fromkeys(block.script for block in blocks if block.script))
+        if any(block.kind == "plot" for block in blocks):
             scripts = [_plotly(), (_TEMPLATES / "plots.js").read_text(encoding="utf-8"), *scripts]
-        scripts = list(dict.fromkeys(scripts))
         html: str = _template().render(
             page=self,
             style=Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8")),

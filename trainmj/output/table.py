@@ -1,0 +1,108 @@
+"""A table, told once for page and terminal: columns with their units, rows, and verdicts among their cells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+_SIGNS = {"pass": "✓", "fail": "✗", "warn": "!", "none": "–"}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How something stands: ``pass``, ``fail``, ``warn`` or ``none``, and in words.
+
+    Make it with :func:`passed`, :func:`failed`, :func:`warned`, :func:`unjudged` or :func:`judged`.
+    """
+
+    kind: str
+    text: str
+
+    @property
+    def sign(self) -> str:
+        """What is read where colours are not seen."""
+        return _SIGNS[self.kind]
+
+
+def passed(text: str = "pass") -> Verdict:
+    """A limit is kept, a check holds."""
+    return Verdict("pass", text)
+
+
+def failed(text: str = "fail") -> Verdict:
+    """A limit is exceeded, a check does not hold."""
+    return Verdict("fail", text)
+
+
+def warned(text: str) -> Verdict:
+    """Something to look at."""
+    return Verdict("warn", text)
+
+
+def unjudged(text: str = "no limit") -> Verdict:
+    """There is nothing to judge by."""
+    return Verdict("none", text)
+
+
+def judged(kept: bool | None, yes: str = "pass", no: str = "fail", unknown: str = "no limit") -> Verdict:
+    """The verdict of a comparison; None if there is nothing to compare with."""
+    return unjudged(unknown) if kept is None else passed(yes) if kept else failed(no)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes:
+        name: in words, without the unit.
+        unit: shown below the name.
+        digits: decimals of its numbers, or a format such as "+.3g"; None for four significant digits.
+        text: whether it holds words, set to the left; words may be broken into lines, numbers never are.
+        head: the name on a terminal, where there is less room, its lines broken as given; by default the name, of a
+            column of numbers one word a line.
+    """
+
+    name: str
+    unit: str = ""
+    digits: int | str | None = None
+    text: bool = False
+    head: str = ""
+
+    def show(self, value: Any) -> Any:
+        """A cell as it is read: numbers rounded, a dash for None, NaN and infinity; anything else as it is."""
+        if value is None or (isinstance(value, float) and not math.isfinite(value)):
+            return "-"
+        if isinstance(value, float):
+            form = (
+                ".4g" if self.digits is None else f"z.{self.digits}f" if isinstance(self.digits, int) else self.digits
+            )
+            return format(value, form)
+        return value
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table, for :meth:`trainmj.output.blocks.Section.table` or :func:`trainmj.output.console.console_table`.
+
+    Attributes:
+        columns: heads, units and digits.
+        rows: one cell for each column: a number, text, None or a :class:`Verdict`.
+        title: above it.
+        note: below it.
+
+    Raises:
+        ValueError: if a row does not have one cell for each column.
+    """
+
+    columns: Sequence[Column]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that every row fits the columns."""
+        for number, row in enumerate(self.rows, start=1):
+            if len(row) != len(self.columns):
+                raise ValueError(f"row {number} of the table has {len(row)} cells for {len(self.columns)} columns")
