@@ -33,8 +33,9 @@ from trainmj.collision import kernel
 from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.identity import identity
 from trainmj.collision.model import build
-from trainmj.collision.simulation import start, versions
+from trainmj.collision.simulation import start
 
 STEPS = 8000
 FAST_STEP = 0.5  # ms; its TS is within 0.05 % of the converged one, as this script shows
@@ -278,7 +279,7 @@ def main() -> None:
     parser.add_argument("--json", type=Path, help="file for the figures")
     options = parser.parse_args()
     turns, n = (3, 256) if options.quick else (7, 1000)
-    figures: dict[str, Any] = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "versions": versions()}
+    figures: dict[str, Any] = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "versions": identity()}
     figures["TS against a step of 0.005 ms [%]"] = accuracy()
     single = figures["one collision, 12 vehicles, 8000 steps [s]"] = one_collision(turns)
     many = figures["collisions a second, step 0.1 ms, metrics included"] = batch(n, turns)

@@ -10,7 +10,8 @@ from builders import chain, envelope, joined, scenario, values
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import Chain, largest_step, line_up
-from trainmj.collision.result import Result, Tally
+from trainmj.collision.block import Tally
+from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import WINDOWS, Summary, measure, summarise
 from trainmj.scenario import Scenario, load

@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 from builders import scenario
 
-from trainmj.collision.result import Result, Tally, load_result
+from trainmj.collision.block import Tally
+from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError

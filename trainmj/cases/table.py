@@ -16,7 +16,6 @@ import re
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from trainmj.collision.chain import Chain, line_up
@@ -41,7 +40,6 @@ REFUSED = "refused"
 FAILED = (REFUSED, "unstable")
 """Statuses of cases whose responses are of no use."""
 
-_INTERFACE = {"stroke_mm": "stroke", "permanent_mm": "permanent", "peak_force_kN": "force", "energy_kJ": "energy"}
 _VEHICLE = (
     "peak_device_acceleration_g",
     "peak_acceleration_g",
@@ -113,50 +111,7 @@ def case_rows(scenario: Scenario, cases: Iterable[tuple[int, Case]], threads: in
 
 def responses_of(summary: Summary) -> Row:
     """All responses of a collision in one row, units in the names: ``stroke_S1_M1_mm``, ``peak_device_M1_g``."""
-    status, _, reason = summary.status.partition(": ")
-    if status.startswith("stroke exhausted"):
-        status, reason = "stroke exhausted", status.removeprefix("stroke exhausted ")
-    row: Row = {
-        "status": status,
-        "reason": reason,
-        "TS_mm": summary.TS_mm,
-        "TAMA_g": summary.TAMA_g,
-        "duration_s": summary.duration_s,
-        "absorbed_kJ": summary.balance.absorbed_kJ,
-        "energy_error": summary.balance.energy_error,
-        "momentum_error": summary.balance.momentum_error,
-    }
-    for i in summary.interfaces:
-        for column, key in _interface_columns(i.name):
-            row[column] = getattr(i, key)
-        if len(i.stages) > 1:
-            row |= {f"stroke_{_plain_name(i.name)}_{stage.name}_mm": stage.stroke_mm for stage in i.stages}
-    for v in summary.vehicles:
-        for column, key in _vehicle_columns(v.name):
-            row[column] = getattr(v, key)
-    return row
-
-
-@cache
-def _interface_columns(name: str) -> tuple[tuple[str, str], ...]:
-    """Column and attribute of each response of an interface."""
-    return tuple((f"{what}_{_plain_name(name)}_{key.rpartition('_')[2]}", key) for key, what in _INTERFACE.items())
-
-
-@cache
-def _vehicle_columns(name: str) -> tuple[tuple[str, str], ...]:
-    """Column and attribute of each response of a vehicle."""
-    columns = []
-    for key in _VEHICLE:
-        unit = "km_h" if key.endswith("_km_h") else key.rpartition("_")[2]
-        what = key.removesuffix(f"_{unit}").replace("peak_device_acceleration", "peak_device")
-        columns.append((f"{what}_{name}_{unit}", key))
-    return tuple(columns)
-
-
-def _plain_name(interface: str) -> str:
-    """The name of an interface as part of a column's."""
-    return interface.replace("-", "_").replace(" ", "_")
+    return summary.row()
 
 
 def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:

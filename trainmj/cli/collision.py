@@ -56,13 +56,13 @@ def run(
     loaded = load_scenario(scenario, changes) if before is None else before.scenario
     if out is not None:
         holds_folder(out)
-    from trainmj.collision.comparison import repeat
+    from trainmj.collision.comparison import compare
     from trainmj.collision.simulation import run as simulate
     from trainmj.collision.summary import summarise
     from trainmj.single import screen
 
-    again = None if before is None else repeat(before)
-    result = simulate(loaded) if again is None else again.result
+    result = simulate(loaded)
+    again = None if before is None else compare(before, result)
     summary = summarise(result)
     if out is not None:
         from trainmj.cli.reports import write_run_report
@@ -83,12 +83,12 @@ def run(
         screen.print_summary(loaded, summary)
         if steps is not None:
             screen.print_convergence(steps)
-        for line in again.said() if again else ():
-            click.echo(line)
+        if again is not None:
+            click.echo(str(again))
         if out is not None:
             click.echo(f"Written to {out}/" + (f"; open {out / 'report.html'}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
-    if summary.status.startswith("unstable") or differs or drifts:
+    if summary.status.failed or differs or drifts:
         sys.exit(1)
 
 

@@ -20,10 +20,9 @@ import numpy.typing as npt
 from mujoco.batch import Batch
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Head, Layout
+from trainmj.collision.block import Head, Layout, Tally
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.model import build
-from trainmj.collision.result import Tally
 from trainmj.collision.simulation import LAW_NOT_CALLED
 from trainmj.collision.summary import Summary, measure
 from trainmj.errors import EngineError

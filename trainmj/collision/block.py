@@ -7,69 +7,94 @@ field, then the envelopes. All values are float64 in SI.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import dataclass
-from enum import IntEnum, auto
+from enum import IntEnum
+from typing import Any, Self
 
 import numpy as np
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
+from trainmj.collision.identity import law_hash
+from trainmj.collision.law import CRUSH
 
-MAGIC = 20261122.5
-"""First value of a block; the law leaves any other simulation of the process alone."""
-
-
-class _Count(IntEnum):
-    @staticmethod
-    def _generate_next_value_(name: str, start: int, count: int, last_values: list[int]) -> int:
-        return count
+MAGIC = int(law_hash()[:12], 16) + 0.5
+"""First value of a block, made from the code of the law; the law leaves any other simulation of the process alone."""
 
 
-class Head(_Count):
+class _Field(IntEnum):
+    """A field: its place among those of its kind, with unit and meaning.
+
+    Attributes:
+        unit: of its value.
+        meaning: in words.
+        tallied: whether it is part of what a collision leaves behind.
+    """
+
+    unit: str
+    meaning: str
+    tallied: bool
+
+    def __new__(cls, unit: str, meaning: str, tallied: bool = False) -> Self:
+        """Count the fields in the order in which they are written."""
+        field = int.__new__(cls, len(cls.__members__))
+        field._value_ = len(cls.__members__)
+        field.unit, field.meaning, field.tallied = unit, meaning, tallied
+        return field
+
+
+class Head(_Field):
     """Header fields."""
 
-    MAGIC = auto()
-    N_VEHICLE = auto()
-    N_INTERFACE = auto()
-    N_POINT = auto()  # room for the points of each envelope
-    TIME = auto()  # of the last evaluation; -1 before the first
-    OVER = auto()  # 1 when no interface carries force or comes closer
-    IMPULSE = auto()  # of rail friction and wall on all vehicles [N s]
-    STRIDE = auto()  # evaluations from one record of the speeds to the next; 0 for no records
-    DUE = auto()  # evaluations until the next record
-    RECORDS = auto()  # taken so far
-    MOST = auto()  # records after which the simulation is done
-    DONE = auto()  # 1 when, at a record, it was over, out of records or not finite: the law rests from then on
-    N_RING = auto()  # records that are kept
+    MAGIC = "1", "marks the block of a simulation with the device law"
+    N_VEHICLE = "1", "vehicles"
+    N_INTERFACE = "1", "interfaces"
+    N_POINT = "1", "room for the points of each envelope"
+    TIME = "s", "time of the last evaluation; -1 before the first", True
+    OVER = "1", "1 when no interface carries force or comes closer, or all vehicles stand", True
+    IMPULSE = "N s", "impulse of rail friction and wall on all vehicles together", True
+    STRIDE = "1", "evaluations from one record of the speeds to the next; 0 for no records"
+    DUE = "1", "evaluations until the next record"
+    RECORDS = "1", "records taken so far"
+    MOST = "1", "records after which the simulation is done"
+    DONE = "1", "1 when, at a record, it was over, out of records or not finite: the law rests from then on"
+    N_RING = "1", "records that are kept"
 
 
-class Car(_Count):
+class Car(_Field):
     """Fields of a vehicle."""
 
-    FRICTION_LIMIT = auto()
-    SPEED = auto()
-    FRICTION = auto()
-    FRICTION_WORK = auto()
-    DEVICE_PEAK = auto()  # largest |acceleration| by the devices alone
-    TOTAL_PEAK = auto()  # largest |acceleration|, rail friction included
+    FRICTION_LIMIT = "N", "largest rail friction"
+    SPEED = "m/s", "speed at the last evaluation", True
+    FRICTION = "N", "rail friction"
+    FRICTION_WORK = "J", "work done against rail friction", True
+    DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
+    TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction included", True
 
 
-class Joint(_Count):
+class Joint(_Field):
     """Fields of an interface."""
 
-    STIFFNESS = auto()
-    DAMPING = auto()
-    PLASTIC = auto()
-    STROKE = auto()
-    FORCE = auto()
-    WORK = auto()
-    DISSIPATED = auto()  # by crushing and dashpot, from the law and not from the work
-    STROKE_MAX = auto()
-    STROKE_MAX_TIME = auto()
-    FORCE_MAX = auto()
-    FIRST = auto()  # time of the first force; -1 before it
-    LAST = auto()  # time of the last force
-    SEGMENT = auto()  # of the envelope, where the search starts
+    LAW = "1", "code of its law"
+    STIFFNESS = "N/m", "unloading stiffness"
+    DAMPING = "N s/m", "dashpot on the elastic branch"
+    STROKE = "m", "stroke at the last evaluation", True
+    PLASTIC = "m", "stroke at which the force would vanish: the permanent set", True
+    FORCE = "N", "force"
+    WORK = "J", "work done on the interface", True
+    DISSIPATED = "J", "energy lost by crushing and in the dashpot, added up from the law and not from the work", True
+    STROKE_MAX = "m", "largest stroke", True
+    STROKE_MAX_TIME = "s", "time of the largest stroke", True
+    FORCE_MAX = "N", "largest force", True
+    FIRST_FORCE_TIME = "s", "time of the first force; -1 where there was none", True
+    LAST_FORCE_TIME = "s", "time of the last force", True
+    SEGMENT = "1", "segment of the envelope at which the search starts"
+
+
+def places(fields: type[IntEnum]) -> Any:
+    """The places of fields as plain whole numbers by their names, such as ``places(Head).TIME``."""
+    return namedtuple(fields.__name__, fields.__members__)(*map(int, fields))
 
 
 @dataclass(frozen=True)
@@ -143,9 +168,61 @@ class Layout:
         self.joint(block, Joint.STROKE)[chain.front] = -chain.gap
         self.joint(block, Joint.STIFFNESS)[:] = [e.stiffness for e in envelopes]
         self.joint(block, Joint.DAMPING)[:] = [e.damping for e in envelopes]
-        self.joint(block, Joint.FIRST)[:] = -1.0
+        self.joint(block, Joint.LAW)[:] = CRUSH
+        self.joint(block, Joint.FIRST_FORCE_TIME)[:] = -1.0
         curves = block[self._curves : self._ring].reshape(self.n_interface, 3, self.n_point)
         curves[:, 0] = np.inf
         for rows, e in zip(curves, envelopes, strict=True):
             rows[:, : e.stroke.size] = e.stroke, e.force, e.slope
         return block
+
+
+@dataclass(frozen=True)
+class Tallied:
+    """A field that a collision leaves behind.
+
+    Attributes:
+        name: of the attribute of a :class:`Tally`.
+        over: what it has a value for: "vehicle", "interface", or nothing for the whole collision.
+        unit: of its values.
+        meaning: in words.
+    """
+
+    name: str
+    over: tuple[str, ...]
+    unit: str
+    meaning: str
+
+
+TALLY = tuple(
+    Tallied(field.name.lower(), over, field.unit, field.meaning)
+    for fields, over in ((Head, ()), (Car, ("vehicle",)), (Joint, ("interface",)))
+    for field in fields
+    if field.tallied
+)
+"""Every tallied field: the header's, the vehicles', the interfaces'."""
+
+
+class Tally:
+    """What the device law counts at every step, as it stands at the end of a collision; all in SI.
+
+    Its attributes are the fields of :data:`TALLY` by name: (n_vehicle,) or (n_interface,) arrays in the order of the
+    chain, plain numbers for the whole collision.
+    """
+
+    def __init__(self, **values: Any) -> None:
+        """Take the value of each field by name."""
+        self.__dict__.update(values)
+
+    def __getattr__(self, name: str) -> Any:
+        """Say what is missing; what there is, is found without this."""
+        raise AttributeError(f"the tally has no {name!r}; it has {', '.join(vars(self))}")
+
+    @classmethod
+    def of(cls, layout: Layout, block: Array) -> Tally:
+        """The tally in a simulation's block of user data."""
+        values: dict[str, Any] = {f.name.lower(): float(block[f]) for f in Head if f.tallied}
+        values["over"] = bool(values["over"])
+        values |= {f.name.lower(): layout.car(block, f).copy() for f in Car if f.tallied}
+        values |= {f.name.lower(): layout.joint(block, f).copy() for f in Joint if f.tallied}
+        return cls(**values)

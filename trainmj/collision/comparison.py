@@ -1,11 +1,12 @@
-"""Do a saved collision again, and say whether it comes out the same, bit for bit.
+"""Whether two results are the same, bit for bit, and if not, by how much.
 
 ::
 
-    again = repeat(load_result("results/result.nc"))
-    again.same          # every number as it was
-    again.differences   # if not: by how much, for each quantity
-    again.changed       # versions and platform that are others now
+    before = load_result("results/result.nc")
+    found = compare(before, run(before.scenario))
+    found.same          # every number as it was
+    found.differences   # if not: by how much, for each quantity
+    found.changes       # versions, platform and law that are others now
 """
 
 from __future__ import annotations
@@ -15,24 +16,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trainmj.collision.identity import changes
 from trainmj.collision.result import Result
-from trainmj.collision.simulation import run, versions
 
 
 @dataclass(frozen=True)
-class Repeat:
-    """A saved collision, computed again.
+class Comparison:
+    """Two results held against each other.
 
     Attributes:
-        result: as it is now.
         differences: largest difference of each quantity that is not the same to the last bit, as part of its largest
-            value; infinite where there is another number of records.
-        changed: versions and platform that are others now: then, now.
+            value; infinite where the number of records is another.
+        changes: what computed them and differs, in words.
     """
 
-    result: Result
     differences: Mapping[str, float]
-    changed: Mapping[str, tuple[str, str]]
+    changes: tuple[str, ...]
 
     @property
     def same(self) -> bool:
@@ -40,37 +39,23 @@ class Repeat:
         return not self.differences
 
     def as_dict(self) -> dict[str, object]:
-        """For JSON."""
-        return {
-            "same": self.same,
-            "differences": {name: value if np.isfinite(value) else None for name, value in self.differences.items()},
-            "changed": {name: {"then": then, "now": now} for name, (then, now) in self.changed.items()},
-        }
+        """Plain values, as ``trainmj run RESULT --json`` prints them."""
+        shares = {name: value if np.isfinite(value) else None for name, value in self.differences.items()}
+        return {"same": self.same, "differences": shares, "changes": list(self.changes)}
 
-    def said(self) -> list[str]:
-        """What to tell a person."""
-        lines = ["The same as the saved result, bit for bit."]
+    def __str__(self) -> str:
+        """Give the lines that are printed."""
+        line = "The same as the saved result, bit for bit."
         if not self.same:
             worst = sorted(self.differences.items(), key=lambda item: -item[1])[:3]
             parts = ", ".join(f"{name} by {value:.1e} of its largest value" for name, value in worst)
-            lines = [f"Differs from the saved result: {parts}."]
-        others = [f"{name} {then} then, {now} now" for name, (then, now) in self.changed.items()]
-        lines.append(f"Other versions: {'; '.join(others)}." if others else "Versions and platform are the same.")
-        return lines
+            line = f"Differs from the saved result: {parts}."
+        others = f"Computed by others: {'; '.join(self.changes)}." if self.changes else "Computed by the same versions."
+        return f"{line}\n{others}"
 
 
-def repeat(before: Result) -> Repeat:
-    """Compute the scenario of a result again and compare."""
-    after, now = run(before.scenario), versions()
-    changed = {
-        name: (before.versions.get(name, "unknown"), now[name])
-        for name in now
-        if before.versions.get(name, "unknown") != now[name]
-    }
-    return Repeat(after, _differences(before, after), changed)
-
-
-def _differences(before: Result, after: Result) -> dict[str, float]:
+def compare(before: Result, after: Result) -> Comparison:
+    """Hold a result against an earlier one, number by number."""
     found = {}
     for name, old in before.numbers().items():
         new = after.numbers()[name]
@@ -79,4 +64,4 @@ def _differences(before: Result, after: Result) -> dict[str, float]:
         elif old.tobytes() != new.tobytes():
             largest = float(np.abs(old).max(initial=0.0))
             found[name] = float(np.abs(new - old).max(initial=0.0)) / (largest or 1.0)
-    return found
+    return Comparison(found, tuple(changes(before.versions, after.versions)))

@@ -1,16 +1,8 @@
 """Energy-absorbing devices: their crush curves, and the law that turns a stroke history into a force.
 
-A device is compressed by a stroke u. Its envelope F_env(u) is piecewise linear; its plastic state u_p is the
-stroke at which the force would vanish. With the unloading stiffness K and the dashpot c::
-
-    F_el = K (u - u_p)
-    F_el >= F_env(u):   F = F_env(u), u_p = u - F / K     crushing: the state moves, energy is lost
-    0 < F_el < F_env:   F = F_el + c du/dt, within [0, F_env]   unloading and reloading
-    otherwise           F = 0                             devices push, they never pull
-
-Empty strokes and shear-off are parts of the envelope. Where the envelope rises faster than K it is climbed along K.
-The dashpot acts on the elastic branch and never carries the force past the envelope.
-This module is the readable form of the law; :mod:`trainmj.collision.kernel` is the compiled one that MuJoCo calls.
+A device is compressed by a stroke u. Its envelope F_env(u) is piecewise linear; empty strokes and shear-off are parts
+of it. What the device answers with is the law of its kind, in :mod:`trainmj.collision.law`. Where the envelope rises
+faster than the unloading stiffness K it is climbed along K.
 """
 
 from __future__ import annotations
@@ -20,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from trainmj.collision.law import crush
 from trainmj.errors import InputError
 
 Array = npt.NDArray[np.float64]
@@ -111,13 +104,7 @@ class Envelope:
         Returns:
             The force F [N] and the plastic state u_p [m] after the step.
         """
-        elastic = self.stiffness * (stroke - plastic)
-        if elastic <= 0.0:
-            return 0.0, plastic
-        crush = self.force_at(stroke)
-        if elastic >= crush:
-            return crush, stroke - crush / self.stiffness
-        return min(crush, max(0.0, elastic + self.damping * rate)), plastic
+        return crush.respond(stroke, rate, plastic, self.stiffness, self.damping, self.force_at(stroke))
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ MuJoCo calls it once in each step with its own model and data, without Python an
     with installed():
         mujoco.mj_step(model, data, nstep=8000)
 
-It is the law of :mod:`trainmj.collision.device` for every interface of a chain, and rail friction for every vehicle:
+It is the law of each interface of a chain (:mod:`trainmj.collision.law`), and rail friction for every vehicle:
 the force that would stop the vehicle within the step, at most mu m g, so that a standing vehicle stands. All parameters
 and all
 state are in mjData.userdata (:mod:`trainmj.collision.block`); simulations without such a block are left alone.
@@ -30,10 +30,11 @@ import mujoco
 import numba
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
+from numba.extending import intrinsic, register_jitable
 
-from trainmj.collision.block import MAGIC, Car, Head, Joint
+from trainmj.collision.block import MAGIC, Car, Head, Joint, places
 from trainmj.collision.interrupts import held_back
+from trainmj.collision.law import CRUSH, crush
 from trainmj.collision.offsets import Offsets, field_offsets
 
 log = logging.getLogger(__name__)
@@ -43,6 +44,10 @@ APPROACH_SPEED = 0.01
 
 STILL_SPEED = 1e-6
 """... or when every vehicle is slower than this [m/s]."""
+
+HEAD, CAR, JOINT = places(Head), places(Car), places(Joint)  # numba takes no members of an Enum as indices
+N_HEAD, N_CAR, N_JOINT = len(Head), len(Car), len(Joint)
+LAST_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
 
 
 @contextmanager
@@ -153,166 +158,153 @@ def _size(typing_context: Any, base: Any, offset: Any) -> Any:
     return types.int64(types.voidptr, types.int64), codegen
 
 
-# Values that the compiled functions use are taken in as arguments of these factories: numba's cache on disk tells
-# such functions apart, while module globals are baked in unnoticed.
+# numba keeps compiled functions on disk. It finds them again by this file and by the values that a function closes
+# over, and does not see an edit elsewhere. Each function therefore closes over the places of MuJoCo's fields and over
+# the mark of a block, which changes with the code of the law; everything else may then be used by its name.
+
+respond = register_jitable(crush.respond)
 
 
 def _passive(offsets: Offsets) -> Any:
     at_nuserdata, at_timestep, at_time, at_userdata, at_qpos, at_qvel, at_passive, at_inertia, _ = offsets
-    magic, approach_speed, still_speed = MAGIC, APPROACH_SPEED, STILL_SPEED
-    n_head, n_car, n_joint = len(Head), len(Car), len(Joint)
-    h_vehicles, h_interfaces, h_points = int(Head.N_VEHICLE), int(Head.N_INTERFACE), int(Head.N_POINT)
-    h_time, h_over, h_impulse = int(Head.TIME), int(Head.OVER), int(Head.IMPULSE)
-    h_stride, h_due, h_records = int(Head.STRIDE), int(Head.DUE), int(Head.RECORDS)
-    h_most, h_done, h_ring = int(Head.MOST), int(Head.DONE), int(Head.N_RING)
-    c_limit, c_speed, c_friction = int(Car.FRICTION_LIMIT), int(Car.SPEED), int(Car.FRICTION)
-    c_work, c_device, c_total = int(Car.FRICTION_WORK), int(Car.DEVICE_PEAK), int(Car.TOTAL_PEAK)
-    j_stiffness, j_damping, j_plastic = int(Joint.STIFFNESS), int(Joint.DAMPING), int(Joint.PLASTIC)
-    j_stroke, j_force, j_work, j_segment = int(Joint.STROKE), int(Joint.FORCE), int(Joint.WORK), int(Joint.SEGMENT)
-    j_most, j_most_time, j_peak = int(Joint.STROKE_MAX), int(Joint.STROKE_MAX_TIME), int(Joint.FORCE_MAX)
-    j_dissipated = int(Joint.DISSIPATED)
-    j_first, j_last = int(Joint.FIRST), int(Joint.LAST)
+    magic = MAGIC
 
     def passive(model: Any, data: Any) -> None:
-        if _size(model, at_nuserdata) < n_head:
+        """Forces of all interfaces and rails on the vehicles; moves the state where the time is a new one."""
+        if _size(model, at_nuserdata) < N_HEAD:
             return
         s = _at(data, at_userdata)
-        if s[0] != magic:
+        if s[HEAD.MAGIC] != magic or s[HEAD.DONE] != 0.0:
             return
-        if s[h_done] != 0.0:
-            return
-        n = int(s[h_vehicles])
-        m = int(s[h_interfaces])
-        room = int(s[h_points])
+        n = int(s[HEAD.N_VEHICLE])
+        m = int(s[HEAD.N_INTERFACE])
+        room = int(s[HEAD.N_POINT])
         time = _in(data, at_time)[0]
         step = _in(model, at_timestep)[0]
         qpos = _at(data, at_qpos)
         qvel = _at(data, at_qvel)
         out = _at(data, at_passive)
         inertia = _at(data, at_inertia)
-        cars = n_head
-        joints = cars + n_car * n
-        curves = joints + n_joint * m
-        fresh = time != s[h_time]
-        elapsed = time - s[h_time] if s[h_time] >= 0.0 else 0.0
+        # a field of vehicle i is at s[car + FIELD * n], one of interface i at s[joint + FIELD * m]
+        cars = N_HEAD
+        joints = cars + N_CAR * n
+        curves = joints + N_JOINT * m
+        fresh = time != s[HEAD.TIME]  # MuJoCo may ask again at the same time: the state has moved already
+        elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
         active = False
         still = True
         behind = 0.0  # force of the interface behind a vehicle, which pushes it forward
         impulse = 0.0
         for i in range(n):
             v = qvel[i]
-            ahead = 0.0
+            ahead = 0.0  # force of the interface ahead of it, which pushes it back
             if i < m:
                 j = joints + i
                 if fresh:
-                    x_right = qpos[i + 1] if i + 1 < n else 0.0
-                    v_right = qvel[i + 1] if i + 1 < n else 0.0
-                    u = qpos[i] - x_right
-                    rate = v - v_right
-                    stiffness = s[j + j_stiffness * m]
-                    plastic = s[j + j_plastic * m]
-                    elastic = stiffness * (u - plastic)
-                    if elastic > 0.0:
+                    u = qpos[i] - (qpos[i + 1] if i + 1 < n else 0.0)  # the wall stands at 0
+                    rate = v - (qvel[i + 1] if i + 1 < n else 0.0)
+                    stiffness = s[j + JOINT.STIFFNESS * m]
+                    plastic = s[j + JOINT.PLASTIC * m]
+                    now_plastic = plastic
+                    if u > plastic:
+                        # the segment of the envelope, from where it was: a step moves it by one or two
                         base = curves + 3 * room * i
-                        k = int(s[j + j_segment * m])
+                        k = int(s[j + JOINT.SEGMENT * m])
                         while k > 0 and u < s[base + k]:
                             k -= 1
                         while k + 1 < room and u >= s[base + k + 1]:
                             k += 1
-                        s[j + j_segment * m] = k
-                        crush = s[base + room + k] + s[base + 2 * room + k] * (u - s[base + k])
-                        if elastic >= crush:
-                            ahead = crush
-                            s[j + j_plastic * m] = u - crush / stiffness
-                        else:
-                            ahead = min(crush, max(0.0, elastic + s[j + j_damping * m] * rate))
+                        s[j + JOINT.SEGMENT * m] = k
+                        envelope = s[base + room + k] + s[base + 2 * room + k] * (u - s[base + k])
+                        if s[j + JOINT.LAW * m] == CRUSH:
+                            damping = s[j + JOINT.DAMPING * m]
+                            ahead, now_plastic = respond(u, rate, plastic, stiffness, damping, envelope)
+                        s[j + JOINT.PLASTIC * m] = now_plastic
                         if ahead > 0.0:
                             active = True
-                            if s[j + j_first * m] < 0.0:
-                                s[j + j_first * m] = time
-                            s[j + j_last * m] = time
-                            if ahead > s[j + j_peak * m]:
-                                s[j + j_peak * m] = ahead
-                    moved = s[j + j_plastic * m] - plastic
-                    travel = u - s[j + j_stroke * m]
-                    before = s[j + j_force * m]
-                    spring = max(0.0, stiffness * (u - s[j + j_plastic * m]))
-                    s[j + j_dissipated * m] += 0.5 * (ahead + before) * moved + (ahead - spring) * travel
-                    if rate > approach_speed:
+                            if s[j + JOINT.FIRST_FORCE_TIME * m] < 0.0:
+                                s[j + JOINT.FIRST_FORCE_TIME * m] = time
+                            s[j + JOINT.LAST_FORCE_TIME * m] = time
+                            if ahead > s[j + JOINT.FORCE_MAX * m]:
+                                s[j + JOINT.FORCE_MAX * m] = ahead
+                    # lost: mean force over plastic travel, and what the dashpot adds to the spring over the whole
+                    moved = now_plastic - plastic
+                    travel = u - s[j + JOINT.STROKE * m]
+                    before = s[j + JOINT.FORCE * m]
+                    spring = max(0.0, stiffness * (u - now_plastic))
+                    s[j + JOINT.DISSIPATED * m] += 0.5 * (ahead + before) * moved + (ahead - spring) * travel
+                    s[j + JOINT.WORK * m] += 0.5 * (ahead + before) * travel
+                    if rate > APPROACH_SPEED:
                         active = True
-                    s[j + j_work * m] += 0.5 * (ahead + before) * travel
                     if i + 1 == n:
-                        impulse -= before * elapsed
-                    s[j + j_stroke * m] = u
-                    s[j + j_force * m] = ahead
-                    if u > s[j + j_most * m]:
-                        s[j + j_most * m] = u
-                        s[j + j_most_time * m] = time
+                        impulse -= before * elapsed  # of the wall
+                    s[j + JOINT.STROKE * m] = u
+                    s[j + JOINT.FORCE * m] = ahead
+                    if u > s[j + JOINT.STROKE_MAX * m]:
+                        s[j + JOINT.STROKE_MAX * m] = u
+                        s[j + JOINT.STROKE_MAX_TIME * m] = time
                 else:
-                    ahead = s[j + j_force * m]
+                    ahead = s[j + JOINT.FORCE * m]
             net = behind - ahead
             behind = ahead
             c = cars + i
             if fresh:
                 mass = inertia[i]
-                limit = s[c + c_limit * n]
-                friction = -(mass * v / step + net)
-                friction = min(limit, max(-limit, friction))
-                held = s[c + c_friction * n]
-                s[c + c_work * n] -= 0.5 * held * (s[c + c_speed * n] + v) * elapsed
+                # the friction that would stop the vehicle within this step, within what the rail can give
+                limit = s[c + CAR.FRICTION_LIMIT * n]
+                friction = min(limit, max(-limit, -(mass * v / step + net)))
+                held = s[c + CAR.FRICTION * n]
+                s[c + CAR.FRICTION_WORK * n] -= 0.5 * held * (s[c + CAR.SPEED * n] + v) * elapsed
                 impulse += held * elapsed
-                s[c + c_speed * n] = v
-                s[c + c_friction * n] = friction
+                s[c + CAR.SPEED * n] = v
+                s[c + CAR.FRICTION * n] = friction
                 device = abs(net) / mass
-                if device > s[c + c_device * n]:
-                    s[c + c_device * n] = device
+                if device > s[c + CAR.DEVICE_PEAK * n]:
+                    s[c + CAR.DEVICE_PEAK * n] = device
                 total = abs(net + friction) / mass
-                if total > s[c + c_total * n]:
-                    s[c + c_total * n] = total
-                if abs(v) > still_speed:
+                if total > s[c + CAR.TOTAL_PEAK * n]:
+                    s[c + CAR.TOTAL_PEAK * n] = total
+                if abs(v) > STILL_SPEED:
                     still = False
             else:
-                friction = s[c + c_friction * n]
+                friction = s[c + CAR.FRICTION * n]
             out[i] += net + friction
         if fresh:
-            s[h_time] = time
-            s[h_over] = 1.0 if still or not active else 0.0
-            s[h_impulse] += impulse
-            if s[h_stride] > 0.0:
-                if s[h_due] == 0.0:
-                    ring = curves + 3 * room * m + n * (int(s[h_records]) % int(s[h_ring]))
+            s[HEAD.TIME] = time
+            s[HEAD.OVER] = 1.0 if still or not active else 0.0
+            s[HEAD.IMPULSE] += impulse
+            if s[HEAD.STRIDE] > 0.0:
+                if s[HEAD.DUE] == 0.0:
+                    ring = curves + 3 * room * m + n * (int(s[HEAD.RECORDS]) % int(s[HEAD.N_RING]))
                     for i in range(n):
                         s[ring + i] = qvel[i]
-                    s[h_records] += 1.0
-                    s[h_due] = s[h_stride]
-                    finite = s[h_impulse] - s[h_impulse] == 0.0
-                    if s[h_over] != 0.0 or s[h_records] == s[h_most] or not finite:
-                        s[h_done] = 1.0
-                s[h_due] -= 1.0
+                    s[HEAD.RECORDS] += 1.0
+                    s[HEAD.DUE] = s[HEAD.STRIDE]
+                    finite = s[HEAD.IMPULSE] - s[HEAD.IMPULSE] == 0.0
+                    if s[HEAD.OVER] != 0.0 or s[HEAD.RECORDS] == s[HEAD.MOST] or not finite:
+                        s[HEAD.DONE] = 1.0
+                s[HEAD.DUE] -= 1.0
 
     return passive
 
 
 def _sensor(offsets: Offsets) -> Any:
     at_nuserdata, at_userdata, at_sensordata = offsets.nuserdata, offsets.userdata, offsets.sensordata
-    magic, n_head, n_car = MAGIC, len(Head), len(Car)
-    h_vehicles, h_interfaces = int(Head.N_VEHICLE), int(Head.N_INTERFACE)
-    j_force, j_dissipated = int(Joint.FORCE), int(Joint.DISSIPATED)
-    last_stage = int(mujoco.mjtStage.mjSTAGE_ACC)
+    magic = MAGIC
 
     def sensor(model: Any, data: Any, stage: int) -> None:
         """Force and absorbed energy of each interface, the first user sensors of a model built by trainmj."""
-        if stage != last_stage or _size(model, at_nuserdata) < n_head:
+        if stage != LAST_STAGE or _size(model, at_nuserdata) < N_HEAD:
             return
         s = _at(data, at_userdata)
-        if s[0] != magic:
+        if s[HEAD.MAGIC] != magic:
             return
-        m = int(s[h_interfaces])
+        m = int(s[HEAD.N_INTERFACE])
         out = _at(data, at_sensordata)
         for i in range(m):
-            j = n_head + n_car * int(s[h_vehicles]) + i
-            out[i] = s[j + j_force * m]
-            out[m + i] = s[j + j_dissipated * m]
+            j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + i
+            out[i] = s[j + JOINT.FORCE * m]
+            out[m + i] = s[j + JOINT.DISSIPATED * m]
 
     return sensor
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.block import Car, Head, Joint, Layout
+from trainmj.collision.block import TALLY, Tally
 from trainmj.collision.chain import Chain, line_up
 from trainmj.collision.device import Array
 from trainmj.errors import InputError
 from trainmj.files.atomic import write_bytes
 from trainmj.files.text import printable
 from trainmj.scenario import Scenario, from_yaml, to_yaml
-from trainmj.units import KJ, KM_H, KN, MM, G
+from trainmj.units import KJ, KM_H, KN, MM, G, head
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,71 +24,34 @@ if TYPE_CHECKING:
 FILE = "result.nc"
 
 
-@dataclass(frozen=True, eq=False)
-class Tally:
-    """What the device law counts at every step, as it stands at the end of a collision. SI.
-
-    Vehicles are in the order of the chain, (n_vehicle,); interfaces likewise, (n_interface,).
+class History(NamedTuple):
+    """A quantity that is recorded over time.
 
     Attributes:
-        time: of the last evaluation [s].
-        over: whether the collision had come to its end.
-        impulse: of rail friction and wall on all vehicles together [N s].
-        speed: (n_vehicle,) at that time [m/s].
-        friction_work: (n_vehicle,) done against rail friction [J].
-        device_peak: (n_vehicle,) largest |acceleration| by the devices alone [m/s2].
-        total_peak: (n_vehicle,) largest |acceleration|, rail friction included [m/s2].
-        stroke: (n_interface,) at the last evaluation [m].
-        plastic: (n_interface,) stroke at which the force would vanish: the permanent set [m].
-        work: (n_interface,) done on the interface [J].
-        dissipated: (n_interface,) by crushing and by the dashpot, added up from the law itself [J].
-        stroke_max: (n_interface,) [m].
-        stroke_max_time: (n_interface,) [s].
-        force_max: (n_interface,) [N].
-        first_force_time: (n_interface,) [s]; -1 where there was none.
-        last_force_time: (n_interface,) [s].
+        over: what it has a value for at each time: vehicle or interface.
+        unit: of the recorded values.
+        meaning: in words.
+        shown: unit in a spreadsheet; empty for a quantity that has no column there.
+        factor: by which values are divided to be in that unit.
     """
 
-    time: float
-    over: bool
-    impulse: float
-    speed: Array
-    friction_work: Array
-    device_peak: Array
-    total_peak: Array
-    stroke: Array
-    plastic: Array
-    work: Array
-    dissipated: Array
-    stroke_max: Array
-    stroke_max_time: Array
-    force_max: Array
-    first_force_time: Array
-    last_force_time: Array
+    over: str
+    unit: str
+    meaning: str
+    shown: str = ""
+    factor: float = 1.0
 
-    @classmethod
-    def of(cls, layout: Layout, block: Array) -> Tally:
-        """The tally in a simulation's block of user data."""
-        car = {f: layout.car(block, f).copy() for f in Car}
-        joint = {f: layout.joint(block, f).copy() for f in Joint}
-        return cls(
-            time=float(block[Head.TIME]),
-            over=bool(block[Head.OVER]),
-            impulse=float(block[Head.IMPULSE]),
-            speed=car[Car.SPEED],
-            friction_work=car[Car.FRICTION_WORK],
-            device_peak=car[Car.DEVICE_PEAK],
-            total_peak=car[Car.TOTAL_PEAK],
-            stroke=joint[Joint.STROKE],
-            plastic=joint[Joint.PLASTIC],
-            work=joint[Joint.WORK],
-            dissipated=joint[Joint.DISSIPATED],
-            stroke_max=joint[Joint.STROKE_MAX],
-            stroke_max_time=joint[Joint.STROKE_MAX_TIME],
-            force_max=joint[Joint.FORCE_MAX],
-            first_force_time=joint[Joint.FIRST],
-            last_force_time=joint[Joint.LAST],
-        )
+
+HISTORIES = {
+    "position": History("vehicle", "m", "position, 0 where the two sides touch", "mm", MM),
+    "velocity": History("vehicle", "m/s", "speed along +x", "km/h", KM_H),
+    "acceleration": History("vehicle", "m/s2", "acceleration by all forces", "g", G),
+    "stroke": History("interface", "m", "stroke", "mm", MM),
+    "stroke_rate": History("interface", "m/s", "rate of the stroke"),
+    "force": History("interface", "N", "force", "kN", KN),
+    "energy": History("interface", "J", "absorbed energy, elastic energy not counted", "kJ", KJ),
+}
+"""What a result has over time, (n_sample, n_vehicle) or (n_sample, n_interface), by name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,18 +93,20 @@ class Result:
 
     def numbers(self) -> dict[str, Array]:
         """Every number of the result by name, histories and tally."""
-        histories = {name: getattr(self, name) for name in ("time", *_HISTORIES)}
-        return histories | {f"tally_{name}": np.asarray(getattr(self.tally, name), dtype=np.float64) for name in _TALLY}
+        histories = {name: getattr(self, name) for name in ("time", *HISTORIES)}
+        return histories | {f"tally_{t.name}": np.asarray(getattr(self.tally, t.name), dtype=np.float64) for t in TALLY}
 
     def dataset(self) -> xr.Dataset:
         """Everything as an xarray Dataset with named dimensions and units."""
         import xarray as xr
 
         histories = {
-            name: (("time", over), getattr(self, name), {"units": unit}) for name, (over, unit) in _HISTORIES.items()
+            name: (("time", h.over), getattr(self, name), {"units": h.unit, "long_name": h.meaning})
+            for name, h in HISTORIES.items()
         }
         tally = {
-            f"tally_{name}": (over, getattr(self.tally, name), {"units": unit}) for name, (over, unit) in _TALLY.items()
+            f"tally_{t.name}": (t.over, getattr(self.tally, t.name), {"units": t.unit, "long_name": t.meaning})
+            for t in TALLY
         }
         return xr.Dataset(
             histories | tally,
@@ -177,9 +142,9 @@ class Result:
             "interface": [i.name for i in self.chain.interfaces],
         }
         columns: dict[str, Array] = {"time_s": self.time}
-        for name, (over, unit, factor) in _COLUMNS.items():
-            for k, thing in enumerate(things[over]):
-                columns[f"{name}_{thing}_{unit}"] = getattr(self, name)[:, k] / factor
+        for name, h in HISTORIES.items():
+            for k, thing in enumerate(things[h.over] if h.shown else ()):
+                columns[head(f"{name}_{thing}", h.shown)] = getattr(self, name)[:, k] / h.factor
         return pd.DataFrame(columns)
 
 
@@ -221,13 +186,13 @@ def load_result(file: str | Path) -> Result:
     if scenario.simulation.step_ms != step_ms:  # the default was another one
         scenario = scenario.with_values({"simulation.step_ms": step_ms})
         chain = line_up(scenario)
-    tally: dict[str, Any] = {name: data[f"tally_{name}"].to_numpy() for name in _TALLY}
-    tally |= {name: tally[name].item() for name, (over, _) in _TALLY.items() if not over}
+    tally: dict[str, Any] = {t.name: data[f"tally_{t.name}"].to_numpy() for t in TALLY}
+    tally |= {t.name: tally[t.name].item() for t in TALLY if not t.over}
     tally["over"] = bool(tally["over"])
     versions = {
         k.removeprefix("version_"): printable(str(v)) for k, v in data.attrs.items() if k.startswith("version_")
     }
-    histories: dict[str, Any] = {name: data[name].to_numpy() for name in _HISTORIES}
+    histories: dict[str, Any] = {name: data[name].to_numpy() for name in HISTORIES}
     return Result(scenario, chain, Tally(**tally), data["time"].to_numpy(), **histories, versions=versions)
 
 
@@ -237,7 +202,7 @@ def _scenario_of(data: xr.Dataset, file: str) -> tuple[Scenario, float]:
         raise InputError(
             f"{file}: is not a result of this trainmj (format {str(data.attrs.get('format'))[:60]!a}, not {_FORMAT!r})"
         )
-    missing = {"time", *_HISTORIES, *(f"tally_{name}" for name in _TALLY)} - set(data.variables)
+    missing = {"time", *HISTORIES, *(f"tally_{t.name}" for t in TALLY)} - set(data.variables)
     if missing or "scenario" not in data.attrs:
         raise InputError(f"{file}: is not a whole result: {min(missing, default='scenario')} is missing")
     scenario = from_yaml(str(data.attrs["scenario"]), file)
@@ -251,8 +216,8 @@ def _check_sizes(data: xr.Dataset, chain: Chain, file: str) -> None:
     if not 0 < n <= chain.n_records:
         raise InputError(f"{file}: has {n} records and not 1 to {chain.n_records}, as its scenario would")
     over: dict[str, tuple[str, ...]] = {"time": ("time",)}
-    over |= {name: ("time", thing) for name, (thing, _) in _HISTORIES.items()}
-    over |= {f"tally_{name}": things for name, (things, _) in _TALLY.items()}
+    over |= {name: ("time", h.over) for name, h in HISTORIES.items()}
+    over |= {f"tally_{t.name}": t.over for t in TALLY}
     for name, dimensions in over.items():
         shape = tuple(n if d == "time" else sizes[d] for d in dimensions)
         if data[name].shape != shape or data[name].dtype.kind not in "fbiu":
@@ -265,38 +230,3 @@ _UNREADABLE = (OSError, ValueError, KeyError, RuntimeError, TypeError, Attribute
 """What the packages that read NetCDF raise on damaged files."""
 
 _FORMAT = "trainmj result 1"
-_HISTORIES = {
-    "position": ("vehicle", "m"),
-    "velocity": ("vehicle", "m/s"),
-    "acceleration": ("vehicle", "m/s2"),
-    "stroke": ("interface", "m"),
-    "stroke_rate": ("interface", "m/s"),
-    "force": ("interface", "N"),
-    "energy": ("interface", "J"),
-}
-_TALLY: dict[str, tuple[tuple[str, ...], str]] = {
-    "time": ((), "s"),
-    "over": ((), "1"),
-    "impulse": ((), "N s"),
-    "speed": (("vehicle",), "m/s"),
-    "friction_work": (("vehicle",), "J"),
-    "device_peak": (("vehicle",), "m/s2"),
-    "total_peak": (("vehicle",), "m/s2"),
-    "stroke": (("interface",), "m"),
-    "plastic": (("interface",), "m"),
-    "work": (("interface",), "J"),
-    "dissipated": (("interface",), "J"),
-    "stroke_max": (("interface",), "m"),
-    "stroke_max_time": (("interface",), "s"),
-    "force_max": (("interface",), "N"),
-    "first_force_time": (("interface",), "s"),
-    "last_force_time": (("interface",), "s"),
-}
-_COLUMNS = {
-    "position": ("vehicle", "mm", MM),
-    "velocity": ("vehicle", "km_h", KM_H),
-    "acceleration": ("vehicle", "g", G),
-    "stroke": ("interface", "mm", MM),
-    "force": ("interface", "kN", KN),
-    "energy": ("interface", "kJ", KJ),
-}

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import version
-
 import mujoco
 import numpy as np
-from llvmlite.binding import get_host_cpu_name
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Head, Layout
+from trainmj.collision.block import Head, Layout, Tally
 from trainmj.collision.chain import Chain, line_up
 from trainmj.collision.device import Array
+from trainmj.collision.identity import identity
 from trainmj.collision.model import build, split_sensors
-from trainmj.collision.result import Result, Tally
+from trainmj.collision.result import Result
 from trainmj.errors import EngineError
 from trainmj.scenario import Scenario
 
@@ -48,7 +45,7 @@ def run(scenario: Scenario) -> Result:
         Tally.of(layout, data.userdata),
         time=chain.record_times(len(logged)),
         **split_sensors(chain, logged),
-        versions=versions(),
+        versions=identity(),
     )
 
 
@@ -58,15 +55,6 @@ def start(model: mujoco.MjModel, chain: Chain, layout: Layout) -> mujoco.MjData:
     mujoco.mj_resetDataKeyframe(model, data, 0)
     data.userdata[:] = layout.block(chain)
     return data
-
-
-def versions() -> dict[str, str]:
-    """Versions of what computes a result, and the platform: where all are the same, so is every bit of the numbers."""
-    return {
-        **{name: version(name) for name in ("trainmj", "mujoco", "numba", "numpy")},
-        "python": platform.python_version(),
-        "platform": f"{platform.system()} {platform.machine()} {get_host_cpu_name()}",
-    }
 
 
 def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:

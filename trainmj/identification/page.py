@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.collision.simulation import versions
+from trainmj.collision.identity import identity
 from trainmj.identification import figures, tables
 from trainmj.identification.found import FOUND, Found
 from trainmj.identification.search import phases
@@ -38,7 +38,7 @@ def page_of(found: Found, command: str = "") -> Page:
         plan.title,
         subtitle=f"{len(plan.unknowns.free)} values sought from {len(plan.fitted)} in {len(plan.fitted.cases)} cases",
         command=command,
-        versions=versions(),
+        versions=identity(),
     )
     _outcome(page.section("Outcome"), found)
     for role, title in _ROLES.items():

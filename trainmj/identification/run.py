@@ -14,7 +14,7 @@ import numpy as np
 from trainmj.cases.table import responses_of
 from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import Chain, line_up
-from trainmj.collision.simulation import versions
+from trainmj.collision.identity import identity
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
 from trainmj.files.folder import held
@@ -186,7 +186,7 @@ def _about(scenario: Scenario) -> dict[str, str]:
     return {
         "format": "trainmj identification 1",
         "scenario": to_yaml(scenario),
-        **{f"version_{name}": version for name, version in versions().items()},
+        **{f"version_{name}": version for name, version in identity().items()},
         "what the simulation gives": hashlib.sha256(numbers.encode()).hexdigest(),
     }
 
@@ -207,7 +207,7 @@ def _summary(plan: Identification, point: Point, known: Uncertainty, fit: pd.Dat
         "not_determined": loose,
         "at_bounds": [p for p, bound in zip(plan.unknowns.names, known.at_bound, strict=True) if bound],
         "fit": [{k: _json(v) for k, v in row.items()} for row in fit.to_dict("records")],
-        "versions": versions(),
+        "versions": identity(),
     }
 
 

@@ -7,7 +7,7 @@ A page has sections, a section has blocks::
     from trainmj.output.plot import axes, line
     from trainmj.output.table import Column, Table, passed
 
-    page = Page("B-type train, 25 km/h", subtitle="...", command="trainmj report results", versions=versions())
+    page = Page("B-type train, 25 km/h", subtitle="...", command="trainmj report results", versions=identity())
     section = page.section("Criteria")
     section.text("What the simulation found, against its limits.")
     section.cards(Card("TS", "1354.2", "mm", "compression along the train", passed("below 1500")))

@@ -46,7 +46,7 @@ def write_run(
             result.save(stage / "result.nc")
             (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
             result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
-            _write_table(summary.interfaces, stage / "interfaces.csv", left_out={"stages"})
+            _write_table(summary.interfaces, stage / "interfaces.csv")
             _write_table(summary.vehicles, stage / "vehicles.csv")
             save(figures.collision(result, width), stage / "collision", formats)
             (stage / LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
@@ -65,12 +65,7 @@ def _move(stage: Path, folder: Path) -> None:
         os.replace(file, folder / file.name)
 
 
-def _write_table(
-    rows: Sequence[InterfaceMetrics] | Sequence[VehicleMetrics],
-    file: Path,
-    left_out: frozenset[str] | set[str] = frozenset(),
-) -> None:
+def _write_table(rows: Sequence[InterfaceMetrics] | Sequence[VehicleMetrics], file: Path) -> None:
     import pandas as pd
 
-    table = pd.DataFrame([{k: v for k, v in vars(row).items() if k not in left_out} for row in rows])
-    table.to_csv(file, index=False, float_format="%.9g")
+    pd.DataFrame([row.as_row() for row in rows]).to_csv(file, index=False, float_format="%.9g")

@@ -211,7 +211,7 @@ def _plain(value: Any) -> Any:
 
 def _summary(study: Study, done: list[Step]) -> dict[str, Any]:
     """What was asked, in full, and the facts of all steps, without what JSON has no number for."""
-    from trainmj.collision import simulation
+    from trainmj.collision.identity import identity
 
     factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
     about = {
@@ -221,7 +221,7 @@ def _summary(study: Study, done: list[Step]) -> dict[str, Any]:
         "constraints": [limit.text for limit in study.limits],
         "study": dict(study.values, scenario="scenario.yaml"),
         "scenario": to_yaml(study.scenario),
-        "versions": simulation.versions(),
+        "versions": identity(),
     }
     result: dict[str, Any] = finite(about | {step.name.replace(" ", "_"): dict(step.facts) for step in done})
     return result

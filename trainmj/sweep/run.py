@@ -11,7 +11,8 @@ from typing import Any
 
 from trainmj.cases.store import CASE, FILE, Store
 from trainmj.cases.table import FAILED, REFUSED, Engine, Row, case_rows, chosen, ordered
-from trainmj.collision.simulation import run, versions
+from trainmj.collision.identity import identity
+from trainmj.collision.simulation import run
 from trainmj.errors import InputError
 from trainmj.files.folder import held
 from trainmj.scenario import to_yaml
@@ -133,7 +134,7 @@ def _agree(store: Store, plan: Plan) -> None:
         "cases": str(len(plan)),
         "varied": json.dumps(plan.names),
         "seed": json.dumps(plan.seed),
-        **{f"version_{name}": version for name, version in versions().items()},
+        **{f"version_{name}": version for name, version in identity().items()},
     }
     there = store.about()
     if not there:

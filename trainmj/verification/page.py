@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trainmj.collision.simulation import versions
+from trainmj.collision.identity import identity
 from trainmj.output.blocks import Card, Column, judged
 from trainmj.output.page import Page
 from trainmj.verification.published import NOT_CHECKED
@@ -21,7 +21,7 @@ def page_of(verification: Verification, command: str) -> Page:
         "Verification",
         "Collisions whose outcome is known without this program, computed on this machine",
         command,
-        versions(),
+        identity(),
     )
     n, failed = len(verification.checks), len(verification.failed)
     summary = page.section("Result")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from trainmj.collision.simulation import versions
+from trainmj.collision.identity import identity
 from trainmj.errors import TrainmjError
 from trainmj.verification import closed_forms, conservation, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check
@@ -117,7 +117,7 @@ class Verification:
             "checks": len(self.checks),
             "failed": len(self.failed),
             "seconds": round(self.seconds, 1),
-            "versions": versions(),
+            "versions": identity(),
             "groups": [
                 {"title": group.title, "checks": [check.as_dict() for check in checks]} for group, checks in self.groups
             ],

@@ -1,0 +1,61 @@
+"""How a collision ended: a kind, where it happened, and what there is to say about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Kind(StrEnum):
+    """The ways in which a case can end; their values stand in tables and JSON."""
+
+    OVER = "over"
+    TIME_LIMIT = "time limit"
+    NO_CONTACT = "no contact"
+    EXHAUSTED = "stroke exhausted"
+    UNSTABLE = "unstable"
+    REFUSED = "refused"
+
+
+MEANING = {
+    Kind.OVER: "the collision came to its end: no device is pressed any more",
+    Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
+    Kind.NO_CONTACT: "computed, but no device was pressed",
+    Kind.EXHAUSTED: "computed, but a stroke limit or the end of a curve was passed",
+    Kind.UNSTABLE: "the energy balance is off, or a value is not finite",
+    Kind.REFUSED: "the values break a rule, which the reason names",
+}
+
+FAILED = (Kind.REFUSED, Kind.UNSTABLE)
+"""Kinds of cases whose responses are of no use."""
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a collision ended.
+
+    Attributes:
+        kind: of end.
+        where: the interfaces, or stages of their devices, that the kind is about; empty for the whole collision.
+        detail: the numbers or the rule behind it; empty if there is nothing to add.
+    """
+
+    kind: Kind
+    where: tuple[str, ...] = ()
+    detail: str = ""
+
+    @property
+    def failed(self) -> bool:
+        """Whether the responses are of no use."""
+        return self.kind in FAILED
+
+    @property
+    def reason(self) -> str:
+        """What stands beside the kind in a table."""
+        return f"at {self.detail}" if self.where else self.detail
+
+    def __str__(self) -> str:
+        """Give the sentence that is printed."""
+        if not self.detail:
+            return self.kind.value
+        return f"{self.kind.value}{' ' if self.where else ': '}{self.reason}"
