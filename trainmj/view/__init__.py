@@ -1,8 +1,10 @@
-"""Pictures and films of a collision, drawn by MuJoCo without a screen, and its viewer where there is one.
+"""Pictures and films of a collision, drawn without a screen; MuJoCo's viewer; and the model as an MJCF file.
 
-Films and stills come from :func:`~trainmj.view.film.render`, the viewer from :mod:`trainmj.view.viewer`.
+Films and stills come from :func:`~trainmj.view.film.render`, the viewer from :mod:`trainmj.view.viewer`, and MJCF from
+:func:`trainmj.view.export.export`.
 """
 
-from trainmj.view.film import CAMERAS, Camera, render
+from trainmj.view.cameras import CAMERAS, Camera
+from trainmj.view.film import render
 
 __all__ = ["CAMERAS", "Camera", "render"]

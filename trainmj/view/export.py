@@ -1,4 +1,4 @@
-"""The model of a collision as MJCF text, which moves by itself in MuJoCo's own programs."""
+"""The model of a collision as an MJCF file, for MuJoCo's own programs."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from trainmj.view.scene import visible
 
 
 def export(chain: Chain, title: str = "") -> str:
-    """The model as MJCF text, which moves by itself in MuJoCo's own programs.
+    """The model as MJCF text that MuJoCo's own programs can run.
 
-    The device law is no part of MJCF. In its place stand MuJoCo's elasto-plastic tendons, one plateau for each
-    interface (:func:`~trainmj.collision.model.plateau`). The file has no room for the law's block, so
-    that the two never act together.
+    MJCF cannot hold the device law. MuJoCo's elasto-plastic tendons take its place, with one plateau for each
+    interface (:func:`~trainmj.collision.model.plateau`). The file has no room for the law's block, so the two never
+    act together.
 
     Args:
         chain: what to model.
-        title: said in the comment at the top.
+        title: for the comment at the top.
     """
     exported = visible(chain, stand_in=True)
     lines = [

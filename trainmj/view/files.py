@@ -1,4 +1,4 @@
-"""Pictures into files, one at a time, so that a long film takes no more memory than a short one."""
+"""Stills and films written one picture at a time: a long film takes no more memory than a short one."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import struct
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -33,35 +34,33 @@ def write_still(file: Path, image: Image) -> None:
 
 
 def film_writer(file: Path) -> Callable[[Iterator[Image], tuple[int, int], float, float], None]:
-    """What writes a film of this ending.
+    """The function that writes a film: it takes images, size [pixels], fps, and how long to hold the last image [s].
 
     Args:
         file: .webp or .mp4.
 
     Raises:
-        InputError: if the package that it needs is not installed.
+        InputError: if the package for MP4 is not installed.
     """
     if file.suffix.lower() == ".webp":
-        return lambda images, size, fps, hold: _write_webp(file, images, size, fps, hold)
+        return partial(_write_webp, file)
     try:
         import av
     except ImportError:
-        raise InputError(
-            f"{file}: MP4 needs the extra: pip install 'trainmj[film]'; .webp needs nothing more"
-        ) from None
-    return lambda images, size, fps, hold: _write_mp4(av, file, images, size, fps, hold)
+        raise InputError(f"{file}: MP4 needs an extra: pip install 'trainmj[film]'; .webp does not") from None
+    return partial(_write_mp4, av, file)
 
 
 def _write_webp(file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
     """An animated WebP: a RIFF file with a chunk for each frame (developers.google.com/speed/webp/docs/riff_container).
 
-    Pillow's own way to write one takes all pictures at once.
+    Pillow can write one too, but takes all pictures at once.
     """
     with replacing(file) as part, part.open("wb") as out:
         out.write(b"RIFF\0\0\0\0WEBP")
         out.write(_chunk(b"VP8X", bytes([0b10, 0, 0, 0]) + _three(size[0] - 1) + _three(size[1] - 1)))
-        out.write(_chunk(b"ANIM", struct.pack("<IH", 0xFFFFFFFF, 0)))  # white behind, for ever
-        shown = 0  # [ms]; rounded from the start, so that the film keeps its length
+        out.write(_chunk(b"ANIM", struct.pack("<IH", 0xFFFFFFFF, 0)))  # a white background, repeated for ever
+        shown = 0  # until when [ms]; the sum is rounded, so that the film keeps its length
         last = None
         for number, data in enumerate(_compressed(images)):
             if last is not None:
@@ -132,7 +131,7 @@ def _write_mp4(av: Any, file: Path, images: Iterator[Image], size: tuple[int, in
 
 
 class _Kept:
-    """An open file that keeps its first error: FFmpeg, which must be closed after one, would hide it behind its own."""
+    """An open file that keeps its first error, which FFmpeg would hide behind an error of its own."""
 
     def __init__(self, out: IO[bytes]) -> None:
         self._out = out

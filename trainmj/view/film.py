@@ -22,13 +22,11 @@ from trainmj.view.overlay import Label, Overlay, Reading
 from trainmj.view.scene import visible
 from trainmj.view.wear import DeviceShapes, Wear, largest_energy
 
-__all__ = ["CAMERAS", "Camera", "render"]
-
 LARGEST = 7680, 4320
 """Most pixels of a picture, wide and high."""
 
 _HOLD = 1.0  # how long a film rests on its last frame [s]
-_MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and names and energies, fit below the strip
+_MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and whose names and energies, fit below the strip
 
 
 def render(
@@ -51,9 +49,9 @@ def render(
         slow: how fast time passes in a film: 0.1 is a tenth of real time.
         size: width and height [pixels].
         at: time of a still [s]; by default the end.
-        fps: frames of a film for each second that it takes.
-        smooth: edges without steps, which takes twice the time.
-        watch: told how many frames of a film are done.
+        fps: frames a second of a film.
+        smooth: draw smooth edges, which takes twice the time.
+        watch: called with the number of finished frames of a film.
 
     Returns:
         The number of frames.
@@ -73,7 +71,7 @@ def render(
     write = film_writer(file)
     samples = _film(result, slow / fps)
     with closing(_draw(result, samples, camera, size, f"{slow:g} x real time", smooth)) as images:
-        write(_told(images, watch), size, fps, _HOLD)
+        write(_watched(images, watch), size, fps, _HOLD)
     return len(samples)
 
 
@@ -82,7 +80,7 @@ def count(result: Result, file: Path, slow: float, fps: float) -> int:
     return 1 if file.suffix.lower() in STILLS else len(_film(result, slow / fps))
 
 
-def _told(images: Iterator[Image], watch: Callable[[int], None]) -> Iterator[Image]:
+def _watched(images: Iterator[Image], watch: Callable[[int], None]) -> Iterator[Image]:
     for done, image in enumerate(images, 1):
         yield image
         watch(done)
@@ -91,7 +89,7 @@ def _told(images: Iterator[Image], watch: Callable[[int], None]) -> Iterator[Ima
 def check(
     file: Path, camera: str, slow: float, size: tuple[int, int], at: float | None = None, fps: float = 15.0
 ) -> None:
-    """Refuse what cannot be drawn, before anything is simulated.
+    """Refuse what :func:`render` cannot draw, before anything is simulated.
 
     Raises:
         InputError: naming the value, the rule and the cure.
@@ -102,8 +100,7 @@ def check(
         raise InputError(f"{file}: a film ends in .webp or .mp4, a still in .png (got {suffix or 'no ending'!r})")
     if camera not in CAMERAS:
         raise InputError(f"camera {camera!r}: must be one of {', '.join(CAMERAS)}")
-    if not 1e-4 <= slow <= 10:
-        raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
+    check_pace(slow)
     if not 1 <= fps <= 120:
         raise InputError(f"fps {fps:g}: must be from 1 to 120 frames a second")
     if not all(64 <= s <= most for s, most in zip(size, LARGEST, strict=True)):
@@ -111,11 +108,21 @@ def check(
     if suffix == ".mp4" and (size[0] % 2 or size[1] % 2):
         raise InputError(f"size {size[0]}x{size[1]}: width and height of an MP4 film must be even")
     if at is not None and suffix not in STILLS:
-        raise InputError(f"{file}: a time is for a still; let the file end in .png")
+        raise InputError(f"{file}: a time can be given for a still only: let the file end in .png")
     if not file.parent.is_dir():
         raise OutputError(f"{file}: there is no folder {file.parent}")
     if file.is_dir():
         raise OutputError(f"{file}: is a folder")
+
+
+def check_pace(slow: float) -> None:
+    """Refuse a pace that nobody could follow.
+
+    Raises:
+        InputError: if it is out of its range.
+    """
+    if not 1e-4 <= slow <= 10:
+        raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
 
 
 def _still(result: Result, at: float | None) -> NDArray[np.intp]:
@@ -127,7 +134,7 @@ def _still(result: Result, at: float | None) -> NDArray[np.intp]:
 
 
 def _film(result: Result, step: float) -> NDArray[np.intp]:
-    """Samples nearest to evenly spaced times, the last one included."""
+    """Indices of the samples that show evenly spaced times, including the last one."""
     times = np.arange(0.0, float(result.time[-1]) + 0.5 * step, step)
     return np.searchsorted(result.time, times - 1e-9).clip(max=len(result.time) - 1)
 
@@ -173,7 +180,7 @@ def _reading(result: Result, sample: int, wear: Wear) -> Reading:
 def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
     """Below the strip: the vehicles, and between them the energy that each interface has absorbed [kJ].
 
-    The names come in the order in which they matter, for where there is no room for all: heads, tails, round numbers.
+    Names come in order of importance, as there may not be room for all: heads, tails, round numbers, the rest.
     """
     middles = data.xpos[1:, 0]
     names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)]

@@ -1,9 +1,10 @@
-"""Meshes of car bodies and track, made from a few numbers: corners and faces, ready for MuJoCo."""
+"""Meshes of car bodies and track, made from a few numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,15 @@ from trainmj.collision.device import Array
 _SECTION = np.array(  # half of a metro car's cross section, y and z [m], from the floor to the top of the roof
     [(1.25, 0.95), (1.38, 1.15), (1.40, 1.75), (1.40, 2.6), (1.36, 3.05), (1.22, 3.42), (0.95, 3.64), (0.5, 3.76)]
 )
-_SIDE = 1.412  # of windows and doors, a finger's breadth outside the wall
-_DOOR_EVERY = 4.6  # distance between doors, about [m]
+_SIDE = 1.412  # y of windows and doors, a finger's breadth outside the wall [m]
+_DOOR_EVERY = 4.6  # approximate distance between doors [m]
 _NOSE = 1.9  # length of a cab [m]
+_WINDSCREEN = ((-1.02, 2.0), (1.02, 2.0), (0.92, 3.05), (-0.92, 3.05))  # corners on the front of a cab, y and z [m]
+_APRON = (  # the coloured front below the windscreen, bent where the cab begins to lean back
+    ((-1.06, 1.36), (1.06, 1.36), (1.06, 1.75), (-1.06, 1.75)),
+    ((-1.06, 1.75), (1.06, 1.75), (1.04, 1.94), (-1.04, 1.94)),
+)
+_LAMPS = (-0.82, 0.82)  # y of their middles [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +31,7 @@ class Mesh:
 
     Attributes:
         vertices: (n, 3) corners [m].
-        faces: (m, 3) corners of each triangle, anticlockwise from outside.
+        faces: (m, 3) indices of the corners of each triangle, anticlockwise from outside.
     """
 
     vertices: Array
@@ -61,12 +68,12 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
     """A metro car by material.
 
     Args:
-        rear: where its body begins, from the middle of the vehicle [m].
-        front: where it ends.
+        rear: where the body begins, from the middle of the vehicle [m].
+        front: where it ends [m].
         cabs: 1 for a cab in front, -1 for one at the rear.
 
     Returns:
-        Meshes named by the material of the base scene that they wear; livery stands for that of the train.
+        A mesh for each material of the base scene; "livery" stands for that of the train.
     """
     nose = min(_NOSE, (front - rear) / 4)
     stations = _nose(rear, -1, nose)[::-1] if -1 in cabs else [_ring(rear)]
@@ -75,7 +82,7 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
     doors, windows = _openings(*inner)
     pieces: dict[str, list[Mesh]] = {
         "shell": [_loft(stations)],
-        "livery": _band(inner, 1.16, 1.62) + [_both(a, b, (1.17, 3.12), 0.004) for a, b in doors],
+        "livery": [_both(*inner, (1.16, 1.62), -0.004), *(_both(a, b, (1.17, 3.12), 0.004) for a, b in doors)],
         "window": [_both(a, b, (1.98, 2.86)) for a, b in windows]
         + [_both(a + f * (b - a), a + (f + 0.34) * (b - a), (1.9, 2.9), 0.012) for a, b in doors for f in (0.1, 0.56)],
         "roof": [
@@ -85,13 +92,15 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
         ],
         "bogie": _bogies(rear, front),
         "shade": [_shade(rear, front)],
+        "lamp": [],
     }
     for direction in cabs:
-        end = front if direction > 0 else rear
-        pieces["window"].append(_windscreen(end, direction, nose))
-        pieces["livery"].append(_apron(end, direction, nose))
-    if cabs:
-        pieces["lamp"] = [_lamp(front if d > 0 else rear, d, nose, y) for d in cabs for y in (-0.82, 0.82)]
+        panel = partial(_front_panel, front if direction > 0 else rear, direction, nose)
+        pieces["window"].append(panel(_WINDSCREEN))
+        pieces["livery"] += map(panel, _APRON)
+        for y in _LAMPS:
+            corners = [(y - 0.17, 1.5), (y + 0.17, 1.5), (y + 0.17, 1.64), (y - 0.17, 1.64)]
+            pieces["lamp"].append(panel(corners, out=0.035))
     return {name: joined(parts) for name, parts in pieces.items() if parts}
 
 
@@ -177,10 +186,6 @@ def _both(a: float, b: float, z: tuple[float, float], out: float = 0.0) -> Mesh:
     return joined([box((a, b), (s * (_SIDE + out) - 0.02, s * (_SIDE + out) + 0.02), z) for s in (-1, 1)])
 
 
-def _band(x: tuple[float, float], low: float, high: float) -> list[Mesh]:
-    return [_both(*x, (low, high), -0.004)]
-
-
 def _bogies(rear: float, front: float) -> list[Mesh]:
     length = front - rear
     reach = min(1.25, length / 6)
@@ -196,38 +201,14 @@ def _bogies(rear: float, front: float) -> list[Mesh]:
     return pieces
 
 
-def _front_point(end: float, direction: int, length: float, y: float, z: float, out: float) -> list[float]:
-    """A place on the front of a cab."""
-    return [end - direction * (float(_rake(np.array(z), length)) - out), y, z]
-
-
 def _front_panel(
     end: float, direction: int, length: float, corners: Sequence[tuple[float, float]], out: float = 0.02
 ) -> Mesh:
     """A flat panel on the front of a cab, its (y, z) corners anticlockwise from outside for +x."""
-    points = [_front_point(end, direction, length, y, z, out) for y, z in corners]
+    points = [[end - direction * (float(_rake(np.array(z), length)) - out), y, z] for y, z in corners]
     back = [[x - direction * 0.05, y, z] for x, y, z in points]
     n = len(points)
     fan = [(0, i, i + 1) for i in range(1, n - 1)]
     rim = [t for i in range(n) for t in ((i, n + i, n + (i + 1) % n), (i, n + (i + 1) % n, (i + 1) % n))]
     faces = np.array(fan + rim, dtype=np.int32)
     return Mesh(np.array(points + back), faces if direction > 0 else faces[:, ::-1])
-
-
-def _windscreen(end: float, direction: int, length: float) -> Mesh:
-    return _front_panel(end, direction, length, [(-1.02, 2.0), (1.02, 2.0), (0.92, 3.05), (-0.92, 3.05)])
-
-
-def _apron(end: float, direction: int, length: float) -> Mesh:
-    """The coloured front below the windscreen, bent where the cab begins to lean back."""
-    return joined(
-        [
-            _front_panel(end, direction, length, [(-w, low), (w, low), (v, high), (-v, high)])
-            for low, high, w, v in ((1.36, 1.75, 1.06, 1.06), (1.75, 1.94, 1.06, 1.04))
-        ]
-    )
-
-
-def _lamp(end: float, direction: int, length: float, y: float) -> Mesh:
-    corners = [(y - 0.17, 1.5), (y + 0.17, 1.5), (y + 0.17, 1.64), (y - 0.17, 1.64)]
-    return _front_panel(end, direction, length, corners, 0.035)

@@ -15,7 +15,7 @@ from trainmj.collision.device import Array
 from trainmj.errors import EngineError
 
 Picture = NDArray[np.uint8]
-"""(height, width, 3) red, green and blue, the upper row first."""
+"""(height, width, 3) red, green and blue, the top row first."""
 
 _NAMES = {"osmesa": "OSMesa", "egl": "EGL"}
 _PACKAGES = {"osmesa": "libosmesa6", "egl": "libegl1 libopengl0 libgl1-mesa-dri"}
@@ -30,7 +30,7 @@ class View:
         eye: (3,) where it stands [m].
         target: (3,) what it looks at [m].
         angle: vertical field of view [rad]; None for parallel projection.
-        height: what it shows from top to bottom [m], in parallel projection.
+        height: of what it shows in parallel projection [m].
         place: left, bottom, width and height in the picture [pixels].
     """
 
@@ -51,7 +51,7 @@ class Canvas:
         samples: for each pixel; 0 is fastest, 4 smooths edges.
 
     Raises:
-        EngineError: where neither OSMesa nor EGL is installed.
+        EngineError: if the library that draws is missing.
     """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int, samples: int = 0) -> None:
@@ -107,7 +107,7 @@ def _aim(scene: mujoco.MjvScene, view: View) -> None:
 
 
 def new_context(width: int, height: int) -> Any:
-    """An OpenGL context in memory, made current: EGL where MUJOCO_GL=egl says so, otherwise OSMesa.
+    """An OpenGL context in memory, made current: EGL if MUJOCO_GL is egl, otherwise OSMesa.
 
     Raises:
         EngineError: if its library is missing, naming the package.
@@ -115,7 +115,7 @@ def new_context(width: int, height: int) -> Any:
     platform = "egl" if os.environ.get("MUJOCO_GL", "").strip().lower() == "egl" else "osmesa"
     loaded = os.environ.setdefault("PYOPENGL_PLATFORM", platform)
     if loaded.lower() != platform:
-        raise EngineError(f"PYOPENGL_PLATFORM={loaded} stands against drawing with {platform}: unset it")
+        raise EngineError(f"PYOPENGL_PLATFORM={loaded} prevents drawing with {platform}: unset it")
     try:
         if platform == "egl":
             from mujoco.egl import GLContext

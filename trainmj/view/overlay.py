@@ -1,4 +1,4 @@
-"""What is written over a picture: time, criteria and the scale of colours."""
+"""The text on a picture: time, criteria, scale of colours and names of vehicles."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Overlay:
         width: [pixels].
         height: [pixels].
         title: of the collision.
-        pace: of a film, such as "0.1 x real time"; nothing for a still.
+        pace: of a film, such as "0.1 x real time"; empty for a still.
         full_kJ: energy at the end of the colours.
         strip: height of the strip [pixels].
     """
@@ -80,7 +80,7 @@ class Overlay:
         Args:
             picture: as drawn.
             reading: numbers of the frame.
-            labels: below the strip; the names in the order in which they matter, should there be no room for all.
+            labels: below the strip; names come in order of importance, as there may not be room for all.
         """
         from PIL import Image, ImageDraw
 
@@ -92,29 +92,30 @@ class Overlay:
         return image
 
     def _pixels(self, points: float) -> int:
-        """Sizes are for a picture of 720 rows; small ones keep their text legible."""
+        """A size given for a picture of 1000 x 720 pixels; text stays legible in small ones."""
         return max(1, round(points * max(0.55, min(self.height / 720, self.width / 1000))))
+
+    def _plate(self, draw: ImageDraw, box: tuple[float, float, float, float]) -> None:
+        """What text stands on."""
+        draw.rounded_rectangle(box, self._pixels(8), fill=(*_PAPER, 215))
 
     def _numbers(self, draw: ImageDraw, reading: Reading) -> None:
         p = self._pixels
         rows = [("TS so far", f"{reading.TS_mm:.0f} mm"), ("front force", f"{reading.force_kN:.0f} kN")]
-        rows += [
-            (f"speed {name}", f"{v + 0.0:.1f} km/h".replace("-0.0 ", "0.0 ")) for name, v in reading.speeds_km_h.items()
-        ]
+        rows += [(f"speed {name}", f"{v:z.1f} km/h") for name, v in reading.speeds_km_h.items()]
         if self.pace:
             rows.append(("pace", self.pace))
-        big, normal = font(p(30), True), font(p(17))
-        clock = f"{reading.time:.3f} s"
+        normal = font(p(17))
         wide = p(246)
-        draw.rounded_rectangle((p(18), p(18), p(18) + wide, p(18) + p(62 + 25 * len(rows))), p(8), fill=(*_PAPER, 215))
-        draw.text((p(32), p(26)), clock, _INK, big)
+        self._plate(draw, (p(18), p(18), p(18) + wide, p(18) + p(62 + 25 * len(rows))))
+        draw.text((p(32), p(26)), f"{reading.time:.3f} s", _INK, font(p(30), True))
         for k, (name, value) in enumerate(rows):
             y = p(82 + 25 * k)
             draw.text((p(32), y), name, _SOFT, normal, anchor="lm")
             draw.text((p(18) + wide - p(12), y), value, _INK, normal, anchor="rm")
         title = _cut(draw, self.title, normal, self.width - wide - p(90))
         box = draw.textbbox((self.width - p(30), p(34)), title, normal, anchor="rm")
-        draw.rounded_rectangle((box[0] - p(12), p(18), self.width - p(18), p(50)), p(8), fill=(*_PAPER, 215))
+        self._plate(draw, (box[0] - p(12), p(18), self.width - p(18), p(50)))
         draw.text((self.width - p(30), p(34)), title, _INK, normal, anchor="rm")
 
     def _scale(self, image: Image, draw: ImageDraw) -> None:
@@ -124,9 +125,7 @@ class Overlay:
         small = font(p(14))
         length, thick = p(280), p(12)
         right, bottom = self.width - p(30), self.height - self.strip - p(44)
-        draw.rounded_rectangle(
-            (right - length - p(12), bottom - p(32), right + p(12), bottom + thick + p(26)), p(8), fill=(*_PAPER, 215)
-        )
+        self._plate(draw, (right - length - p(12), bottom - p(32), right + p(12), bottom + thick + p(26)))
         bar = (255 * colour(np.linspace(0, 1, length))).astype(np.uint8)
         image.paste(Images.fromarray(np.repeat(bar[None], thick, axis=0)), (right - length, bottom))
         draw.text((right - length, bottom - p(15)), "absorbed energy (front: of one train)", _INK, small, anchor="lm")

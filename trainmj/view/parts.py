@@ -10,10 +10,50 @@ import numpy as np
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.device import Device
 
-_HEAD, _ROD = 0.20, 0.10  # lengths of a coupler's head and of the rod behind it
+_HEAD, _ROD = 0.20, 0.10  # lengths of a coupler's head and of the rod behind it [m]
 _RINGS = 6  # folds that are drawn on a crush tube
 _LEAST = 0.25  # room that any device has [m]
-_SHORTEST = 0.03  # length of a tube that is crushed altogether [m]
+_SHORTEST = 0.03  # length of a fully crushed tube [m]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The cross section of a part, and what it is made of.
+
+    Attributes:
+        section: (radius,) of a cylinder, or half width and half height of a box [m].
+        material: of the base scene; "device" takes the colour of the energy absorbed.
+    """
+
+    section: tuple[float, ...]
+    material: str
+
+
+_COUPLER, _ANTI_CLIMBER, _GANGWAY = (0.0, 0.78), (0.85, 1.22), (0.0, 2.12)  # y and z above the rail [m]
+_COUPLER_TUBE, _COUPLER_RING = Shape((0.13,), "device"), Shape((0.155,), "device")
+_COUPLER_ROD, _COUPLER_HEAD = Shape((0.07,), "steel"), Shape((0.21, 0.19), "steel")
+_TUBE, _RING = Shape((0.13, 0.11), "device"), Shape((0.155, 0.135), "device")
+_PLATE, _TOOTH = Shape((0.30, 0.20), "steel"), Shape((0.30, 0.025), "steel")
+_BELLOWS = Shape((0.62, 1.02), "gangway")
+
+
+@dataclass(frozen=True)
+class Zone:
+    """The length along a vehicle that one stage of a device crushes, measured towards the face of its coupler.
+
+    Attributes:
+        start: at rest, from the middle of the vehicle [m].
+        end: at rest [m].
+        begin_at: stroke of the device at which the stage begins [m].
+        end_at: stroke at which it ends; from there on the stage is pushed back as it is [m].
+        stage: which of the device's stages.
+    """
+
+    start: float
+    end: float
+    begin_at: float
+    end_at: float
+    stage: int
 
 
 @dataclass(frozen=True)
@@ -21,139 +61,136 @@ class Part:
     """A piece of a device, in a vehicle's own direction: along +x towards the face of its coupler.
 
     Attributes:
-        name: of its shape.
+        name: of its geom.
+        shape: cross section and material.
+        place: y and z [m].
         start: where it begins at rest, from the middle of the vehicle [m].
-        end: where it ends at rest.
-        tube: begin and end at rest of the tube that shortens, between body and head.
-        begin_at: stroke of the device at which its stage begins [m].
-        end_at: stroke at which its stage ends; from there on the stage is pushed back as it is.
-        stage: which of the device's stages.
-        coloured: whether it shows the energy absorbed.
+        end: where it ends at rest [m].
+        zone: that moves it.
     """
 
     name: str
+    shape: Shape
+    place: tuple[float, float]
     start: float
     end: float
-    tube: tuple[float, float]
-    begin_at: float
-    end_at: float
-    stage: int
-    coloured: bool
+    zone: Zone
 
     def placed(self, stroke: float) -> tuple[float, float]:
         """Begin and end [m] when the device is compressed by a stroke [m]."""
-        u = min(max(0.0, stroke - self.begin_at), self.end_at - self.begin_at)
-        beyond = max(0.0, stroke - self.end_at)
-        a, b = self.tube
-        room = b - a - _SHORTEST
+        zone = self.zone
+        u = min(max(0.0, stroke - zone.begin_at), zone.end_at - zone.begin_at)
+        beyond = max(0.0, stroke - zone.end_at)
+        room = zone.end - zone.start - _SHORTEST
         shorter, pushed = min(u, room), max(0.0, u - room) + beyond
-        if self.start <= a and self.end >= b:
-            return a - pushed, self.end - shorter - pushed
+        if self.start <= zone.start and self.end >= zone.end:
+            return zone.start - pushed, self.end - shorter - pushed
         middle, half = 0.5 * (self.start + self.end), 0.5 * (self.end - self.start)
-        share = min(1.0, max(0.0, (middle - a) / (b - a)))
+        share = min(1.0, max(0.0, (middle - zone.start) / (zone.end - zone.start)))
         middle -= share * shorter + pushed
         return middle - half, middle + half
 
 
 @dataclass(frozen=True)
 class End:
-    """One end of a vehicle and the device it carries there.
+    """One end of a vehicle with the device that it carries there.
 
     Attributes:
         vehicle: index in the chain.
-        direction: 1 where the end faces +x, -1 where it faces -x.
-        interface: index of the interface; None at the end of a train.
-        side: 0 on the left of its interface, 1 on the right.
+        direction: 1 if the end faces +x, -1 if it faces -x.
+        interface: index of the interface.
+        side: 0 on the left of the interface, 1 on the right.
         parts: what is drawn of the device.
     """
 
     vehicle: int
     direction: int
-    interface: int | None
+    interface: int
     side: int
     parts: tuple[Part, ...]
 
 
 def ends(chain: Chain) -> Iterator[End]:
-    """Both ends of every vehicle, along +x."""
-    for i in range(len(chain.vehicles)):
+    """The ends of all vehicles that carry a device, along +x."""
+    for vehicle in range(len(chain.vehicles)):
         for direction in (-1, 1):
-            k = i - 1 if direction < 0 else i
-            joined = 0 <= k < len(chain.interfaces)
-            parts = device_parts(chain, i, direction) if joined else ()
-            yield End(i, direction, k if joined else None, int(direction < 0), parts)
+            k = _interface_at(chain, vehicle, direction)
+            if k is not None:
+                yield End(vehicle, direction, k, int(direction < 0), _parts(chain, vehicle, direction, k))
 
 
 def device_of(interface: Interface, side: int) -> Device:
-    """The device that one side of an interface carries, or shares with the other one."""
+    """The device that one side of an interface carries, or shares with the other side."""
     return interface.devices[min(side, len(interface.devices) - 1)]
 
 
-def setback(chain: Chain, index: int, direction: int) -> float:
-    """From the face of a vehicle's coupler back to its body [m]."""
-    k = index - 1 if direction < 0 else index
-    if not 0 <= k < len(chain.interfaces):
+def is_shared(interface: Interface) -> bool:
+    """Whether one device stands between two vehicles, so that each side shows half of it."""
+    return len(interface.devices) == 1 and interface.right != WALL
+
+
+def setback(chain: Chain, vehicle: int, direction: int) -> float:
+    """From the face of a vehicle's coupler back to its body [m].
+
+    Args:
+        chain: to which the vehicle belongs.
+        vehicle: its index.
+        direction: 1 for the end that faces +x, -1 for the other one.
+    """
+    k = _interface_at(chain, vehicle, direction)
+    if k is None:
         return 0.5
     interface = chain.interfaces[k]
     device = device_of(interface, int(direction < 0))
     last = device.stages[-1]
     crush = last.limit if np.isfinite(last.limit) else min(0.5, float(device.envelope.stroke[-1]) - last.start)
-    shared = _shared(interface)
-    room = (last.start + crush) / (2 if shared else 1) + _LEAST
-    return float(min(room, 0.3 * chain.vehicles[index].length))
+    room = (last.start + crush) / (2 if is_shared(interface) else 1) + _LEAST
+    return float(min(room, 0.3 * chain.vehicles[vehicle].length))
 
 
-def device_parts(chain: Chain, index: int, direction: int) -> tuple[Part, ...]:
-    """What is drawn of the device at one end of a vehicle.
+def _interface_at(chain: Chain, vehicle: int, direction: int) -> int | None:
+    """Index of the interface at an end of a vehicle; None at the end of a train."""
+    k = vehicle - 1 if direction < 0 else vehicle
+    return k if 0 <= k < len(chain.interfaces) else None
 
-    Args:
-        chain: whose vehicle it is.
-        index: of the vehicle.
-        direction: 1 or -1, the end of the vehicle.
-    """
-    interface = chain.interfaces[index - 1 if direction < 0 else index]
-    device = device_of(interface, int(direction < 0))
-    share = 0.5 if _shared(interface) else 1.0
-    name = f"{chain.vehicles[index].name} {'front' if direction > 0 else 'rear'}"
-    face = chain.vehicles[index].length / 2
-    body = face - setback(chain, index, direction)
-    first, *others = device.stages
-    head = min(_HEAD, 0.3 * (face - body))
-    rod = min(_ROD, 0.2 * (face - body))
-    tube = (body, face - head - rod)
-    limits = (0.0, share * first.end)
+
+def _parts(chain: Chain, vehicle: int, direction: int, k: int) -> tuple[Part, ...]:
+    """What is drawn of the device of an interface at one end of a vehicle."""
+    interface = chain.interfaces[k]
+    first, *others = device_of(interface, int(direction < 0)).stages
+    share = 0.5 if is_shared(interface) else 1.0
+    name = f"{chain.vehicles[vehicle].name} {'front' if direction > 0 else 'rear'}"
+    face = chain.vehicles[vehicle].length / 2
+    body = face - setback(chain, vehicle, direction)
+    head = face - min(_HEAD, 0.3 * (face - body))
+    rod = head - min(_ROD, 0.2 * (face - body))
+    zone = Zone(body, rod, 0.0, share * first.end, 0)
     parts = [
-        Part(f"{name} coupler tube", *tube, tube, *limits, 0, True),
-        *_rings(f"{name} coupler", tube, limits, 0),
-        Part(f"{name} coupler rod", tube[1], face - head, tube, *limits, 0, False),
-        Part(f"{name} coupler head", face - head, face, tube, *limits, 0, False),
+        Part(f"{name} coupler tube", _COUPLER_TUBE, _COUPLER, body, rod, zone),
+        *_rings(f"{name} coupler", _COUPLER_RING, _COUPLER, zone),
+        Part(f"{name} coupler rod", _COUPLER_ROD, _COUPLER, rod, head, zone),
+        Part(f"{name} coupler head", _COUPLER_HEAD, _COUPLER, head, face, zone),
     ]
     for number, stage in enumerate(others, 1):
         plate = face - share * stage.start
-        tube = (body, max(plate - 0.14, body + _SHORTEST))
-        limits = (share * stage.start, np.inf)
-        for side in ("left", "right"):
-            where = f"{name} anti-climber {number} {side}"
+        zone = Zone(body, max(plate - 0.14, body + _SHORTEST), share * stage.start, np.inf, number)
+        for side, sign in (("left", -1), ("right", 1)):
+            where, (y, z) = f"{name} anti-climber {number} {side}", _ANTI_CLIMBER
+            place = sign * y, z
             parts += [
-                Part(f"{where} tube", *tube, tube, *limits, number, True),
-                *_rings(where, tube, limits, number),
-                Part(f"{where} plate", tube[1], plate - 0.03, tube, *limits, number, False),
-                *(
-                    Part(f"{where} tooth {tooth}", plate - 0.03, plate, tube, *limits, number, False)
-                    for tooth in range(3)
-                ),
+                Part(f"{where} tube", _TUBE, place, zone.start, zone.end, zone),
+                *_rings(where, _RING, place, zone),
+                Part(f"{where} plate", _PLATE, place, zone.end, plate - 0.03, zone),
             ]
-    if not others and _shared(interface):
-        parts.append(Part(f"{name} gangway", body, face, (body, face), 0.0, np.inf, 0, False))
+            for tooth in range(3):
+                place = sign * y, z + 0.14 * (tooth - 1)
+                parts.append(Part(f"{where} tooth {tooth}", _TOOTH, place, plate - 0.03, plate, zone))
+    if not others and is_shared(interface):
+        parts.append(Part(f"{name} gangway", _BELLOWS, _GANGWAY, body, face, Zone(body, face, 0.0, np.inf, 0)))
     return tuple(parts)
 
 
-def _shared(interface: Interface) -> bool:
-    """Whether one device stands between two vehicles, so that each side shows half of it."""
-    return len(interface.devices) == 1 and interface.right != WALL
-
-
-def _rings(name: str, tube: tuple[float, float], limits: tuple[float, float], stage: int) -> Iterator[Part]:
+def _rings(name: str, shape: Shape, place: tuple[float, float], zone: Zone) -> Iterator[Part]:
     for k in range(_RINGS):
-        middle = tube[0] + (tube[1] - tube[0]) * (k + 0.5) / _RINGS
-        yield Part(f"{name} ring {k + 1}", middle - 0.012, middle + 0.012, tube, *limits, stage, True)
+        middle = zone.start + (zone.end - zone.start) * (k + 0.5) / _RINGS
+        yield Part(f"{name} ring {k + 1}", shape, place, middle - 0.012, middle + 0.012, zone)

@@ -1,4 +1,4 @@
-"""MuJoCo's own viewer with the device law running, where there is a screen."""
+"""MuJoCo's own viewer with the device law running; it needs a screen."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from trainmj.collision import kernel
 from trainmj.collision.block import Head, Joint, Layout
 from trainmj.collision.chain import line_up
 from trainmj.collision.simulation import run, start
-from trainmj.errors import EngineError, InputError
+from trainmj.errors import EngineError
 from trainmj.scenario import Scenario
+from trainmj.view.film import check_pace
 from trainmj.view.scene import visible
 from trainmj.view.wear import DeviceShapes, Wear, largest_energy
 
@@ -22,14 +23,13 @@ _PAUSE = 1.5  # before the collision begins, and before it begins again [s]
 
 
 def check(slow: float) -> None:
-    """Refuse a pace that cannot be, and a machine without a screen.
+    """Refuse a pace that nobody could follow, and a machine without a screen.
 
     Raises:
         InputError: for the pace.
         EngineError: if no window can be opened.
     """
-    if not 1e-4 <= slow <= 10:
-        raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
+    check_pace(slow)
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise EngineError(
             "the viewer needs a screen, and there is none (DISPLAY is not set); "
@@ -44,14 +44,14 @@ def check(slow: float) -> None:
 
 
 def view(scenario: Scenario, slow: float = 0.1) -> None:
-    """Let a collision happen in the viewer, again and again until its window is closed.
+    """Play a collision in the viewer, again and again until its window is closed.
 
     Args:
         scenario: what collides.
-        slow: pace; 1 is real time.
+        slow: how fast time passes; 1 is real time.
 
     Raises:
-        InputError: if the step is too large, or the pace out of its range.
+        InputError: if the step is too large or the pace out of its range.
         EngineError: if there is no screen, or MuJoCo cannot carry the device law.
     """
     check(slow)

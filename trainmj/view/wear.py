@@ -1,17 +1,17 @@
-"""What a collision has done to its devices so far, and how it shows: shorter, and coloured by the energy absorbed."""
+"""What a collision has done to its devices so far: each is shown shorter, and coloured by the energy absorbed."""
 
 from __future__ import annotations
 
 import mujoco
 import numpy as np
 
-from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.device import Array
 from trainmj.collision.result import Result
 from trainmj.units import MM
-from trainmj.view.parts import device_of, ends
+from trainmj.view.parts import device_of, ends, is_shared
 
-_RAMP = np.array(  # from steel to dark red: lighter is less, for every eye; after ColorBrewer's YlOrRd
+_RAMP = np.array(  # from steel to dark red, darker for more, to every eye; after ColorBrewer's YlOrRd
     [
         (0.74, 0.76, 0.78),
         (0.996, 0.85, 0.46),
@@ -23,7 +23,7 @@ _RAMP = np.array(  # from steel to dark red: lighter is less, for every eye; aft
 )
 _STOPS = np.array([0.0, 0.04, 0.25, 0.5, 0.75, 1.0])
 
-_SAMPLES = 50  # that tell how unequal sides share the energy of a whole collision
+_SAMPLES = 50  # of a whole collision, enough to tell how unequal sides share its energy
 
 
 def colour(share: float | Array) -> Array:
@@ -32,19 +32,19 @@ def colour(share: float | Array) -> Array:
 
 
 class Wear:
-    """Devices of a chain as they are used up; tell it every sample, in order.
+    """Devices of a chain as they are used up; update it with every sample, in order.
 
     Args:
         chain: whose devices.
 
     Attributes:
         largest: (n_interface,) largest strokes so far [m].
-        crushed: (n_interface,) strokes that remain, and those held now [m].
+        crushed: (n_interface,) strokes as they are now, the permanent set at least [m].
         energy: by interface and side, (n_stage,) absorbed by each stage of the device that is drawn there [J].
     """
 
     def __init__(self, chain: Chain) -> None:
-        """Devices that nothing has touched."""
+        """Untouched devices."""
         n = len(chain.interfaces)
         self._chain = chain
         self._seen = np.zeros(n)
@@ -70,26 +70,16 @@ class Wear:
             sides = [s for j, s in self.energy if j == k]
             was = [self.side_stroke(k, s, float(before[k])) for s in sides]
             now = [self.side_stroke(k, s, most) for s in sides]
-            for s, share, u in zip(sides, self._shares(k, np.subtract(now, was)), now, strict=True):
-                scale = 0.5 if self._halved(k) else 1.0
-                stages = device_of(interface, s).stages
-                reached = sum(u >= scale * stage.start for stage in stages[1:])
+            scale = 0.5 if is_shared(interface) else 1.0
+            for s, share, u in zip(sides, _shares(interface, np.subtract(now, was)), now, strict=True):
+                reached = sum(u >= scale * stage.start for stage in device_of(interface, s).stages[1:])
                 self.energy[k, s][reached] += share * more
         self._seen = np.maximum(self._seen, energy)
 
     def side_stroke(self, k: int, side: int, stroke: float) -> float:
-        """What one side of an interface shows of a stroke [m]: its own device's, or half of one they share."""
-        return stroke / 2 if self._halved(k) else self._chain.interfaces[k].side_stroke(stroke, side)
-
-    def _shares(self, k: int, grown: Array) -> Array:
-        """Parts of an energy for the sides of an interface, from the growth of their strokes; all for a shared one."""
-        if self._halved(k):
-            return np.ones(2)
-        return np.asarray(grown / grown.sum()) if grown.sum() > 0 else np.full(grown.size, 1 / grown.size)
-
-    def _halved(self, k: int) -> bool:
+        """What one side of an interface shows of a stroke [m]: its own device's, or half of a shared one's."""
         interface = self._chain.interfaces[k]
-        return len(interface.devices) == 1 and interface.right != WALL
+        return stroke / 2 if is_shared(interface) else interface.side_stroke(stroke, side)
 
     @property
     def TS_mm(self) -> float:
@@ -106,8 +96,15 @@ class Wear:
         return max(float(e.sum()) for e in self.energy.values())
 
 
+def _shares(interface: Interface, grown: Array) -> Array:
+    """Parts of an energy for the sides of an interface, from the growth of their strokes; all for a shared device."""
+    if is_shared(interface):
+        return np.ones(2)
+    return np.asarray(grown / grown.sum()) if grown.sum() > 0 else np.full(grown.size, 1 / grown.size)
+
+
 def largest_energy(result: Result) -> float:
-    """The largest energy that any device of a collision absorbs, where the colours end [J]."""
+    """The largest energy that any device of a collision absorbs [J], at which the colours end."""
     wear = Wear(result.chain)
     last = len(result.time) - 1
     for k in np.unique(np.linspace(0, last, min(last + 1, _SAMPLES)).astype(int)):
@@ -127,17 +124,12 @@ class DeviceShapes:
     def __init__(self, model: mujoco.MjModel, chain: Chain, full: float) -> None:
         """Find them by name."""
         self._model, self._full = model, max(full, 1.0)
-        self._ends = [
-            (end, [(part, model.geom(part.name).id) for part in end.parts])
-            for end in ends(chain)
-            if end.interface is not None
-        ]
+        self._ends = [(end, [(part, model.geom(part.name).id) for part in end.parts]) for end in ends(chain)]
 
     def show(self, wear: Wear) -> None:
         """Shorten and colour every part."""
         model = self._model
         for end, parts in self._ends:
-            assert end.interface is not None
             stroke = wear.side_stroke(end.interface, end.side, float(wear.crushed[end.interface]))
             colours = colour(wear.energy[end.interface, end.side] / self._full)
             for part, geom in parts:
@@ -145,6 +137,6 @@ class DeviceShapes:
                 model.geom_pos[geom, 0] = end.direction * 0.5 * (begin + finish)
                 along = 1 if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER else 0
                 model.geom_size[geom, along] = 0.5 * (finish - begin)
-                if part.coloured:
+                if part.shape.material == "device":
                     model.geom_matid[geom] = -1
-                    model.geom_rgba[geom, :3] = colours[part.stage]
+                    model.geom_rgba[geom, :3] = colours[part.zone.stage]
