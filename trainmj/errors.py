@@ -26,6 +26,12 @@ class EngineError(TrainmjError, RuntimeError):
     """MuJoCo, or the way it is set up, cannot run the device law."""
 
 
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """The known name that is most like a word; None if none is much like it."""
+    names = sorted(known)[:_MOST_NAMES]
+    return next(iter(difflib.get_close_matches(word, names, n=1, cutoff=0.6)), None) if len(word) <= _LONGEST else None
+
+
 def close_match(word: str, known: Iterable[str]) -> str:
     """The end of a message about an unknown name: the nearest known one, or all of them.
 
@@ -37,8 +43,8 @@ def close_match(word: str, known: Iterable[str]) -> str:
         ``"; did you mean 'mass_t'?"`` or ``"; known: a, b, c"``; empty if there is nothing to offer.
     """
     names = sorted(known)
-    near = difflib.get_close_matches(word, names[:_MOST_NAMES], n=1, cutoff=0.6) if len(word) <= _LONGEST else []
+    near = nearest(word, names)
     if near:
-        return f"; did you mean {near[0]!r}?"
+        return f"; did you mean {near!r}?"
     more = f" and {len(names) - _MOST_SAID} more" if len(names) > _MOST_SAID else ""
     return f"; known: {', '.join(names[:_MOST_SAID])}{more}" if names else ""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError, close_match, nearest
+from trainmj.files.either import Either, alternatives, base_of, is_group, keys_of
+from trainmj.files.parts import Spelt
 
 Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
@@ -89,12 +92,10 @@ _RULES = {
     "model_type": "must be a group of keys and values",
     "too_short": "must have at least {min_length} entries",
     "too_long": "must have at most {max_length} entries",
-    "string_pattern_mismatch": "must be letters, digits and _ (a label may also have spaces and . + / -)",
+    "string_pattern_mismatch": "must match {pattern}",
     "string_too_long": "must have at most {max_length} characters",
     "literal_error": "must be {expected}",
-    "union_tag_invalid": "must be a name, points or a list of these",
 }
-_TAGS = frozenset({"name", "points", "list", "count", "str", "list[str]", "[key]", "[value]", "[curve]"})
 
 
 def validated(model: type[Model], values: Any, origins: Origins) -> Model:
@@ -112,13 +113,21 @@ def validated(model: type[Model], values: Any, origins: Origins) -> Model:
 def from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     """Problems from a failed validation of a model, in the words of this project."""
     problems: dict[Path, Problem] = {}
-    for e in error.errors(include_url=False, include_input=False)[:_MOST_ERRORS]:
-        path = _plain(e["loc"], model)
+    for e in error.errors(include_url=False)[:_MOST_ERRORS]:
+        place = _Place((), model)
+        for key in e["loc"]:
+            place = place.below(key)
+        path, rule = place.path, _RULES.get(e["type"], "{msg}").format(**e.get("ctx", {}), msg=e["msg"])
+        rule = rule.replace(" 1 entries", " 1 entry")
         if e["type"] == "extra_forbidden":
-            rule = "unknown key" + close_match(str(path[-1]), _keys(model, path[:-1]))
-        else:
-            template = _RULES.get(e["type"])
-            rule = template.format(**e.get("ctx", {})) if template else e["msg"]
+            rule = place.unknown()
+        elif e["type"] == "string_pattern_mismatch":
+            rule = next((note.rule for note in _bare(place.type)[1] if isinstance(note, Spelt)), rule)
+        elif e["type"].startswith("union_tag"):
+            union, notes = _bare(place.type)
+            either = next(note for note in notes if isinstance(note, Either))
+            key, rule = either.refusal(e["input"], alternatives(union))
+            path = (*path, key) if key else path
         before = problems.get(path)
         if before is not None and before.rule != rule:
             rule = f"{before.rule}, or {rule}"
@@ -126,47 +135,80 @@ def from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Proble
     return list(problems.values())
 
 
-def _plain(loc: Path, model: type[BaseModel]) -> Path:
-    """The location without what pydantic adds for the branches of unions."""
-    path: list[str | int] = []
-    for key in loc:
-        known = _keys(model, tuple(path))
-        if isinstance(key, str) and key not in known and key in _TAGS and not _free(model, tuple(path)):
-            continue
-        path.append(key)
-    return tuple(path)
+@dataclass(frozen=True)
+class _Place:
+    """A place in a model.
+
+    Attributes:
+        path: keys and positions that lead to it.
+        type: what may stand there, with its annotations; None where nothing is known.
+        above: what it is in.
+        union: the type whose alternative was taken there; None if there is no choice.
+    """
+
+    path: Path
+    type: Any
+    above: _Place | None = None
+    union: Any = None
+
+    def below(self, key: str | int) -> _Place:
+        """The place that the next part of an error's location leads to: a key or position, or what pydantic adds."""
+        outer, bare = _bare(self.above.type)[0] if self.above else None, _bare(self.type)[0]
+        if key == "[key]" and base_of(outer) is dict:
+            return replace(self, type=get_args(outer)[0])
+        if members := alternatives(bare):
+            return replace(self, type=members.get(str(key)), union=self.type)
+        inner: Any = None
+        if is_group(bare):
+            field = keys_of(bare).get(str(key))
+            inner = None if field is None else _annotated(field)
+        elif base_of(bare) in (dict, list) and get_args(bare):
+            inner = get_args(bare)[-1]
+        return _Place((*self.path, key), inner, self)
+
+    def unknown(self) -> str:
+        """What to say of a key that is not known here."""
+        assert self.above is not None
+        key, group = str(self.path[-1]), _bare(self.above.type)[0]
+        union, notes = _bare(self.above.union)
+        either = next((note for note in notes if isinstance(note, Either)), None)
+        way = min(_ways(key, group), key=len, default=())
+        home = f"it belongs in {'.'.join(way)}" if way else ""
+        if either and (reason := either.misplaced(key, group, alternatives(union))):
+            return f"{reason[0]}: {home or reason[1]}"
+        known = keys_of(group)
+        return f"unknown key; {home}" if home and not nearest(key, known) else f"unknown key{close_match(key, known)}"
 
 
-def _free(model: type[BaseModel], path: Path) -> bool:
-    """Whether the user chooses the keys at a path."""
-    return any(get_origin(t) is dict for t in _types(model, path))
+def _ways(key: str, type_: Any, way: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """Where below a type a key is known."""
+    bare, _ = _bare(type_)
+    if is_group(bare):
+        if way and key in keys_of(bare):
+            yield way
+        inner = {name: field.annotation for name, field in keys_of(bare).items()}
+    else:
+        inner = {"<name>" if base_of(bare) is dict else "<number>": get_args(bare)[-1]} if get_args(bare) else {}
+    for member in alternatives(bare).values():
+        yield from _ways(key, member, way)
+    for name, below in inner.items() if not alternatives(bare) else ():
+        yield from _ways(key, below, (*way, name))
 
 
-def _keys(model: type[BaseModel], path: Path) -> set[str]:
-    """Keys that a model knows at a path."""
-    return {
-        name for t in _types(model, path) if isinstance(t, type) and issubclass(t, BaseModel) for name in t.model_fields
-    }
+def _annotated(field: FieldInfo) -> Any:
+    """The type of a field, with the annotations that pydantic keeps beside it."""
+    return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
 
 
-def _types(model: type[BaseModel], path: Path) -> list[Any]:
-    """Types that may stand at a path of a model, unions taken apart."""
-    types: list[Any] = [model]
-    for key in path:
-        inner: list[Any] = []
-        for t in types:
-            if isinstance(t, type) and issubclass(t, BaseModel):
-                if key in t.model_fields:
-                    inner.append(t.model_fields[str(key)].annotation)
-            elif get_origin(t) in (dict, list):
-                inner.append(get_args(t)[-1])
-        types = [leaf for t in inner for leaf in _leaves(t)]
-    return types
-
-
-def _leaves(t: Any) -> list[Any]:
-    """The members of a union or annotation, down to plain types."""
-    if get_origin(t) in (dict, list) or not get_args(t):
-        return [t]
-    args = get_args(t)[:1] if hasattr(t, "__metadata__") else get_args(t)
-    return [leaf for a in args for leaf in _leaves(a)]
+def _bare(type_: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type without None and annotations, and these."""
+    notes: tuple[Any, ...] = ()
+    while True:
+        members = alternatives(type_)
+        if hasattr(type_, "__metadata__"):
+            notes += type_.__metadata__
+            type_ = type_.__origin__
+        elif len(members) == 1:
+            (type_,) = members.values()
+        else:
+            return type_, notes

@@ -83,12 +83,13 @@ def schema() -> dict[str, Any]:
 
 
 def _optional(part: Any) -> Any:
-    """A schema that requires no key."""
+    """A schema that requires no key: of alternatives, which may fit more than one then."""
     if isinstance(part, list):
         return [_optional(p) for p in part]
     if not isinstance(part, dict):
         return part
-    return {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
+    kept = {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
+    return {"anyOf" if k == "oneOf" else k: v for k, v in kept.items()}
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:

@@ -6,11 +6,12 @@ Values stay in the units of their names; :mod:`trainmj.collision.chain` turns th
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
-from trainmj.files.parts import Part
+from trainmj.files.either import Either
+from trainmj.files.parts import Notes, Part, Spelt, Title
 
 RIGID_WALL = "rigid_wall"
 MAX_VEHICLES = 400
@@ -28,36 +29,41 @@ Damping = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
 Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
-Key = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60)]
-Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40)]
+Key = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60),
+    Spelt("must be a letter or _, then letters, digits and _"),
+]
+Label = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40),
+    Spelt("must be a letter or digit, then letters, digits, spaces and . _ + / -"),
+]
 
 
 class Curve(Part):
-    """Points of a crush curve: two lists, or a CSV file beside the scenario with these two columns."""
+    """Points of a crush curve."""
 
-    stroke_mm: Annotated[list[Stroke], Field(max_length=MAX_POINTS)] | None = Field(
-        default=None, description="strokes [mm], always growing"
+    stroke_mm: Annotated[list[Stroke], Field(min_length=1, max_length=MAX_POINTS)] = Field(
+        description="strokes [mm], always growing"
     )
-    force_kN: Annotated[list[Force], Field(max_length=MAX_POINTS)] | None = Field(
-        default=None, description="crush force at each stroke [kN]"
-    )
-    file: str | None = Field(
-        default=None, description="CSV file with columns stroke_mm and force_kN, instead of the lists"
+    force_kN: Annotated[list[Force], Field(min_length=1, max_length=MAX_POINTS)] = Field(
+        description="crush force at each stroke [kN]"
     )
 
 
-def _kind(value: Any) -> str:
-    return "name" if isinstance(value, str) else "list" if isinstance(value, list) else "points"
+class CurveFile(Part):
+    """A crush curve in a CSV file beside the scenario, with columns stroke_mm and force_kN."""
+
+    file: str = Field(description="name of the CSV file")
 
 
-_NamedOrPoints = Annotated[Annotated[str, Tag("name")] | Annotated[Curve, Tag("points")], Discriminator(_kind)]
+OneCurve = Annotated[str | Curve | CurveFile, Either(said="the name of a curve, or its points")]
 CurveRef = Annotated[
-    Annotated[str, Tag("name")]
-    | Annotated[Curve, Tag("points")]
-    | Annotated[list[_NamedOrPoints], Field(min_length=1, max_length=100), Tag("list")],
-    Discriminator(_kind),
+    str | Curve | CurveFile | Annotated[list[OneCurve], Field(min_length=1, max_length=100)],
+    Either(said="the name of a curve, its points, or a list of these"),
 ]
-_CURVE_DOC = "the name of a curve, points, or a list of these that is read as one curve"
+_CURVE_DOC = "the name of a curve, points or a CSV file, or a list of these that is read as one curve"
 
 
 class ShearOff(Part):
@@ -73,41 +79,41 @@ class StageSpec(Part):
     """One part of a device, from the stroke at which it engages."""
 
     curve: CurveRef = Field(description=_CURVE_DOC)
-    empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before the stage engages [mm]")
-    shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
-    stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
-        default=None, description="largest stroke the design allows the stage [mm]"
-    )
-
-
-class DeviceSpec(Part):
-    """A device: one curve, or stages that act one after the other; and how it unloads."""
-
-    curve: CurveRef | None = Field(default=None, description=_CURVE_DOC)
-    empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before the device engages [mm]")
+    empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before it engages [mm]")
     shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
     stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
         default=None, description="largest stroke the design allows [mm]"
     )
-    stages: Annotated[dict[Key, StageSpec], Field(min_length=1, max_length=MAX_STAGES)] | None = Field(
-        default=None, description="stages by name, in the order in which they act, instead of a curve"
-    )
+
+
+class Unloading(Part):
+    """How a device that was crushed unloads and is loaded again."""
+
     stiffness_kN_per_mm: Stiffness = Field(description="unloading stiffness [kN/mm]")
     damping_kN_s_per_m: Damping = Field(default=0.0, description="dashpot on the elastic branch [kN s/m]")
 
+
+class CurveDevice(Unloading, StageSpec):
+    """A device of one curve."""
+
     def all_stages(self) -> dict[str, StageSpec]:
-        """The stages by name; a device without any is its own single stage."""
-        if self.stages is not None:
-            return dict(self.stages)
-        assert self.curve is not None  # held by the rules
-        return {
-            "device": StageSpec.model_construct(
-                curve=self.curve,
-                empty_stroke_mm=self.empty_stroke_mm,
-                shear_off=self.shear_off,
-                stroke_limit_mm=self.stroke_limit_mm,
-            )
-        }
+        """The device as its own single stage."""
+        return {"device": self}
+
+
+class StagedDevice(Unloading):
+    """A device of stages that act one after the other."""
+
+    stages: Annotated[dict[Key, StageSpec], Field(min_length=1, max_length=MAX_STAGES)] = Field(
+        description="stages by name, in the order in which they act"
+    )
+
+    def all_stages(self) -> dict[str, StageSpec]:
+        """The stages by name, in their order."""
+        return self.stages
+
+
+DeviceSpec = Annotated[CurveDevice | StagedDevice, Either()]
 
 
 class VehicleSpec(Part):
@@ -132,9 +138,9 @@ class TrainSpec(Part):
     """A train, its vehicles listed from the front end; a wagon is a train of one vehicle."""
 
     vehicles: Annotated[
-        Annotated[int, Field(ge=1, le=MAX_VEHICLES), Tag("count")]
-        | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES), Tag("list")],
-        Discriminator(lambda value: "list" if isinstance(value, list) else "count"),
+        Annotated[int, Field(ge=1, le=MAX_VEHICLES)]
+        | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES)],
+        Either(said="a list of vehicles, or how many"),
     ] = Field(description="the vehicles from the front end, or only how many")
     mass_t: Mass | None = Field(default=None, description="mass of each vehicle that states none of its own [t]")
     length_m: Length = Field(default=20.0, description="length of each vehicle that states none of its own [m]")
@@ -194,16 +200,14 @@ class Simulation(Part):
 class Parts(Part):
     """All parts of a scenario together."""
 
-    title: Annotated[str, Field(max_length=200)] = Field(default="", description="one line that heads every output")
-    notes: Annotated[str, Field(max_length=20_000)] = Field(
-        default="", description="where the numbers come from, and the like"
-    )
-    parameters: dict[Key, str | list[str]] = Field(
+    title: Title = Field(default="", description="one line that heads every output")
+    notes: Notes = Field(default="", description="where the numbers come from, and the like")
+    parameters: dict[Key, Annotated[str | list[str], Either(said="a path, or a list of paths")]] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
         description="short names for values further down: a path, or several that move together",
     )
-    curves: dict[Key, Curve] = Field(
+    curves: dict[Key, Annotated[Curve | CurveFile, Either()]] = Field(
         default_factory=dict, max_length=MAX_NAMES, description="curves that several devices share, by name"
     )
     devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES, description="couplers, absorbers, buffers, by name")
@@ -211,12 +215,13 @@ class Parts(Part):
     collision: Collision = Field(description="who runs into whom")
     simulation: Simulation = Field(default=Simulation(), description="how it is computed")
 
-    def curve_points(self, ref: str | Curve | list[str | Curve]) -> tuple[list[float], list[float]]:
+    def curve_points(self, ref: CurveRef) -> tuple[list[float], list[float]]:
         """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""
         stroke: list[float] = []
         force: list[float] = []
         for part in ref if isinstance(ref, list) else [ref]:
             curve = self.curves[part] if isinstance(part, str) else part
-            stroke += curve.stroke_mm or []
-            force += curve.force_kN or []
+            if isinstance(curve, Curve):  # a file is read when the scenario is loaded
+                stroke += curve.stroke_mm
+                force += curve.force_kN
         return stroke, force

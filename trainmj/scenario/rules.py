@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 
 from trainmj.errors import close_match
 from trainmj.files.problems import Path, Problem
@@ -11,6 +12,7 @@ from trainmj.scenario.parts import (
     MAX_VEHICLES,
     RIGID_WALL,
     Curve,
+    CurveFile,
     CurveRef,
     DeviceSpec,
     Parts,
@@ -39,30 +41,21 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
 
 
 def _points(parts: Parts) -> Iterator[Problem]:
-    refs = [device.curve for device in parts.devices.values()]
-    refs += [stage.curve for device in parts.devices.values() for stage in (device.stages or {}).values()]
+    refs = [stage.curve for device in parts.devices.values() for stage in device.all_stages().values()]
     inline = [part for ref in refs for part in (ref if isinstance(ref, list) else [ref])]
-    count = sum(len(c.stroke_mm or ()) for c in [*parts.curves.values(), *inline] if isinstance(c, Curve))
+    count = sum(len(c.stroke_mm) for c in [*parts.curves.values(), *inline] if isinstance(c, Curve))
     if count > _MOST_POINTS:
         yield Problem(("curves",), f"{count} points in all curves, more than {_MOST_POINTS}: state fewer")
 
 
-def _curve(path: Path, curve: Curve) -> Iterator[Problem]:
-    if curve.file is not None:
-        if curve.stroke_mm is not None or curve.force_kN is not None:
-            yield Problem(path, "takes either file, or stroke_mm and force_kN, not both")
-        else:
-            yield Problem((*path, "file"), "is read by trainmj.load only: load the scenario from its file")
-        return
-    if curve.stroke_mm is None or curve.force_kN is None:
-        yield Problem(path, "needs stroke_mm and force_kN, or file")
+def _curve(path: Path, curve: Curve | CurveFile) -> Iterator[Problem]:
+    if isinstance(curve, CurveFile):
+        yield Problem((*path, "file"), "is read by trainmj.load only: load the scenario from its file")
         return
     n, m = len(curve.stroke_mm), len(curve.force_kN)
     if n != m:
         yield Problem(path, f"needs as many strokes as forces; it has {n} and {m}")
-    if n == 0:
-        yield Problem(path, "has no points")
-    for i, (a, b) in enumerate(zip(curve.stroke_mm, curve.stroke_mm[1:], strict=False)):
+    for i, (a, b) in enumerate(pairwise(curve.stroke_mm)):
         if b < a + _LEAST_WIDTH:
             yield Problem(
                 (*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: a curve never goes back"
@@ -70,19 +63,12 @@ def _curve(path: Path, curve: Curve) -> Iterator[Problem]:
 
 
 def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
-    if (device.curve is None) == (device.stages is None):
-        yield Problem(path, "needs either curve or stages")
-        return
-    if device.stages is not None:
-        for key in ("empty_stroke_mm", "shear_off", "stroke_limit_mm"):
-            if key in device.model_fields_set:
-                yield Problem((*path, key), "belongs to a stage where a device has stages: move it there")
     if len({name.casefold() for name in device.all_stages()}) < len(device.all_stages()):
         yield Problem((*path, "stages"), "have names that differ in capitals only: columns of a table may not")
     count = 0
     before: StageSpec | None = None
     for name, stage in device.all_stages().items():
-        at = path if device.stages is None else (*path, "stages", name)
+        at = path if stage is device else (*path, "stages", name)
         broken = list(_curve_ref((*at, "curve"), stage.curve, parts))
         yield from broken
         if not broken:
@@ -102,7 +88,7 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
 def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
     for i, part in enumerate(ref if isinstance(ref, list) else [ref]):
         at = (*path, i) if isinstance(ref, list) else path
-        if isinstance(part, Curve):
+        if not isinstance(part, str):
             yield from _curve(at, part)
         elif part not in parts.curves:
             yield Problem(at, f"there is no curve of this name{close_match(part, parts.curves)}")

@@ -10,7 +10,7 @@ from trainmj.collision.device import Array, Device
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import COLOURS, Trace, axes, line
-from trainmj.scenario.parts import Curve, DeviceSpec
+from trainmj.scenario.parts import Curve, DeviceSpec, StagedDevice
 from trainmj.single.page_histories import MOST_LINES
 from trainmj.units import KJ, KN, MM, head, unit_of
 
@@ -104,7 +104,7 @@ def _path(result: Result, interface: Interface, k: int, side: int) -> tuple[Arra
 def _words(spec: DeviceSpec, places: list[Place]) -> str:
     """Constants, stages with their limits, and where the device stands."""
     parts = []
-    if spec.stages is not None:
+    if isinstance(spec, StagedDevice):
         parts += [f"{name}: {_values(stage)}" for name, stage in spec.stages.items() if _values(stage)]
     parts += [_values(spec)]
     last = _device(places[0]).stages[-1]

@@ -1,0 +1,158 @@
+"""Either/or in an input file: the alternatives are types, told apart by what is written.
+
+::
+
+    Curve = Annotated[str | Points | CurveFile, Either()]    # a name, or a group with stroke_mm or with file
+    Design = Annotated[Sobol | Table, Either(by="kind")]     # kind: Literal["sobol"], kind: Literal["table"]
+
+Text, numbers, lists and groups differ by themselves. Groups differ in the value of one key (``by``), or else in the
+keys that only one of them has and requires; a group without such a key stands for what fits no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import UnionType
+from typing import Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, GetCoreSchemaHandler
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, core_schema
+
+from trainmj.errors import nearest
+
+Group = type[BaseModel]
+Alternatives = Mapping[str, Any]
+"""The types of a union by tag, which pydantic adds to the place of an error."""
+
+_WORDS = {str: "text", int: "a whole number", float: "a number", list: "a list", dict: "a group of keys and values"}
+
+
+@dataclass(frozen=True)
+class Either:
+    """Marks a union whose members are alternatives.
+
+    Attributes:
+        by: key by whose value groups differ; one that states a default for it may leave it out.
+        said: what the value must be, in words, where these say more than the types: "the name of a curve, or points".
+    """
+
+    by: str = ""
+    said: str = ""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A union tagged by the alternative that a value is meant as."""
+        members = alternatives(source)
+        return core_schema.tagged_union_schema(
+            {tag: handler.generate_schema(member) for tag, member in members.items()},
+            lambda value: self.choose(value, members),
+        )
+
+    def choose(self, value: Any, members: Alternatives) -> str | None:
+        """The tag of the alternative that a value is meant as; None if it may be none of them."""
+        if isinstance(value, Mapping):
+            groups = self._of_kind(value, members)
+            if len(groups) == 1:
+                return next(iter(groups))
+            marks = {tag: next(iter(keys), None) for tag, keys in _own_keys(groups).items()}
+            unknown = [str(key) for key in value if not any(key in keys_of(group) for group in groups.values())]
+            stated = [tag for tag, mark in marks.items() if mark in value]
+            meant = [tag for tag, mark in marks.items() if mark and nearest(mark, unknown)]
+            return next(iter(stated or meant or [tag for tag, mark in marks.items() if mark is None]), None)
+        return next((tag for tag, member in members.items() if _may_be(value, member)), None)
+
+    def refusal(self, value: Any, members: Alternatives) -> tuple[str, str]:
+        """Key, if it is about one, and rule for a value that is none of the alternatives."""
+        if not (isinstance(value, Mapping) and _groups(members)):
+            words = (_WORDS[dict if is_group(member) else base_of(member)] for member in members.values())
+            return "", f"must be {self.said or one_of(words)}"
+        own = _own_keys(self._of_kind(value, members))
+        if own:
+            needs = [" and ".join(keys) for keys in own.values()]
+            return "", f"needs {', or '.join(needs) if ' and ' in ' '.join(needs) else one_of(needs)}"
+        kinds = one_of(repr(kind) for group in _groups(members).values() for kind in self._kinds(group))
+        return self.by, f"must be {kinds}" if self.by in value else f"is missing: {kinds}"
+
+    def misplaced(self, key: str, chosen: Group, members: Alternatives) -> tuple[str, str] | None:
+        """Rule and cure for a key that the chosen group does not have, but another one has."""
+        takers = {tag: group for tag, group in _groups(members).items() if key in keys_of(group)}
+        if not takers:
+            return None
+        kinds = self._kinds(chosen)
+        if kinds and all(self._kinds(group) != kinds for group in takers.values()):
+            known = [known for known in keys_of(chosen) if known != self.by]
+            return f"does not belong to {self.by}: {kinds[0]}", f"known: {', '.join(known)}"
+        own = _own_keys(takers | {chosen.__name__: chosen})
+        mark = own.pop(chosen.__name__)
+        if mark:
+            return f"does not go with {mark[0]}", "leave one of them out"
+        return f"needs {one_of(keys[0] for keys in own.values() if keys)}", "add it, or leave this out"
+
+    def _of_kind(self, value: Mapping[Any, Any], members: Alternatives) -> dict[str, Group]:
+        """The groups that a value may be by the key that tells them apart."""
+        groups = _groups(members)
+        if not self.by:
+            return groups
+        if self.by in value:
+            return {tag: group for tag, group in groups.items() if value[self.by] in self._kinds(group)}
+        return {tag: group for tag, group in groups.items() if not keys_of(group)[self.by].is_required()}
+
+    def _kinds(self, group: Group) -> tuple[Any, ...]:
+        """The values of the key that tells groups apart which a group takes."""
+        return get_args(group.model_fields[self.by].annotation) if self.by else ()
+
+
+def alternatives(union: Any) -> dict[str, Any]:
+    """The members of a union by tag; empty if a type is no union."""
+    if get_origin(union) not in (Union, UnionType):
+        return {}
+    return {base_of(member).__name__: member for member in get_args(union) if member is not type(None)}
+
+
+def base_of(annotation: Any) -> Any:
+    """The class behind a type: of ``Annotated[list[int], ...]`` it is list, of a group dict's stand-in itself."""
+    while hasattr(annotation, "__metadata__"):
+        annotation = annotation.__origin__
+    return get_origin(annotation) or annotation
+
+
+def is_group(annotation: Any) -> bool:
+    """Whether a type is a group of known keys."""
+    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+
+
+def keys_of(group: Group) -> dict[str, FieldInfo]:
+    """The keys of a group as they are written."""
+    return {field.alias or name: field for name, field in group.model_fields.items()}
+
+
+def one_of(words: Iterable[str]) -> str:
+    """Each word once: "a, b or c"."""
+    *others, last = dict.fromkeys(words)
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def _groups(members: Alternatives) -> dict[str, Group]:
+    return {tag: member for tag, member in members.items() if is_group(member)}
+
+
+def _own_keys(groups: Mapping[str, Group]) -> dict[str, list[str]]:
+    """The keys that each group requires and no other one has."""
+    keys = {tag: keys_of(group) for tag, group in groups.items()}
+    return {
+        tag: [
+            key
+            for key, field in own.items()
+            if field.is_required() and not any(key in others for other, others in keys.items() if other != tag)
+        ]
+        for tag, own in keys.items()
+    }
+
+
+def _may_be(value: Any, member: Any) -> bool:
+    """Whether a value is of the kind of a member; whether it is a valid one is another question."""
+    base = base_of(member)
+    if base in (int, float):
+        return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return isinstance(value, base)
