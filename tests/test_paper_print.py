@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trainmj.doe import Factor, Space, entropy_weights, given
+from trainmj.doe import Design, Factor, Space, entropy_weights
 from trainmj.paper import analysis, defects_of_tables, printed
 from trainmj.paper.analysis import CRITERIA, TERMS, chosen_with, entropies, points_of
 from trainmj.paper.defects_of_study import as_printed, defects_of_study, from_table_9, rounding_reach
@@ -84,7 +84,7 @@ def test_table_12_entropy_weights_to_the_printed_digit(table9):
 
 
 def test_t_scores_as_the_text_says_change_the_sides_of_the_weights(table9):
-    found = entropy_weights(table9[["TS_mm", "TAMA_g"]], form="paper", transform="t_score")
+    found = entropy_weights(table9[["TS_mm", "TAMA_g"]], normalised=False, transform="t_score")
     np.testing.assert_allclose(found.entropy, [2.2825, 2.2826], atol=5e-5)
     assert found.weight[0] < 0.5 < found.weight[1]
 
@@ -98,7 +98,7 @@ def test_the_papers_optimum_does_not_come_out_of_its_table_9():
 
 def test_quality_of_the_papers_own_ten_points(table9):
     space = Space((Factor("D", 20, 50, kind="integer"), Factor("M", 30, 36, kind="integer")))
-    quality = given(space, points_of(table9)).quality()
+    quality = Design(space, points_of(table9)).quality()
     assert quality.smallest_distance == pytest.approx(0.348, abs=5e-4)
     assert quality.levels == (10, 7)
 

@@ -47,7 +47,7 @@ def test_perfect_correlation_and_constant_column():
     [
         (lambda: correlate([1, 2], [1, 2]), "at least 3 points"),
         (lambda: correlate([1, 2, 3], [1, 2]), "as many rows"),
-        (lambda: correlate([1, 2, 3], [1, 2, 4], method="pearsn"), "did you mean 'pearson'"),
+        (lambda: correlate([1, 2, 3], [1, 2, 4], method="pearsn"), "'pearson' or 'spearman'"),
         (lambda: correlate([1, 2, 3], [1, 2, 4], level=95), "between 0 and 1"),
         (lambda: correlate([1, 2, 3], [1, 2, "a"]), "must be numbers"),
         (lambda: correlate([1, 2, 3], [1, 2, 4], x_names=("a", "b")), "name each of the 1 columns"),

@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given as forall
 from hypothesis import settings
 
-from trainmj.doe import Factor, Space, central_composite, full_factorial, given, optimal_latin_hypercube, sobol
+from trainmj.doe import (
+    Design,
+    Factor,
+    Lattice,
+    Space,
+    central_composite,
+    full_factorial,
+    optimal_latin_hypercube,
+    sobol,
+)
 from trainmj.errors import InputError
 
 PAPER = Space((Factor("D", 20, 50, unit="mm", kind="integer"), Factor("M", 30, 36, unit="t", kind="integer")))
@@ -29,26 +38,25 @@ def unit_space(d):
     [
         (lambda: Factor("D", 50, 20), r"'D': bounds must be finite with lower < upper \(got 50, 20\)"),
         (lambda: Factor("D"), "bounds must be finite"),
-        (lambda: Factor("D", 0, 1, kind="whole"), "kind must be in"),
-        (lambda: Factor("D", 0, 1, kind="intger"), "did you mean 'integer'"),
+        (lambda: Factor("D", 0, 1, kind="whole"), "kind must be 'continuous', 'integer' or 'choice'"),
         (lambda: Factor("D", 0.5, 3, kind="integer"), "whole numbers"),
         (lambda: Factor("D", kind="choice", levels=("a",)), "at least two different levels"),
+        (lambda: Factor("D", kind="choice", levels=(1, "1")), "at least two different levels"),
         (lambda: Factor("D", 0, 5, kind="choice", levels=("a", "b")), "levels, not bounds"),
         (lambda: Factor("D", 0, 1, levels=("a", "b")), "levels belong to kind='choice'"),
         (lambda: Space(()), "at least one factor"),
         (lambda: Space((Factor("D", 0, 1), Factor("D", 0, 2))), "must differ"),
-        (lambda: PAPER.factor("d"), "known: D, M"),
-        (lambda: given(PAPER, [[20, 37]]), r"points\[0\], factor 'M': must lie in \[30, 36\] \(got 37\)"),
-        (lambda: given(PAPER, [[20.5, 33]]), "whole number"),
-        (lambda: given(PAPER, [[20, np.nan]]), "finite"),
-        (lambda: given(PAPER, pd.DataFrame({"D": [20]})), "no column 'M'"),
-        (lambda: given(MIXED, pd.DataFrame({"c": [2.5], "n": [1], "k": ["q"]})), "no level 'q'"),
+        (lambda: Design(PAPER, [[20, 37]]), r"points\[0\], factor 'M': must lie in \[30, 36\] \(got 37\)"),
+        (lambda: Design(PAPER, [[20.5, 33]]), "whole number"),
+        (lambda: Design(PAPER, [[20, np.nan]]), "finite"),
+        (lambda: PAPER.from_table(pd.DataFrame({"D": [20]})), "no column 'M'"),
+        (lambda: MIXED.from_table(pd.DataFrame({"c": [2.5], "n": [1], "k": ["q"]})), "no level 'q'"),
         (lambda: optimal_latin_hypercube(PAPER, 1, seed=0), "at least 2"),
-        (lambda: optimal_latin_hypercube(PAPER, 10, seed=0, levels="center"), "did you mean 'centre'"),
+        (lambda: optimal_latin_hypercube(PAPER, 10, seed=0, levels="center"), "'edge' or 'centre'"),
         (lambda: optimal_latin_hypercube(Space((Factor("a", 0, 1, kind="integer"),)), 5, seed=0), "2 different points"),
         (lambda: full_factorial(MIXED), "'c' is continuous"),
         (lambda: full_factorial(PAPER, 9), "at most 7"),
-        (lambda: central_composite(MIXED), "choice has not"),
+        (lambda: central_composite(MIXED), "a choice has none"),
     ],
 )
 def test_bad_input_is_refused_with_rule_and_value(make, message):
@@ -67,10 +75,24 @@ def test_scaling_there_and_back_and_rounding_stay_in_the_space(u):
 
 def test_a_table_with_heads_and_levels_reads_back_as_the_same_points():
     x = sobol(MIXED, 32, seed=1).points
-    table = MIXED.table(x)
-    assert list(table.columns) == ["c [kN]", "n", "k"]
+    heads = ("c_kN", "n", "k")
+    table = MIXED.table(x, heads)
+    assert list(table.columns) == list(heads)
     assert set(table["k"]) == {"a", "b", "z"}
-    np.testing.assert_allclose(MIXED.from_table(table), x)
+    np.testing.assert_array_equal(MIXED.from_table(table, heads), x)
+    np.testing.assert_array_equal(MIXED.from_table(table.rename(columns={"c_kN": "c"}), heads), x)
+
+
+def test_levels_that_are_numbers_are_known_in_a_column_of_another_type():
+    factor = Factor("k", kind="choice", levels=(30, 32.5, "a"))
+    np.testing.assert_array_equal(factor.encode([30.0, 32.5, "a"]), [0, 1, 2])
+    np.testing.assert_array_equal(factor.encode(["30", "32.5", "a"]), [0, 1, 2])
+
+
+def test_a_lattice_counts_in_steps_and_gives_round_values():
+    lattice = Lattice.of(Space((Factor("M", 30, 36), Factor("n", 0, 4, kind="integer"))), {"M": 0.05})
+    assert lattice.steps.factors[0].count == 121
+    np.testing.assert_array_equal(lattice.natural([[3, 2], [120, 0]]), [[30.15, 2], [36, 0]])
 
 
 def test_decode_gives_what_a_scenario_takes():
@@ -142,10 +164,10 @@ def test_central_composite_points():
 
 
 def test_quality_of_known_points():
-    quality = given(unit_space(2), [[0, 0], [1, 0], [0, 1], [1, 1]]).quality()
+    quality = Design(unit_space(2), [[0, 0], [1, 0], [0, 1], [1, 1]]).quality()
     assert quality.smallest_distance == 1.0
     assert quality.phi_p == pytest.approx((4 + 2 * np.sqrt(2) ** -50) ** (1 / 50))
-    assert given(unit_space(2), [[0, 0], [0, 0]]).quality().phi_p == np.inf
+    assert Design(unit_space(2), [[0, 0], [0, 0]]).quality().phi_p == np.inf
 
 
 def test_points_of_a_design_cannot_be_written():

@@ -1,20 +1,20 @@
-"""The study chain on plain arrays: design, correlation, surrogate, swarm, weights, decision.
+"""Design of experiments on plain arrays: design, correlation, surrogate, swarm, weights, decision.
 
-It knows factors, points and responses, nothing of trains. Each step is a function of arrays that returns a frozen value
-with a ``table()``:
+Factors, points and responses are arrays of any origin. Each step is a function that returns a frozen value:
 
-    space       what is varied                  Factor, Space
-    doe         where to compute                optimal_latin_hypercube, sobol, full_factorial, central_composite, given
-    correlation what goes with what             correlate
-    polynomial  what stands in for the model    fit_polynomial, select_terms
-    kriging     another such                    fit_kriging
-    surrogate   how good it is                  accuracy, cross_validate, compare
-    sensitivity which factor matters            sobol_sensitivity
-    optimize    the best compromises            mopso, hypervolume
-    weights     how much each criterion counts  entropy_weights, own_weights
-    decide      the one design                  weighted_sum, topsis, knee_point, weight_sensitivity
+    space        what is varied                  Factor, Space, Lattice
+    designs      where to compute                optimal_latin_hypercube, sobol, full_factorial, central_composite
+    correlation  what goes with what             correlate
+    polynomial   what stands in for the model    fit_polynomial, with parse_terms, full_order, select_terms
+    kriging      another such                    fit_kriging
+    accuracy     how good it is                  accuracy, cross_validate
+    sensitivity  which factor matters            sobol_sensitivity
+    optimiser    the best compromises            mopso, hypervolume, nondominated
+    weights      how much each criterion counts  entropy_weights, own_weights
+    decision     the one design                  weighted_sum, topsis, knee_point, weight_sensitivity
 """
 
+from trainmj.doe.accuracy import Accuracy, Surrogate, accuracy, cross_validate
 from trainmj.doe.correlation import Correlation, correlate
 from trainmj.doe.decision import (
     Ranking,
@@ -30,7 +30,6 @@ from trainmj.doe.designs import (
     Quality,
     central_composite,
     full_factorial,
-    given,
     optimal_latin_hypercube,
     sobol,
 )
@@ -40,8 +39,7 @@ from trainmj.doe.pareto import hypervolume, nondominated
 from trainmj.doe.polynomial import Polynomial, fit_polynomial
 from trainmj.doe.selection import Selection, select_terms
 from trainmj.doe.sensitivity import Sensitivity, sobol_sensitivity
-from trainmj.doe.space import Factor, Space
-from trainmj.doe.surrogate import Accuracy, Prediction, Surrogate, accuracy, compare, cross_validate
+from trainmj.doe.space import Factor, Lattice, Space
 from trainmj.doe.terms import full_order, parse_terms
 from trainmj.doe.weights import Weights, entropy_weights, own_weights, t_scores
 
@@ -52,8 +50,8 @@ __all__ = [
     "Factor",
     "Front",
     "Kriging",
+    "Lattice",
     "Polynomial",
-    "Prediction",
     "Progress",
     "Quality",
     "Ranking",
@@ -66,7 +64,6 @@ __all__ = [
     "Weights",
     "accuracy",
     "central_composite",
-    "compare",
     "correlate",
     "cross_validate",
     "entropy_weights",
@@ -74,7 +71,6 @@ __all__ = [
     "fit_polynomial",
     "full_factorial",
     "full_order",
-    "given",
     "hypervolume",
     "knee_point",
     "mopso",

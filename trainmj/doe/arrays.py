@@ -1,4 +1,4 @@
-"""The arrays that the study modules exchange: checked once, at the door."""
+"""The arrays that the modules of this package exchange, checked once, at the door."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ FloatArray = NDArray[np.float64]
 
 
 def as_matrix(name: str, value: ArrayLike, columns: int | None = None, *, finite: bool = True) -> FloatArray:
-    """Give ``value`` as a float matrix, or say what is wrong with it.
+    """Turn a value into a matrix of floats.
 
     Args:
-        name: what the message calls it.
+        name: what messages call it.
         value: anything numpy can turn into an array; a vector becomes one column.
-        columns: how many columns it must have; any if None.
-        finite: refuse nan and inf.
+        columns: how many columns it must have; any number if None.
+        finite: refuse nan and infinity.
 
     Returns:
         (n, columns), n >= 1, a copy.
@@ -46,12 +46,12 @@ def as_matrix(name: str, value: ArrayLike, columns: int | None = None, *, finite
 
 
 def as_vector(name: str, value: ArrayLike, size: int | None = None) -> FloatArray:
-    """Give ``value`` as a float vector of finite numbers.
+    """Turn a value into a vector of finite floats.
 
     Args:
-        name: what the message calls it.
+        name: what messages call it.
         value: (n,) or (n, 1).
-        size: how many values it must have; any if None.
+        size: how many values it must have; any number if None.
 
     Returns:
         (n,), a copy.
@@ -66,10 +66,10 @@ def as_vector(name: str, value: ArrayLike, size: int | None = None) -> FloatArra
 
 
 def as_names(name: str, names: Sequence[str] | None, count: int, stem: str) -> tuple[str, ...]:
-    """Give the names of ``count`` columns, made up as stem1, stem2, ... if None.
+    """Names of ``count`` columns; stem1, stem2, ... if None.
 
     Raises:
-        InputError: wrong number of names, or one name twice.
+        InputError: wrong number of names, or a name that occurs twice.
     """
     if names is None:
         return tuple(f"{stem}{i + 1}" for i in range(count))
@@ -83,7 +83,27 @@ def as_names(name: str, names: Sequence[str] | None, count: int, stem: str) -> t
     return tuple(names)
 
 
+def check_choice(name: str, value: str, options: Sequence[str]) -> None:
+    """Refuse a value that is not one of the options.
+
+    Raises:
+        InputError: naming the options.
+    """
+    if value not in options:
+        raise InputError(f"{name} must be {', '.join(map(repr, options[:-1]))} or {options[-1]!r} (got {value!r})")
+
+
+def check_level(level: float) -> None:
+    """Refuse a confidence level outside (0, 1).
+
+    Raises:
+        InputError: if it is.
+    """
+    if not 0 < level < 1:
+        raise InputError(f"level must lie between 0 and 1 (got {level})")
+
+
 def frozen(array: FloatArray) -> FloatArray:
-    """Give the array back read-only, for keeping in a result."""
+    """The same array, made read-only, to be kept in a result."""
     array.setflags(write=False)
     return array

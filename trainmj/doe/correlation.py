@@ -1,8 +1,8 @@
 """Correlation between factors and responses, with confidence intervals.
 
-result = correlate(X, Y, x_names=("D", "M"), y_names=("TS", "TAMA"))
-result.r                 # (2, 2), Eq. (3) of doi 10.1186/s10033-022-00755-8
-result.table()           # one row a pair: r, lower, upper, p
+found = correlate(X, Y, x_names=("D", "M"), y_names=("TS", "TAMA"))
+found.r                  # (2, 2)
+found.table()            # a row for each pair: r, lower, upper, p
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri, stdtr
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_names, frozen
-from trainmj.errors import InputError, close_match
+from trainmj.doe.arrays import FloatArray, as_matrix, as_names, check_choice, check_level, frozen
+from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +29,7 @@ class Correlation:
     """Correlation coefficients of every x with every y.
 
     Attributes:
-        method: pearson (straight-line) or spearman (of the ranks).
+        method: pearson (of the values) or spearman (of their ranks).
         x_names: rows.
         y_names: columns.
         r: coefficients, (n_x, n_y); nan where a column does not vary.
@@ -51,13 +51,13 @@ class Correlation:
     n: int
 
     def matrix(self) -> pd.DataFrame:
-        """Give the coefficients as a matrix, factors in rows: the form of the paper's Table 10."""
+        """The coefficients as a table, x in rows, y in columns."""
         import pandas as pd
 
         return pd.DataFrame(self.r, index=list(self.x_names), columns=list(self.y_names))
 
     def table(self) -> pd.DataFrame:
-        """Give one row for each pair: x, y, r, lower, upper, p."""
+        """A row for each pair: x, y, r, lower, upper, p."""
         import pandas as pd
 
         x, y = np.meshgrid(self.x_names, self.y_names, indexing="ij")
@@ -74,7 +74,7 @@ def correlate(
     method: Method = "pearson",
     level: float = 0.95,
 ) -> Correlation:
-    """Correlate every column of x with every column of y (Eqs 3 to 6).
+    """Correlate every column of x with every column of y.
 
     The intervals are Fisher's; for ranks with the standard error of Bonett and Wright (2000, doi 10.1007/BF02294183).
 
@@ -99,12 +99,8 @@ def correlate(
         raise InputError(f"x and y must have as many rows as there are points (got {n} and {len(y)})")
     if n < 3:
         raise InputError(f"a correlation needs at least 3 points (got {n})")
-    if method not in ("pearson", "spearman"):
-        raise InputError(
-            f"method must be 'pearson' or 'spearman' (got {method!r}){close_match(method, ('pearson', 'spearman'))}"
-        )
-    if not 0 < level < 1:
-        raise InputError(f"level must lie between 0 and 1 (got {level})")
+    check_choice("method", method, ("pearson", "spearman"))
+    check_level(level)
     if method == "spearman":
         x, y = _ranks(x), _ranks(y)
     r = np.clip(_standardised(x).T @ _standardised(y), -1.0, 1.0)
@@ -123,7 +119,7 @@ def correlate(
 
 
 def _ranks(a: FloatArray) -> FloatArray:
-    """Ranks within each column (n, k); equal values share the mean of their ranks."""
+    """Ranks within each column, (n, k); equal values share the mean of their ranks."""
     from scipy.stats import rankdata
 
     return np.asarray(rankdata(a, axis=0), dtype=np.float64)

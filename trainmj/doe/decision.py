@@ -2,29 +2,25 @@
 
     choice = topsis(front.values, weights.weight)
     front.points[choice.best]
-    weight_sensitivity(front.values, weights.weight, seed=1, method=topsis).table()
+    weight_sensitivity(front.values, weights.weight, seed=1, method=topsis).share
 
 Criteria are minimised unless ``maximise`` says otherwise. Every method scales the criteria first, and the scaling
-changes the pick: it is stated in `Ranking.description`.
+changes the pick, so `Ranking.description` states it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
-from trainmj.errors import InputError, close_match
-
-if TYPE_CHECKING:
-    import pandas as pd
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice, frozen
+from trainmj.errors import InputError
 
 Normalisation = Literal["min_max", "max", "sum", "vector", "none"]
-NORMALISATIONS = ("min_max", "max", "sum", "vector", "none")
 
 
 @dataclass(frozen=True)
@@ -46,13 +42,6 @@ class Ranking:
         """Position of the best alternative."""
         return int(self.order[0])
 
-    def table(self) -> pd.DataFrame:
-        """Give one row for each alternative, best first: its position, score."""
-        import pandas as pd
-
-        index = pd.RangeIndex(1, len(self.order) + 1, name="rank")
-        return pd.DataFrame({"alternative": self.order, "score": self.score[self.order]}, index=index)
-
 
 def normalise(values: ArrayLike, how: Normalisation = "min_max") -> FloatArray:
     """Make criteria of different units comparable, (n, m) -> (n, m).
@@ -69,8 +58,7 @@ def normalise(values: ArrayLike, how: Normalisation = "min_max") -> FloatArray:
         InputError: unknown ``how``.
     """
     x = as_matrix("values", values)
-    if how not in NORMALISATIONS:
-        raise InputError(f"normalisation must be in {NORMALISATIONS} (got {how!r}){close_match(how, NORMALISATIONS)}")
+    check_choice("normalisation", how, ("min_max", "max", "sum", "vector", "none"))
     size = np.abs(x)
     if how == "min_max":
         x, base = x - x.min(axis=0), np.ptp(x, axis=0)
@@ -89,8 +77,8 @@ def weighted_sum(
 ) -> Ranking:
     """Rank by the weighted sum of the normalised criteria.
 
-    On a front this tends to its ends when the front is nearly straight or bulges outwards: small changes of the
-    weights then move the pick from one end to the other.
+    On a front that is nearly straight or bulges outwards it picks one of the ends: small changes of the weights then
+    move the pick from one end to the other.
 
     Args:
         values: criteria of each alternative, (n, m).
@@ -130,7 +118,7 @@ def topsis(
         The ranking; the score is between 0 (worst in everything) and 1 (best in everything).
 
     Raises:
-        InputError: as `weighted_sum`.
+        InputError: as for `weighted_sum`.
     """
     x = as_matrix("values", values)
     scaled = normalise(x, normalisation) * _signs(maximise, x.shape[1]) * _weights(weights, x.shape[1])
@@ -175,7 +163,7 @@ class WeightSensitivity:
         share: of random weights near the given ones at which each alternative is the pick, (n,).
         lower: for each criterion the smallest weight at which the pick stays, the others scaled to fill up to 1, (m,).
         upper: the largest, (m,).
-        spread: how near the random weights are: their deviation as part of each weight, about.
+        spread: deviation of the random weights, as part of each weight, about.
     """
 
     best: int
@@ -183,14 +171,6 @@ class WeightSensitivity:
     lower: FloatArray
     upper: FloatArray
     spread: float
-
-    def table(self) -> pd.DataFrame:
-        """Give the alternatives that are ever picked, most often first."""
-        import pandas as pd
-
-        picked = np.flatnonzero(self.share)
-        order = picked[np.argsort(-self.share[picked], kind="stable")]
-        return pd.DataFrame({"alternative": order, "share": self.share[order]})
 
 
 def weight_sensitivity(
@@ -218,7 +198,7 @@ def weight_sensitivity(
         Shares of picks, and the interval of each weight in which the pick stays.
 
     Raises:
-        InputError: as ``method``, or spread <= 0.
+        InputError: as for ``method``, or spread <= 0.
     """
     x = as_matrix("values", values)
     m = x.shape[1]

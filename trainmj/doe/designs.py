@@ -2,7 +2,6 @@
 
     design = optimal_latin_hypercube(space, 10, seed=1)
     design.points            # (10, d) natural values, integers rounded
-    design.table()           # with heads and units
     design.quality()         # smallest distance, phi_p, centred discrepancy, distinct levels
 
 The same seed gives the same design on every machine and any number of threads. Distances are taken after rounding, with
@@ -14,20 +13,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from trainmj.doe.anneal import phi_p, smallest_distance, spread_columns
-from trainmj.doe.arrays import FloatArray, frozen
+from trainmj.doe.arrays import FloatArray, check_choice, frozen
 from trainmj.doe.space import Space
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError
 
-if TYPE_CHECKING:
-    import pandas as pd
-
-P = 50.0  # exponent of phi_p: lower ones prefer, at times, many fair distances to one larger smallest distance
+P = 50.0  # exponent of phi_p: lower ones sometimes prefer many fair distances to one larger smallest distance
 
 
 @dataclass(frozen=True)
@@ -51,18 +46,18 @@ class Quality:
 
 @dataclass(frozen=True)
 class Design:
-    """The points of a design.
+    """The points of a design, made by a function of this module or chosen by somebody else.
 
     Attributes:
         space: the factors.
-        points: natural values, (n, d), in the bounds, integers and choices on their levels; read-only.
+        points: natural values, (n, d), within the bounds, integers and choices on their levels; read-only.
         method: how the points were made, in words.
-        seed: what the random numbers started from; None if there were none.
+        seed: of the random numbers; None if there were none.
     """
 
     space: Space
     points: FloatArray = field(repr=False)
-    method: str
+    method: str = "given"
     seed: int | None = None
 
     def __post_init__(self) -> None:
@@ -72,17 +67,6 @@ class Design:
             InputError: a point outside the bounds or off the levels.
         """
         object.__setattr__(self, "points", frozen(self.space.check(self.points)))
-
-    @property
-    def n(self) -> int:
-        """Number of points."""
-        return int(self.points.shape[0])
-
-    def table(self) -> pd.DataFrame:
-        """Give the points as a table, rows numbered from 1."""
-        table = self.space.table(self.points)
-        table.index = table.index + 1
-        return table.rename_axis("test")
 
     def quality(self) -> Quality:
         """Measure how well the points fill the space."""
@@ -114,9 +98,8 @@ def optimal_latin_hypercube(
         seed: of the random numbers.
         chains: independent annealings; the best result is kept.
         iterations: exchanges each chain tries; 200 n if None (at most 40 000).
-        levels: ``edge`` puts the n levels from bound to bound, as the paper's Table 9 has them; ``centre`` in the
-            middle of n equal cells, as the tables of maximin designs do. Integers are rounded from there; the levels
-            of a choice get equal shares.
+        levels: ``edge`` puts the n levels from bound to bound; ``centre`` in the middle of n equal cells, as tables of
+            maximin designs do. Integers are rounded from there; the levels of a choice get equal shares.
 
     Returns:
         The design, (n, d).
@@ -126,8 +109,7 @@ def optimal_latin_hypercube(
     """
     if n < 2:
         raise InputError(f"n must be at least 2 for a Latin hypercube (got {n})")
-    if levels not in ("edge", "centre"):
-        raise InputError(f"levels must be 'edge' or 'centre' (got {levels!r}){close_match(levels, ('edge', 'centre'))}")
+    check_choice("levels", levels, ("edge", "centre"))
     if chains < 1 or (iterations is not None and iterations < 1):
         raise InputError(f"chains and iterations must be at least 1 (got {chains}, {iterations})")
     counts = [f.count for f in space.factors]
@@ -181,15 +163,14 @@ def full_factorial(space: Space, levels: int | Sequence[int | None] | None = Non
             limit = "" if most is None else f" and at most {most}"
             raise InputError(f"factor {factor.name!r}: levels must be at least 2{limit} (got {k})")
         axes.append(np.linspace(factor.lower, factor.upper, k))
-    grid = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
-    return Design(space, space.round(grid), "full factorial")
+    return Design(space, space.round(_grid(axes)), "full factorial")
 
 
 def central_composite(space: Space, *, kind: Literal["face", "inscribed"] = "face", centre: int = 1) -> Design:
     """Make a central composite design: corners, axis points and the centre, all within the bounds.
 
     Args:
-        space: the factors; integers are rounded, choices have no centre and are refused.
+        space: the factors; integers are rounded, choices are refused because they have no centre.
         kind: ``face`` has corners and axis points on the bounds; ``inscribed`` has the axis points on the bounds and
             the corners drawn in by 2^(d/4), so that the prediction variance depends on the distance from the centre
             only.
@@ -204,16 +185,19 @@ def central_composite(space: Space, *, kind: Literal["face", "inscribed"] = "fac
     choices = [f.name for f in space.factors if f.kind == "choice"]
     if choices:
         raise InputError(
-            f"a central composite design needs a centre, which a choice has not (got {choices}); use full_factorial"
+            f"a central composite design needs a centre, and a choice has none (got {choices}); use full_factorial"
         )
-    if kind not in ("face", "inscribed"):
-        raise InputError(f"kind must be 'face' or 'inscribed' (got {kind!r}){close_match(kind, ('face', 'inscribed'))}")
+    check_choice("kind", kind, ("face", "inscribed"))
     d = space.d
     reach = 1.0 if kind == "face" else 2.0 ** (-d / 4)
-    corners = np.stack([g.ravel() for g in np.meshgrid(*[[-reach, reach]] * d, indexing="ij")], axis=1)
-    axis = np.concatenate([-np.eye(d), np.eye(d)])
-    coded = np.concatenate([corners, axis, np.zeros((centre, d))])
+    corners = _grid([np.array([-reach, reach])] * d)
+    coded = np.concatenate([corners, -np.eye(d), np.eye(d), np.zeros((centre, d))])
     return Design(space, space.from_coded(coded), f"central composite ({kind})")
+
+
+def _grid(axes: Sequence[FloatArray]) -> FloatArray:
+    """Every combination of the values of d axes, (product of their lengths, d)."""
+    return np.stack([values.ravel() for values in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
 def sobol(space: Space, n: int, *, seed: int) -> Design:
@@ -239,23 +223,3 @@ def sobol(space: Space, n: int, *, seed: int) -> Design:
     sequence = qmc.Sobol(space.d, scramble=True, rng=np.random.default_rng(seed))
     unit = sequence.random_base2(math.ceil(math.log2(n)))[:n]
     return Design(space, space.from_quantile(unit), "Sobol sequence (scrambled)", seed)
-
-
-def given(space: Space, points: pd.DataFrame | ArrayLike) -> Design:
-    """Take points that somebody else chose.
-
-    Args:
-        space: the factors.
-        points: (n, d) in the order of the factors, or a table whose heads are the factors' names (with or without
-            units).
-
-    Returns:
-        The design, (n, d).
-
-    Raises:
-        InputError: a factor without a column, a point outside the bounds or off the levels.
-    """
-    import pandas as pd
-
-    x = space.from_table(points) if isinstance(points, pd.DataFrame) else space.check(points)
-    return Design(space, x, "given")

@@ -1,7 +1,7 @@
 """Gaussian-process surrogate (kriging), by scikit-learn: needs the extra ``trainmj[kriging]``.
 
     model = fit_kriging(X, y, space=space, seed=1)
-    model.interval(X_new, 0.95)
+    model.predict(X_new)
 
 It needs no choice of terms and follows any smooth response, but has no equation to print. Matern covariance 5/2 with
 one length for each factor, and a noise that is fitted too; lengths by maximum likelihood from several starts.
@@ -17,11 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
-from scipy.special import ndtri
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
 from trainmj.doe.space import Space
-from trainmj.doe.surrogate import Prediction
 from trainmj.errors import InputError
 
 _FEW = 300  # points up to which one thread is faster
@@ -45,35 +43,18 @@ class Kriging:
 
     @property
     def description(self) -> str:
-        """The fitted covariance, in a line; lengths are fractions of the factors' ranges."""
+        """The fitted covariance; lengths are fractions of the factors' ranges."""
         return f"kriging, {self.regressor.kernel_}"
-
-    @property
-    def lengths(self) -> FloatArray:
-        """Distance over which the response changes, as a fraction of each factor's range, (d,)."""
-        return np.broadcast_to(self.regressor.kernel_.k1.k2.length_scale, (self.space.d,)).astype(np.float64)
 
     def predict(self, x: ArrayLike) -> FloatArray:
         """Predict the response (n,) at natural values (n, d)."""
         return np.asarray(self.regressor.predict(self.space.to_unit(x)), dtype=np.float64)
 
-    def interval(self, x: ArrayLike, level: float = 0.95) -> Prediction:
-        """Predict with an interval for one new value at each point (n, d).
-
-        Raises:
-            InputError: a level outside (0, 1).
-        """
-        if not 0 < level < 1:
-            raise InputError(f"level must lie between 0 and 1 (got {level})")
-        mean, spread = self.regressor.predict(self.space.to_unit(x), return_std=True)
-        half = float(ndtri(0.5 + level / 2)) * spread
-        return Prediction(np.asarray(mean), mean - half, mean + half, level)
-
     def leave_one_out(self) -> FloatArray:
         """Predict each fitted point from all others, (n,), with the lengths and the noise kept as they are.
 
         Closed form (Rasmussen and Williams 2006, Gaussian Processes for Machine Learning, Eq. 5.12);
-        `trainmj.doe.surrogate.cross_validate` fits the lengths afresh instead.
+        `trainmj.doe.accuracy.cross_validate` fits the lengths afresh instead.
         """
         centre, scale = self.y.mean(), self.y.std()
         covariance = self.regressor.kernel_(self.regressor.X_train_) + self.regressor.alpha * np.eye(len(self.y))
@@ -114,7 +95,7 @@ def fit_kriging(x: ArrayLike, y: ArrayLike, *, space: Space, seed: int, starts: 
 
 
 def _regressor(d: int, seed: int, starts: int) -> Any:
-    """The unfitted process; scikit-learn takes a second to import, so only here."""
+    """The process before it is fitted; scikit-learn takes a second to import, so only here."""
     try:
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
@@ -134,13 +115,13 @@ def _regressor(d: int, seed: int, starts: int) -> Any:
 
 
 def _one_thread(n: int) -> Any:
-    """For small matrices: the threads of the linear algebra take five times longer to meet than to compute."""
+    """One thread for small matrices, where the threads of the linear algebra take longer to meet than to compute."""
     from threadpoolctl import threadpool_limits  # scikit-learn depends on it
 
     return threadpool_limits(1 if n < _FEW else None)
 
 
 def _minimise(objective: Any, start: FloatArray, bounds: FloatArray) -> tuple[FloatArray, float]:
-    """Search from one start; the regressor keeps the best of all, so a search that ends early does no harm."""
+    """Search from one start; the regressor keeps the best of all, so a search that ends early is harmless."""
     found = minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B")
     return found.x, float(found.fun)

@@ -3,8 +3,8 @@
     def evaluate(X):                     # (n, d) natural values: the whole swarm in one call
         return Y, G                      # (n, m) to be minimised, (n, c) allowed where <= 0; G may be None
 
-    front = mopso(space, evaluate, seed=1, objectives=("TS", "TAMA"), constraints=("S_anti",))
-    front.table()
+    front = mopso(space, evaluate, seed=1, constraints=("S_anti",))
+    front.points, front.values           # (k, d), (k, m)
 
 ``evaluate`` may be a surrogate or a batch of simulations. Rows that come back with nan or inf count as infeasible, so a
 simulation that fails does not stop the search. To maximise, return the negative. The same seed gives the same front.
@@ -14,19 +14,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_names, as_vector, frozen
+from trainmj.doe.arrays import FloatArray, as_matrix, as_names, frozen
 from trainmj.doe.pareto import default_reference, hypervolume
 from trainmj.doe.space import Space
 from trainmj.doe.swarm import Scores, best_of, improves, step
 from trainmj.errors import InputError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Evaluate = Callable[[FloatArray], tuple[ArrayLike, ArrayLike | None]]
 
@@ -39,7 +35,7 @@ class SwarmOptions:
         particles: points evaluated in one call.
         iterations: most calls after the first.
         archive: most points of the front.
-        patience: iterations over which the growth of the hypervolume is looked at.
+        patience: iterations over which the growth of the hypervolume is measured.
         tolerance: the search stops when the hypervolume grew by less than this part over ``patience`` iterations; 0
             never.
     """
@@ -73,9 +69,9 @@ class Progress:
         feasible: share of this swarm that keeps all constraints.
         failed: points of this swarm that came back with nan or inf.
         front: points in the archive; 0 as long as none is feasible.
-        hypervolume: of the archive. During the search against the given reference, or one a tenth beyond the archive of
-            the moment; in `Front.history` against `Front.reference` throughout.
-        growth: part by which the hypervolume grew over the last ``patience`` iterations; nan before that.
+        hypervolume: of the archive, against `Front.reference`.
+        growth: part by which the hypervolume grew over the last ``patience`` iterations, against a reference a tenth
+            beyond the archive of the moment; nan before that.
     """
 
     iteration: int
@@ -92,21 +88,15 @@ class Front:
     """The best compromises found, sorted by the first objective.
 
     Attributes:
-        space: the factors.
-        objectives: names, (m,).
-        constraints: names, (c,).
         points: natural values, (k, d).
         values: objectives, (k, m).
         limits: constraints, all <= 0, (k, c).
-        reference: the point up to which the hypervolume counts, (m,).
+        reference: the point up to which the hypervolume counts, a tenth of the front's range beyond it, (m,).
         history: one entry for each iteration.
         status: why the search ended.
         seed: of the random numbers.
     """
 
-    space: Space
-    objectives: tuple[str, ...]
-    constraints: tuple[str, ...]
     points: FloatArray = field(repr=False)
     values: FloatArray = field(repr=False)
     limits: FloatArray = field(repr=False)
@@ -120,37 +110,14 @@ class Front:
         """Volume that the front dominates, up to the reference."""
         return hypervolume(self.values, self.reference)
 
-    def table(self) -> pd.DataFrame:
-        """Give the front: factors, objectives, constraints."""
-        import pandas as pd
-
-        return pd.concat(
-            [
-                self.space.table(self.points),
-                pd.DataFrame(self.values, columns=list(self.objectives)),
-                pd.DataFrame(self.limits, columns=list(self.constraints)),
-            ],
-            axis=1,
-        )
-
-    def progress(self) -> pd.DataFrame:
-        """Give the history as a table, one row for each iteration."""
-        import pandas as pd
-
-        return pd.DataFrame([vars(p) for p in self.history]).set_index("iteration")
-
 
 def mopso(
     space: Space,
     evaluate: Evaluate,
     *,
     seed: int,
-    objectives: Sequence[str] | None = None,
     constraints: Sequence[str] | None = None,
     options: SwarmOptions | None = None,
-    reference: ArrayLike | None = None,
-    start: ArrayLike | None = None,
-    callback: Callable[[Progress], None] | None = None,
 ) -> Front:
     """Search the front of several objectives under constraints.
 
@@ -158,12 +125,8 @@ def mopso(
         space: the factors; integers and choices are rounded before they are evaluated.
         evaluate: X (n, d) -> Y (n, m), G (n, c) or None.
         seed: of the random numbers.
-        objectives: names of Y's columns; f1, f2, ... if None.
-        constraints: names of G's columns; g1, g2, ... if None.
+        constraints: what messages call G's columns; g1, g2, ... if None.
         options: width and length of the search.
-        reference: worst objectives that count in the hypervolume, (m,); a tenth of its range beyond the front if None.
-        start: points to begin with, (k, d), k at most the number of particles; the rest is spread evenly.
-        callback: called after each iteration.
 
     Returns:
         The front.
@@ -173,16 +136,14 @@ def mopso(
             wrong shape.
     """
     options = options or SwarmOptions()
-    search = _Search(space, evaluate, np.random.default_rng(seed), options, reference)
-    u = search.first_positions(start)
+    search = _Search(space, evaluate, np.random.default_rng(seed), options)
+    u = search.first_positions()
     scores = search.evaluate_swarm(u)
     velocity = np.zeros_like(u)
     memory, archive = scores, best_of(scores, options.archive)
     history = [search.note(scores, archive)]
     status = f"stopped after all {options.iterations} iterations, before the hypervolume settled: more may help"
     for iteration in range(1, options.iterations + 1):
-        if callback is not None:
-            callback(history[-1])
         u, velocity = step(u, velocity, memory, archive, iteration / options.iterations, search.rng)
         scores = search.evaluate_swarm(u)
         memory = scores.where(improves(scores, memory), memory)
@@ -192,17 +153,11 @@ def mopso(
             status = f"converged after {iteration} iterations: the hypervolume grew by less than {options.tolerance:g}"
             status += f" over the last {options.patience}"
             break
-    if callback is not None:
-        callback(history[-1])
-    constraint_names = as_names("constraints", constraints, archive.g.shape[1], "g")
-    _need_feasible(archive, constraint_names, history[-1].evaluations)
+    _need_feasible(archive, as_names("constraints", constraints, archive.g.shape[1], "g"), history[-1].evaluations)
     archive = archive.take(np.lexsort(archive.y.T[::-1]))
-    corner = default_reference(archive.y) if reference is None else as_vector("reference", reference)
-    volumes = [hypervolume(y, corner) if len(y) else 0.0 for y in search.archives]
+    corner = default_reference(archive.y)
+    volumes = [_volume(y, corner) for y in search.archives]
     return Front(
-        space=space,
-        objectives=as_names("objectives", objectives, archive.y.shape[1], "f"),
-        constraints=constraint_names,
         points=frozen(archive.x),
         values=frozen(archive.y),
         limits=frozen(archive.g),
@@ -214,9 +169,9 @@ def mopso(
 
 
 def _need_feasible(archive: Scores, names: tuple[str, ...], evaluations: int) -> None:
-    if archive.violation[0] == 0.0:
+    if archive.feasible[0]:
         return
-    if not np.isfinite(archive.violation[0]):
+    if archive.failed[0]:
         raise InputError(f"all {evaluations} evaluations gave nan or inf; check one point by hand")
     over = {name: float(g) for name, g in zip(names, archive.g[0], strict=True) if g > 0}
     raise InputError(
@@ -225,30 +180,24 @@ def _need_feasible(archive: Scores, names: tuple[str, ...], evaluations: int) ->
     )
 
 
+def _volume(y: FloatArray, corner: FloatArray) -> float:
+    """Hypervolume of a front (k, m), which may be empty."""
+    return hypervolume(y, corner) if len(y) else 0.0
+
+
 class _Search:
     """What stays the same during a search, and the growth of its archive."""
 
-    def __init__(
-        self,
-        space: Space,
-        evaluate: Evaluate,
-        rng: np.random.Generator,
-        options: SwarmOptions,
-        reference: ArrayLike | None,
-    ) -> None:
-        self.space, self.evaluate, self.rng, self.options, self.reference = space, evaluate, rng, options, reference
+    def __init__(self, space: Space, evaluate: Evaluate, rng: np.random.Generator, options: SwarmOptions) -> None:
+        self.space, self.evaluate, self.rng, self.options = space, evaluate, rng, options
         self.archives: list[FloatArray] = []  # objectives of the feasible archive after each iteration
         self.evaluations = 0
         self.scale: FloatArray | None = None
 
-    def first_positions(self, start: ArrayLike | None) -> FloatArray:
-        """A random Latin hypercube, its first rows replaced by the points to start from, (n, d)."""
+    def first_positions(self) -> FloatArray:
+        """A random Latin hypercube, (n, d)."""
         n, d = self.options.particles, self.space.d
-        u = (np.stack([self.rng.permutation(n) for _ in range(d)], axis=1) + self.rng.random((n, d))) / n
-        if start is not None:
-            given = self.space.to_unit(self.space.check(start, name="start"))[:n]
-            u[: len(given)] = given
-        return u
+        return (np.stack([self.rng.permutation(n) for _ in range(d)], axis=1) + self.rng.random((n, d))) / n
 
     def evaluate_swarm(self, u: FloatArray) -> Scores:
         """Evaluate positions (n, d) in one call."""
@@ -272,20 +221,18 @@ class _Search:
             self.scale = np.where(largest > 0, largest, 1.0)
         violation = excess.sum(axis=1) if self.scale is None else (excess / self.scale).sum(axis=1)
         self.evaluations += len(x)
-        return Scores(self.space.to_unit(x), x, y, g, np.where(failed, np.inf, violation))
+        return Scores(self.space.to_unit(x), x, y, g, np.where(failed, np.inf, violation)[:, None])
 
     def note(self, swarm: Scores, archive: Scores) -> Progress:
         """Record one iteration; the growth compares two archives against one reference."""
-        feasible = archive.violation[0] == 0.0
-        now = archive.y if feasible else archive.y[:0]
+        now = archive.y if archive.feasible[0] else archive.y[:0]
         self.archives.append(now)
         volume, growth = 0.0, np.nan
-        if feasible:
-            corner = default_reference(now) if self.reference is None else as_vector("reference", self.reference)
+        if len(now):
+            corner = default_reference(now)
             volume = hypervolume(now, corner)
             if len(self.archives) > self.options.patience:
-                before = self.archives[-1 - self.options.patience]
-                growth = 1.0 - (hypervolume(before, corner) if len(before) else 0.0) / volume if volume > 0 else np.inf
-        failed = int(np.isinf(swarm.violation).sum())
-        share = float((swarm.violation == 0.0).mean())
+                before = _volume(self.archives[-1 - self.options.patience], corner)
+                growth = 1.0 - before / volume if volume > 0 else np.inf
+        failed, share = int(swarm.failed.sum()), float(swarm.feasible.mean())
         return Progress(len(self.archives) - 1, self.evaluations, share, failed, len(now), float(volume), float(growth))

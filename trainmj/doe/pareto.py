@@ -10,7 +10,7 @@ from trainmj.errors import InputError
 
 
 def nondominated(y: FloatArray) -> NDArray[np.bool_]:
-    """Say for each point (n, m) whether no other is as good in all objectives and better in one, (n,)."""
+    """For each point (n, m) whether no other is as good in all objectives and better in one, (n,)."""
     if y.shape[1] == 2:
         return _nondominated_pairs(y)
     dominates = (y[:, None, :] <= y[None, :, :]).all(axis=2) & (y[:, None, :] < y[None, :, :]).any(axis=2)
@@ -49,7 +49,7 @@ def crowding(y: FloatArray) -> FloatArray:
 
 
 def thin(y: FloatArray, size: int) -> NDArray[np.intp]:
-    """Give the positions of at most ``size`` points of a front (n, m), the most crowded left out, in their order."""
+    """Positions of at most ``size`` points of a front (n, m), the most crowded left out, in their order."""
     kept = np.arange(len(y))
     while kept.size > size:
         # half of the surplus at a time: all at once would empty crowded places, one by one is slow
@@ -65,7 +65,7 @@ def hypervolume(y: ArrayLike, reference: ArrayLike) -> float:
     A sweep for two objectives, slices of it for more: exact, fast for two or three objectives, slow beyond five.
 
     Args:
-        y: objectives, minimised, (n, m); points not better than the reference in every objective count nothing.
+        y: objectives, minimised, (n, m); points that are not better than the reference in every objective do not count.
         reference: worst values that still count, (m,).
 
     Returns:
@@ -104,6 +104,6 @@ def _volume(y: FloatArray, corner: FloatArray) -> float:
 
 
 def default_reference(y: FloatArray) -> FloatArray:
-    """Give the reference point a tenth of the front's range beyond its worst values: (n, m) -> (m,)."""
+    """The reference point a tenth of the front's range beyond its worst values: (n, m) -> (m,)."""
     worst, spread = y.max(axis=0), np.ptp(y, axis=0)
     return np.asarray(worst + 0.1 * np.where(spread > 0, spread, np.maximum(np.abs(worst), 1.0)), dtype=np.float64)

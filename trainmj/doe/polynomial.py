@@ -1,4 +1,4 @@
-"""Polynomial response surfaces: least squares on factors scaled to [-1, 1], told in natural units.
+"""Polynomial response surfaces: least squares on factors scaled to [-1, 1], coefficients in natural units.
 
     model = fit_polynomial(X, y, space=space, terms=parse_terms(["1", "D", "M", "D^2", "D*M"], space.names))
     model.coefficients()     # in natural units
@@ -6,8 +6,8 @@
     model.press              # prediction error sum of squares
 
 Terms are chosen in the scaled factors. If every divisor of every term is among them (see `is_hierarchical`) the
-polynomial has the same terms in natural units; otherwise multiplying out brings in the lower ones, and
-`Polynomial.coefficients` lists these too.
+polynomial has the same terms in natural units; otherwise multiplying out brings in lower terms, which
+`Polynomial.coefficients` lists too.
 """
 
 from __future__ import annotations
@@ -19,20 +19,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import qr, solve_triangular
-from scipy.special import fdtrc, stdtrit
+from scipy.special import fdtrc
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
 from trainmj.doe.space import Space
-from trainmj.doe.surrogate import Prediction
 from trainmj.doe.terms import Term, check_terms, columns, expand, term_name
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-COLLINEAR = (
-    1e-9  # part of a column's length that must be new; columns of scaled factors lie far above it or at round-off
-)
+COLLINEAR = 1e-9
+"""Part of a column's length that must be new; columns of scaled factors lie far above it, or at round-off."""
 
 
 @dataclass(frozen=True)
@@ -101,21 +99,6 @@ class Polynomial:
         """Predict the response (n,) at natural values (n, d)."""
         return np.asarray(columns(self.space.to_coded(x), self.terms) @ self.scaled, dtype=np.float64)
 
-    def interval(self, x: ArrayLike, level: float = 0.95) -> Prediction:
-        """Predict with an interval for one new value at each point (n, d), by Student's t.
-
-        Raises:
-            InputError: as many terms as points, or a level outside (0, 1).
-        """
-        if not 0 < level < 1:
-            raise InputError(f"level must lie between 0 and 1 (got {level})")
-        self._need_freedom("a prediction interval")
-        basis = columns(self.space.to_coded(x), self.terms)
-        reach = (solve_triangular(self.r, basis.T, trans="T") ** 2).sum(axis=0)  # (n,), leverage of the new points
-        half = float(stdtrit(self.dof, 0.5 + level / 2)) * self.sigma * np.sqrt(1.0 + reach)
-        mean = basis @ self.scaled
-        return Prediction(mean, mean - half, mean + half, level)
-
     def leave_one_out(self) -> FloatArray:
         """Predict each fitted point from all others, (n,), without fitting again.
 
@@ -127,13 +110,13 @@ class Polynomial:
         alone = np.flatnonzero(leverage > 1.0 - 1e-9)
         if alone.size:
             raise InputError(
-                f"points {alone.tolist()} each determine a term alone (leverage 1), so the others "
-                "cannot predict them; use fewer terms or more points"
+                f"points {alone.tolist()} each determine a term alone (leverage 1), so the others cannot predict them; "
+                "use fewer terms or more points"
             )
         return np.asarray(self.y - self.residuals / (1.0 - leverage), dtype=np.float64)
 
     def coefficients(self) -> pd.Series:
-        """Give the coefficients in natural units, by term: the form of the paper's Eqs (7) and (8)."""
+        """The coefficients in natural units, by term."""
         import pandas as pd
 
         centre, half = (self.space.lower + self.space.upper) / 2, (self.space.upper - self.space.lower) / 2
@@ -142,11 +125,11 @@ class Polynomial:
         return pd.Series({term_name(t, self.space.names): natural[t] for t in order}, name="coefficient")
 
     def anova(self) -> pd.DataFrame:
-        """Give the analysis of variance: model, each term given all others, residuals, total.
+        """The analysis of variance: model, each term given all others, residuals, total.
 
         Returns:
-            One row each: sum_of_squares, dof, mean_square, F, p. The terms' rows do not add to the model's: each is
-            what the fit loses without that term alone, with the factors scaled to [-1, 1].
+            A row each: sum_of_squares, dof, mean_square, F, p. The rows of the terms do not add up to that of the
+            model: each is what the fit loses without that term alone, with the factors scaled to [-1, 1].
 
         Raises:
             InputError: as many terms as points.

@@ -2,8 +2,8 @@
 
     terms = select_terms(X, y, space=space, candidates=full_order(2, 3)).terms
 
-The choice itself uses the data, so the PRESS of the chosen terms flatters; `trainmj.doe.surrogate.cross_validate`
-with the choice inside the fit tells the truth.
+The choice itself uses the data, so the PRESS of the chosen terms is optimistic. For an honest error, put the choice
+inside the fit that `trainmj.doe.accuracy.cross_validate` repeats.
 """
 
 from __future__ import annotations
@@ -11,18 +11,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
 from trainmj.doe.space import Space
-from trainmj.doe.terms import Term, check_terms, columns, is_hierarchical, term_name
-from trainmj.errors import InputError, close_match
-
-if TYPE_CHECKING:
-    import pandas as pd
+from trainmj.doe.terms import Term, check_terms, columns, is_hierarchical
+from trainmj.errors import InputError
 
 Criterion = Literal["press", "bic"]
 Weigh = Callable[[tuple[int, ...]], float]
@@ -35,24 +32,13 @@ class Selection:
 
     Attributes:
         terms: the best subset, in the order of the candidates.
-        criterion: what was made small.
-        tried: every subset with its criterion, best first.
-        space: the factors.
+        criterion: what was minimised.
+        tried: every subset with the value of its criterion, best first.
     """
 
     terms: tuple[Term, ...]
     criterion: Criterion
     tried: tuple[tuple[float, tuple[Term, ...]], ...] = field(repr=False)
-    space: Space = field(repr=False)
-
-    def table(self, rows: int = 20) -> pd.DataFrame:
-        """Give the best subsets: criterion, number of terms, terms."""
-        import pandas as pd
-
-        best = self.tried[:rows]
-        names = [", ".join(term_name(t, self.space.names) for t in terms) for _, terms in best]
-        columns_ = {self.criterion: [v for v, _ in best], "count": [len(t) for _, t in best], "terms": names}
-        return pd.DataFrame(columns_)
 
 
 def select_terms(
@@ -72,7 +58,7 @@ def select_terms(
         space: the factors.
         candidates: terms to choose from; the constant, if among them, is always kept.
         criterion: ``press`` (leave-one-out squared errors) or ``bic`` (Schwarz 1978, doi 10.1214/aos/1176344136).
-        hierarchical: only subsets that hold every divisor of every term; without it a shift of a factor's zero would
+        hierarchical: only subsets that hold every divisor of every term; otherwise a shift of a factor's zero would
             change the answer.
 
     Returns:
@@ -81,10 +67,7 @@ def select_terms(
     Raises:
         InputError: unknown criterion, bad candidates, or no subset that these points can support.
     """
-    if criterion not in ("press", "bic"):
-        raise InputError(
-            f"criterion must be 'press' or 'bic' (got {criterion!r}){close_match(criterion, ('press', 'bic'))}"
-        )
+    check_choice("criterion", criterion, ("press", "bic"))
     x = as_matrix("x", x, space.d)
     y = as_vector("y", y, len(x))
     candidates = check_terms(list(candidates), space.d)
@@ -103,7 +86,7 @@ def select_terms(
             f"no subset of the {len(candidates)} candidate terms can be fitted to these {len(y)} points; add points"
         )
     tried = tuple((v, tuple(candidates[i] for i in c)) for v, _, c in ranked)
-    return Selection(tried[0][1], criterion, tried, space)
+    return Selection(tried[0][1], criterion, tried)
 
 
 def _criterion(basis: FloatArray, y: FloatArray, criterion: Criterion) -> float:

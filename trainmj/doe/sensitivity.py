@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.doe.arrays import FloatArray, as_vector, frozen
+from trainmj.doe.arrays import FloatArray, as_vector, check_level, frozen
 from trainmj.doe.space import Space
 from trainmj.errors import InputError
 
@@ -39,7 +39,7 @@ class Sensitivity:
     evaluations: int
 
     def table(self) -> pd.DataFrame:
-        """Give one row for each factor."""
+        """A row for each factor."""
         import pandas as pd
 
         columns = {"first": self.first, "total": self.total}
@@ -58,7 +58,7 @@ def sobol_sensitivity(
 
     Args:
         space: the factors.
-        predict: X (k, d) -> y (k,), a surrogate's ``predict`` as a rule: it is asked for n (d + 2) points in one call.
+        predict: X (k, d) -> y (k,), usually a surrogate's ``predict``: it is asked for n (d + 2) points in one call.
         n: size of the sample, a power of two.
         seed: of the random numbers.
         level: confidence level of the bootstrap intervals.
@@ -73,8 +73,7 @@ def sobol_sensitivity(
 
     if n < 2 or n & (n - 1):
         raise InputError(f"n must be a power of two, at least 2 (got {n}); the next is {1 << max(1, n.bit_length())}")
-    if not 0 < level < 1:
-        raise InputError(f"level must lie between 0 and 1 (got {level})")
+    check_level(level)
     rng = np.random.default_rng(seed)
     d = space.d
     pairs = qmc.Sobol(2 * d, scramble=True, rng=rng).random_base2(n.bit_length() - 1)  # (n, 2 d)

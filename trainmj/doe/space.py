@@ -1,31 +1,29 @@
-"""Factors and the space they span: names, units, bounds, levels, and the scaling between natural and coded values.
+"""Factors and the space they span: names, units, bounds, levels, and scaling between natural and coded values.
 
-    space = Space((Factor("D", 20, 50, unit="mm", kind="integer", path="empty_stroke_mm"),
-                   Factor("M", 30, 36, unit="t", path="mass_t")))
+    space = Space((Factor("D", 20, 50, unit="mm", kind="integer"), Factor("M", 30, 36, unit="t")))
     X = space.from_unit(U)          # [0, 1] -> natural values, integers rounded
     space.decode(X[0])              # {'D': 35, 'M': 33.0}
 
 A point is a row of floats throughout. A choice is stored as the position of its level (0, 1, ...), an integer as a
-whole number; `Space.decode` gives the values that a scenario understands.
+whole number; `Space.decode` gives the values themselves.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix
+from trainmj.doe.arrays import FloatArray, as_matrix, check_choice
 from trainmj.errors import InputError, close_match
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Kind = Literal["continuous", "integer", "choice"]
 Level = str | float | int | bool
 
 
@@ -40,32 +38,26 @@ class Factor:
         unit: unit of the values; empty if they have none.
         kind: continuous, integer (whole numbers) or choice (one of ``levels``).
         levels: the values of a choice, in the order in which they are coded 0, 1, ...
-        path: what the factor sets; the study only keeps it for the caller.
     """
 
     name: str
     lower: float = math.nan
     upper: float = math.nan
     unit: str = ""
-    kind: Kind = "continuous"
+    kind: Literal["continuous", "integer", "choice"] = "continuous"
     levels: tuple[Level, ...] = ()
-    path: str = ""
 
     def __post_init__(self) -> None:
         """Check the fields; a choice gets the bounds of its codes.
 
         Raises:
-            InputError: unknown kind, bounds missing or out of order, an integer with broken bounds, levels where none
-                belong.
+            InputError: unknown kind, bounds missing or out of order, an integer with fractional bounds, or levels of a
+                factor that is not a choice.
         """
         where = f"factor {self.name!r}"
         if not self.name:
             raise InputError("a factor must have a name (got '')")
-        kinds = ("continuous", "integer", "choice")
-        if self.kind not in kinds:
-            raise InputError(
-                f"{where}: kind must be in {kinds} (got {self.kind!r}){close_match(str(self.kind), kinds)}"
-            )
+        check_choice(f"{where}: kind", self.kind, ("continuous", "integer", "choice"))
         if self.kind == "choice":
             self._check_choice(where)
             return
@@ -74,14 +66,15 @@ class Factor:
         if not (math.isfinite(self.lower) and math.isfinite(self.upper) and self.lower < self.upper):
             raise InputError(
                 f"{where}: bounds must be finite with lower < upper (got {self.lower}, {self.upper}); "
-                "a value that does not vary is no factor"
+                "a value that does not vary is not a factor"
             )
         if self.kind == "integer" and not (float(self.lower).is_integer() and float(self.upper).is_integer()):
             raise InputError(f"{where}: bounds of an integer must be whole numbers (got {self.lower}, {self.upper})")
 
     def _check_choice(self, where: str) -> None:
         levels = tuple(self.levels)
-        if len(levels) < 2 or len(set(levels)) != len(levels):
+        different = min(len(set(levels)), len({str(level) for level in levels}))  # 1 and "1" look alike in a file
+        if len(levels) < 2 or different != len(levels):
             raise InputError(f"{where}: a choice needs at least two different levels (got {levels})")
         codes = (0.0, float(len(levels) - 1))
         if not all(math.isnan(b) or b == c for b, c in zip((self.lower, self.upper), codes, strict=True)):
@@ -92,20 +85,31 @@ class Factor:
             object.__setattr__(self, field, value)
 
     @property
-    def label(self) -> str:
-        """Name with its unit, as a table head: ``D [mm]``."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
-
-    @property
     def count(self) -> int | None:
         """How many values an integer or a choice can take; None for a continuous factor."""
         return None if self.kind == "continuous" else int(self.upper - self.lower) + 1
 
     def decode(self, value: float) -> Level:
-        """Give the value that the factor's path is set to: a float, an int or a level."""
+        """The value that a coordinate stands for: a float, an int or a level."""
         if self.kind == "continuous":
             return float(value)
         return self.levels[round(value)] if self.kind == "choice" else round(value)
+
+    def encode(self, values: Sequence[Level]) -> FloatArray:
+        """The coordinates (n,) of values; levels of a choice may be given as text.
+
+        Raises:
+            InputError: a value that is not a number, or not one of the levels.
+        """
+        if self.kind != "choice":
+            return as_matrix(f"column {self.name!r}", values, 1)[:, 0]
+        codes: dict[Level, int] = {str(level): code for code, level in enumerate(self.levels)}
+        codes |= {level: code for code, level in enumerate(self.levels)}  # 30.0 is the level 30, whatever its text
+        unknown = [value for value in values if value not in codes]
+        if unknown:
+            known = [str(level) for level in self.levels]
+            raise InputError(f"factor {self.name!r}: no level {unknown[0]!r}{close_match(str(unknown[0]), known)}")
+        return np.array([codes[value] for value in values], dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,7 @@ class Space:
         """Check that there are factors and that their names differ.
 
         Raises:
-            InputError: no factor, or one name twice.
+            InputError: no factor, or a name that occurs twice.
         """
         object.__setattr__(self, "factors", tuple(self.factors))
         if not self.factors:
@@ -154,17 +158,6 @@ class Space:
     def discrete(self) -> tuple[int, ...]:
         """Columns of the factors that take whole numbers."""
         return tuple(i for i, f in enumerate(self.factors) if f.kind != "continuous")
-
-    def factor(self, name: str) -> Factor:
-        """Give the factor of that name.
-
-        Raises:
-            InputError: there is none; the message offers the nearest.
-        """
-        for factor in self.factors:
-            if factor.name == name:
-                return factor
-        raise InputError(f"no factor {name!r}{close_match(name, self.names)}")
 
     def to_unit(self, x: ArrayLike) -> FloatArray:
         """Scale natural values (n, d) to [0, 1]."""
@@ -199,7 +192,7 @@ class Space:
         return x
 
     def check(self, x: ArrayLike, *, name: str = "points") -> FloatArray:
-        """Give points (n, d) back if each lies in the bounds and on its levels.
+        """The same points (n, d), if each lies within the bounds and on its levels.
 
         Raises:
             InputError: naming the first factor and point that do not.
@@ -219,41 +212,77 @@ class Space:
         return self.round(x)
 
     def decode(self, point: ArrayLike) -> dict[str, Level]:
-        """Give one point (d,) as what a scenario is set to: {name: float, int or level}."""
+        """The values of one point (d,) by factor: floats, ints and levels."""
         row = as_matrix("point", np.reshape(np.asarray(point, dtype=np.float64), (1, -1)), self.d)[0]
         return {f.name: f.decode(float(v)) for f, v in zip(self.factors, row, strict=True)}
 
-    def table(self, x: ArrayLike) -> pd.DataFrame:
-        """Give points (n, d) as a table: one column a factor, heads with units, choices by their level."""
+    def table(self, x: ArrayLike, heads: Sequence[str] | None = None) -> pd.DataFrame:
+        """Points (n, d) as a table, a column for each factor, choices by their level.
+
+        Args:
+            x: natural values.
+            heads: of the columns, (d,); the factors' names if None.
+        """
         import pandas as pd
 
-        rows = [self.decode(row) for row in as_matrix("points", x, self.d)]
-        return pd.DataFrame({f.label: [row[f.name] for row in rows] for f in self.factors})
+        rows = [self.decode(row).values() for row in as_matrix("points", x, self.d)]
+        return pd.DataFrame(dict(zip(heads or self.names, zip(*rows, strict=True), strict=True)))
 
-    def from_table(self, table: pd.DataFrame) -> FloatArray:
-        """Read points (n, d) from a table whose heads are the factors' names, or names with units.
+    def from_table(self, table: pd.DataFrame, heads: Sequence[str] | None = None) -> FloatArray:
+        """Read points (n, d) from a table.
+
+        Args:
+            table: a column for each factor, under its name or its head.
+            heads: other heads of the columns, (d,).
 
         Raises:
-            InputError: a factor has no column, or a value is not one of its levels.
+            InputError: a factor without a column, a value that is not one of its levels, or a point outside the bounds.
         """
-        heads: Sequence[str] = [str(c) for c in table.columns]
+        found = [str(column) for column in table.columns]
         columns = []
-        for factor in self.factors:
-            known = [h for h in heads if h in (factor.name, factor.label)]
+        for factor, head in zip(self.factors, heads or self.names, strict=True):
+            known = [column for column in found if column in (factor.name, head)]
             if not known:
-                raise InputError(
-                    f"the table has no column {factor.name!r} or {factor.label!r}{close_match(factor.name, heads)}"
-                )
-            columns.append(_codes(factor, list(table[known[0]])))
+                either = " or ".join(repr(name) for name in dict.fromkeys((factor.name, head)))
+                raise InputError(f"the table has no column {either}{close_match(factor.name, found)}")
+            columns.append(factor.encode(list(table[known[0]])))
         return self.check(np.stack(columns, axis=1), name="table")
 
 
-def _codes(factor: Factor, values: list[Level]) -> FloatArray:
-    """Give a table's column (n,) as the factor's numbers."""
-    if factor.kind == "choice":
-        unknown = [v for v in values if v not in factor.levels]
-        if unknown:
-            names = [str(v) for v in factor.levels]
-            raise InputError(f"factor {factor.name!r}: no level {unknown[0]!r}{close_match(str(unknown[0]), names)}")
-        return np.array([factor.levels.index(v) for v in values], dtype=np.float64)
-    return as_matrix(f"column {factor.name!r}", values, 1)[:, 0]
+@dataclass(frozen=True)
+class Lattice:
+    """A space whose continuous factors are counted in steps: a mass to 0.05 t, an empty stroke to 1 mm.
+
+    Attributes:
+        space: natural values.
+        steps: the same space, with the factors that have a resolution as integers 0, 1, ...
+        size: the step of each factor; nan if it has none, (d,).
+    """
+
+    space: Space
+    steps: Space
+    size: FloatArray
+
+    @classmethod
+    def of(cls, space: Space, resolution: Mapping[str, float]) -> Lattice:
+        """Count some factors of a space in steps.
+
+        Args:
+            space: natural values.
+            resolution: step by name of a continuous factor; it divides the range of the factor.
+        """
+        factors = []
+        for factor in space.factors:
+            if factor.name in resolution:
+                count = round((factor.upper - factor.lower) / resolution[factor.name])
+                factor = replace(factor, lower=0.0, upper=float(count), kind="integer")
+            factors.append(factor)
+        size = np.array([resolution.get(name, np.nan) for name in space.names])
+        return cls(space, Space(tuple(factors)), size)
+
+    def natural(self, points: ArrayLike) -> FloatArray:
+        """Natural values (n, d) of points (n, d) in steps."""
+        values = as_matrix("points", points, self.space.d)
+        stepped = np.isfinite(self.size)
+        values[:, stepped] = self.space.lower[stepped] + values[:, stepped] * self.size[stepped]
+        return self.space.round(np.round(values, 10))  # 30.150000000000002 is 30.15

@@ -27,7 +27,7 @@ class Scores:
         x: natural values, (n, d).
         y: objectives, minimised, (n, m); infinite where the evaluation failed.
         g: constraints, <= 0 is allowed, (n, c); infinite where the evaluation failed.
-        violation: sum of the scaled violations, 0 if feasible, infinite where the evaluation failed, (n,).
+        violation: sum of the scaled violations, 0 if feasible, infinite where the evaluation failed, (n, 1).
     """
 
     u: FloatArray
@@ -40,30 +40,35 @@ class Scores:
         """Number of points."""
         return len(self.y)
 
+    @property
+    def feasible(self) -> NDArray[np.bool_]:
+        """Which points keep all constraints, (n,)."""
+        return np.asarray(self.violation[:, 0] == 0.0)
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Which points could not be evaluated, (n,)."""
+        return np.isinf(self.violation[:, 0])
+
     def take(self, index: NDArray[Any]) -> Scores:
-        """Give some of the points, by positions or mask."""
-        return Scores(self.u[index], self.x[index], self.y[index], self.g[index], self.violation[index])
+        """Some of the points, by positions or mask."""
+        return Scores(*(a[index] for a in vars(self).values()))
 
     def join(self, other: Scores) -> Scores:
-        """Give these points and the others."""
-        pairs = ((self.u, other.u), (self.x, other.x), (self.y, other.y), (self.g, other.g))
-        u, x, y, g = (np.concatenate(pair) for pair in pairs)
-        return Scores(u, x, y, g, np.concatenate([self.violation, other.violation]))
+        """These points, then the others."""
+        return Scores(*map(np.concatenate, zip(vars(self).values(), vars(other).values(), strict=True)))
 
     def where(self, mask: NDArray[np.bool_], other: Scores) -> Scores:
-        """Give these points where the mask (n,) holds and the others elsewhere."""
-        row = mask[:, None]
-        pairs = ((self.u, other.u), (self.x, other.x), (self.y, other.y), (self.g, other.g))
-        u, x, y, g = (np.where(row, a, b) for a, b in pairs)
-        return Scores(u, x, y, g, np.where(mask, self.violation, other.violation))
+        """These points where the mask (n,) holds, the others elsewhere."""
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Scores(*(np.where(mask[:, None], mine, theirs) for mine, theirs in pairs))
 
 
 def best_of(scores: Scores, size: int) -> Scores:
-    """Give the archive: the feasible front, thinned to ``size``; if none is feasible, the least violating points."""
-    feasible = scores.violation == 0.0
-    if not feasible.any():
-        return scores.take(np.argsort(scores.violation, kind="stable")[: max(1, size // 10)])
-    scores = scores.take(feasible)
+    """The archive: the feasible front, thinned to ``size``; if no point is feasible, the least violating ones."""
+    if not scores.feasible.any():
+        return scores.take(np.argsort(scores.violation[:, 0], kind="stable")[: max(1, size // 10)])
+    scores = scores.take(scores.feasible)
     _, first = np.unique(scores.y, axis=0, return_index=True)
     scores = scores.take(np.sort(first))
     scores = scores.take(nondominated(scores.y))
@@ -71,10 +76,10 @@ def best_of(scores: Scores, size: int) -> Scores:
 
 
 def improves(new: Scores, old: Scores) -> NDArray[np.bool_]:
-    """Say for each particle whether its new point should replace the one it remembers, (n,)."""
-    both = (new.violation == 0.0) & (old.violation == 0.0)
+    """Whether the new point of each particle should replace the one it remembers, (n,)."""
     dominated = (old.y <= new.y).all(axis=1) & (old.y < new.y).any(axis=1)
-    return np.asarray(np.where(both, ~dominated, new.violation < old.violation))
+    less = (new.violation < old.violation)[:, 0]
+    return np.asarray(np.where(new.feasible & old.feasible, ~dominated, less))
 
 
 def step(
@@ -106,7 +111,7 @@ def step(
 
 
 def _tournament(archive: Scores, n: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Choose n leaders: of two at random, the one that lies less crowded."""
+    """Choose n leaders: of two at random, the less crowded one."""
     distance = crowding(archive.y) if np.isfinite(archive.y).all() else np.zeros(len(archive))
     pairs = rng.integers(len(archive), size=(2, n))
     return np.asarray(np.where(distance[pairs[0]] >= distance[pairs[1]], pairs[0], pairs[1]), dtype=np.intp)

@@ -19,7 +19,7 @@ Term = tuple[int, ...]
 
 
 def full_order(d: int, order: int) -> tuple[Term, ...]:
-    """Give all terms of d factors up to a total order, constant first, then by order.
+    """All terms of d factors up to a total order, constant first, then by order.
 
     Raises:
         InputError: d < 1 or order < 0.
@@ -41,7 +41,7 @@ def parse_terms(texts: Iterable[str], names: Sequence[str]) -> tuple[Term, ...]:
         One tuple of exponents for each text, in the order given.
 
     Raises:
-        InputError: an unknown factor, an exponent that is no positive whole number, a term twice.
+        InputError: an unknown factor, an exponent that is not a positive whole number, or a term that occurs twice.
     """
     terms = []
     for text in texts:
@@ -59,10 +59,10 @@ def parse_terms(texts: Iterable[str], names: Sequence[str]) -> tuple[Term, ...]:
 
 
 def check_terms(terms: Sequence[Term], d: int) -> tuple[Term, ...]:
-    """Give the terms back if each has d exponents and none comes twice.
+    """The same terms, if there are any, each has d exponents and none occurs twice.
 
     Raises:
-        InputError: otherwise, or if there are none.
+        InputError: otherwise.
     """
     if not terms:
         raise InputError("a polynomial needs at least one term (got none); '1' is the constant")
@@ -71,7 +71,7 @@ def check_terms(terms: Sequence[Term], d: int) -> tuple[Term, ...]:
             raise InputError(f"a term must have {d} exponents, whole numbers from 0 (got {term})")
     if len(set(terms)) != len(terms):
         twice = [t for t in dict.fromkeys(terms) if list(terms).count(t) > 1]
-        raise InputError(f"a term must come once only (twice: {twice})")
+        raise InputError(f"a term must occur only once (twice: {twice})")
     return tuple(tuple(int(e) for e in t) for t in terms)
 
 
@@ -87,12 +87,12 @@ def columns(x: FloatArray, terms: Sequence[Term]) -> FloatArray:
 
 
 def divisors(term: Term) -> Iterator[Term]:
-    """Give every term that divides this one, itself included: D*M^2 has 1, D, M, D*M, M^2, D*M^2."""
+    """Every term that divides this one, itself included: D*M^2 has 1, D, M, D*M, M^2, D*M^2."""
     return itertools.product(*(range(e + 1) for e in term))
 
 
 def is_hierarchical(terms: Iterable[Term]) -> bool:
-    """Say whether every divisor of every term is a term too.
+    """Whether every divisor of every term is a term too.
 
     Only then is the polynomial the same family of functions in natural and in coded factors (Peixoto 1990,
     doi 10.1080/00031305.1990.10475687).

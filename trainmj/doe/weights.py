@@ -1,10 +1,10 @@
-"""Weights of criteria: by entropy, in the paper's form and the textbook's, or the user's own.
+"""Weights of criteria: by entropy, or the user's own.
 
-    entropy_weights(values, form="paper", transform="raw")        # the paper's Table 12
-    entropy_weights(values, form="textbook", transform="raw")     # entropies between 0 and 1, weights from 0 to 1
+    entropy_weights(values)                       # the criterion that varies more counts more
+    entropy_weights(values, normalised=False)     # entropies not divided by ln n: nearly equal weights
     own_weights({"TS": 2, "TAMA": 1})
 
-`Weights.description` says which form and which data the weights came from.
+`Weights.description` says how the weights were found.
 """
 
 from __future__ import annotations
@@ -17,27 +17,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import xlogy
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_names, frozen
-from trainmj.errors import InputError, close_match
+from trainmj.doe.arrays import FloatArray, as_matrix, as_names, check_choice, frozen
+from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Form = Literal["paper", "textbook"]
 Transform = Literal["raw", "t_score", "min_max"]
-TRANSFORMS = ("raw", "t_score", "min_max")
 
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the criteria, with what they came from.
+    """Weights of the criteria, and where they come from.
 
     Attributes:
         names: the criteria, (m,).
-        weight: they add to 1, (m,).
+        weight: they add up to 1, (m,).
         entropy: of each criterion, (m,); nan for the user's own weights.
         difference: 1 - entropy, (m,); nan for the user's own weights.
-        description: which form and which transformation.
+        description: method and data.
     """
 
     names: tuple[str, ...]
@@ -47,7 +45,7 @@ class Weights:
     description: str
 
     def table(self) -> pd.DataFrame:
-        """Give one row for each criterion: the form of the paper's Table 12."""
+        """A row for each criterion: entropy, difference, weight."""
         import pandas as pd
 
         columns = {"entropy": self.entropy, "difference": self.difference, "weight": self.weight}
@@ -55,7 +53,7 @@ class Weights:
 
 
 def t_scores(values: ArrayLike) -> FloatArray:
-    """Standardise each criterion (n, m) to mean 50 and deviation 10: Eqs (13) and (14).
+    """Standardise each criterion (n, m) to mean 50 and deviation 10: Eqs (13), (14) of doi 10.1186/s10033-022-00755-8.
 
     The deviation is the root of the mean square (divided by n); "mean squared error" in the paper.
 
@@ -70,35 +68,32 @@ def t_scores(values: ArrayLike) -> FloatArray:
 def entropy_weights(
     values: ArrayLike,
     *,
-    form: Form = "textbook",
+    normalised: bool = True,
     transform: Transform = "raw",
     names: Sequence[str] | None = None,
 ) -> Weights:
     """Weigh criteria by how unevenly they are spread over the alternatives.
 
-    p_ij = x_ij / sum_i x_ij (Eq. 15); e_j = -k sum_i p_ij ln p_ij (Eq. 16); g_j = 1 - e_j (Eq. 17); w_j = g_j / sum g_j
-    (Eq. 18).
+    p_ij = x_ij / sum_i x_ij; e_j = -k sum_i p_ij ln p_ij; g_j = 1 - e_j; w_j = g_j / sum g_j
+    (Eqs 15 to 18 of doi 10.1186/s10033-022-00755-8).
 
     Args:
         values: criteria of each alternative, (n, m), at least 0.
-        form: ``paper`` has k = 1, as doi 10.1186/s10033-022-00755-8 computes it: entropies near ln n, negative
-            differences, nearly equal weights, and more weight to the criterion that varies LESS. ``textbook`` has k =
-            1 / ln n (Shannon's measure over its largest value): entropies in [0, 1], more weight to the criterion
-            that varies more.
-        transform: ``raw`` takes the values as they are (the paper's Table 12), ``t_score`` those of `t_scores` (what
-            its text says), ``min_max`` scales each criterion to [0, 1]. They give different weights.
+        normalised: divide the entropies by ln n, their largest value (k = 1 / ln n, Shannon's measure): entropies in
+            [0, 1], more weight to the criterion that varies more. Without it (k = 1, as that paper computes) entropies
+            are near ln n, differences negative, weights nearly equal, and the criterion that varies LESS gets more.
+        transform: ``raw`` takes the values as they are, ``t_score`` those of `t_scores`, ``min_max`` scales each
+            criterion to [0, 1]. They give different weights.
         names: of the criteria; y1, y2, ... if None.
 
     Returns:
         The weights.
 
     Raises:
-        InputError: fewer than 2 alternatives, negative values, a criterion of zeros, no variation at all, unknown form.
+        InputError: fewer than 2 alternatives, negative values, a criterion of zeros, no variation at all, or an unknown
+            transform.
     """
-    if form not in ("paper", "textbook"):
-        raise InputError(f"form must be 'paper' or 'textbook' (got {form!r}){close_match(form, ('paper', 'textbook'))}")
-    if transform not in TRANSFORMS:
-        raise InputError(f"transform must be in {TRANSFORMS} (got {transform!r}){close_match(transform, TRANSFORMS)}")
+    check_choice("transform", transform, ("raw", "t_score", "min_max"))
     x = as_matrix("values", values)
     n, m = x.shape
     labels = as_names("names", names, m, "y")
@@ -109,24 +104,24 @@ def entropy_weights(
     elif transform == "min_max":
         _need_variation(x, "min_max")
         x = (x - x.min(axis=0)) / np.ptp(x, axis=0)
-    if (x < 0).any() or (x.sum(axis=0) <= 0).any():
-        bad = labels[int(np.argmax((x < 0).any(axis=0) | (x.sum(axis=0) <= 0)))]
+    bad = (x < 0).any(axis=0) | (x.sum(axis=0) <= 0)
+    if bad.any():
         raise InputError(
-            f"criterion {bad!r} must not be negative, nor zero throughout, to have shares; try transform='min_max'"
+            f"criterion {labels[int(np.argmax(bad))]!r} must not be negative, nor zero throughout, to have shares; "
+            "try transform='min_max'"
         )
     p = x / x.sum(axis=0)
-    entropy = -xlogy(p, p).sum(axis=0) / (1.0 if form == "paper" else np.log(n))
+    entropy = -xlogy(p, p).sum(axis=0) / (np.log(n) if normalised else 1.0)
     difference = 1.0 - entropy
     total = difference.sum()
     if abs(total) < 1e-12:
         raise InputError("the criteria must vary between the alternatives: equal values carry no information to weigh")
-    factor = "no 1/ln n" if form == "paper" else "with 1/ln n"
-    said = f"entropy, {form} form ({factor}), {transform.replace('_', '-')} data"
+    said = f"entropy{'' if normalised else ' not'} divided by ln n, {transform.replace('_', '-')} data"
     return Weights(labels, frozen(difference / total), frozen(entropy), frozen(difference), said)
 
 
 def own_weights(weights: Mapping[str, float]) -> Weights:
-    """Take the user's weights, scaled to add to 1.
+    """Take the user's weights, scaled to add up to 1.
 
     Raises:
         InputError: none, a negative one, or all zero.

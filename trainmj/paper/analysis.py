@@ -18,6 +18,7 @@ from trainmj.doe import (
     Correlation,
     Factor,
     Front,
+    Lattice,
     Polynomial,
     Space,
     SwarmOptions,
@@ -31,7 +32,6 @@ from trainmj.doe import (
     weighted_sum,
 )
 from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, LIMIT_OTHERS_MM, split_unit
-from trainmj.study.lattice import Lattice
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -96,7 +96,7 @@ class Analysis:
 
     def correlations(self) -> pd.DataFrame:
         """Table 10: a row for each factor, a column for each response."""
-        return self.correlation.matrix().reset_index(drop=True)
+        return self.correlation.matrix()
 
     def coefficients(self) -> pd.DataFrame:
         """Eqs (7) and (8): a row for each term."""
@@ -117,14 +117,12 @@ class Analysis:
 
     def weights(self) -> pd.DataFrame:
         """Table 12: entropy, difference coefficient and weight of each criterion."""
-        return entropies(self.responses).reset_index(drop=True)
+        return entropies(self.responses)
 
 
 def entropies(responses: pd.DataFrame) -> pd.DataFrame:
     """Entropy weights as Table 12 has them: Eqs (15) to (18) on the responses themselves."""
-    return entropy_weights(
-        responses[list(CRITERIA.values())], form="paper", transform="raw", names=tuple(CRITERIA)
-    ).table()
+    return entropy_weights(responses[list(CRITERIA.values())], normalised=False, names=tuple(CRITERIA)).table()
 
 
 def points_of(responses: pd.DataFrame) -> Array:
@@ -180,7 +178,6 @@ def _search(models: Mapping[str, Polynomial], limits: Mapping[str, Polynomial]) 
         lattice.steps,
         evaluate,
         seed=_SEED,
-        objectives=list(CRITERIA),
         constraints=list(CONSTRAINTS),
         options=SwarmOptions(),
     )

@@ -12,8 +12,8 @@ from trainmj.collision.device import Array
 from trainmj.doe import accuracy, entropy_weights, parse_terms
 from trainmj.doe.terms import columns
 from trainmj.paper.analysis import CRITERIA, SPACE, TERMS, Analysis, analyse, chosen_with, fit_limits, points_of
-from trainmj.paper.finding import Defect
-from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, over_D, published
+from trainmj.paper.finding import Defect, Shown, defect
+from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, published
 
 ORIGINAL_EMPTY_STROKE_MM = 22.0
 """Empty travel of the train as Section 2 describes it."""
@@ -27,111 +27,102 @@ def from_table_9() -> Analysis:
 
 def defects_of_study() -> Iterator[Defect]:
     """All of them, in the order of the paper."""
-    yield factors_correlated()
-    yield weak_and_strong()
-    yield cut_not_rounded()
-    yield digits_of_eq_7()
-    yield lost_term_of_eq_8()
-    yield errors_of_table_11()
-    yield raw_data_of_table_12()
-    yield weights_against_the_text()
-    yield optimum_not_stated()
-    yield improvement()
+    yield _factors_correlated()
+    yield _weak_and_strong()
+    yield _cut_not_rounded()
+    yield _digits_of_eq_7()
+    yield _lost_term_of_eq_8()
+    yield _errors_of_table_11()
+    yield _raw_data_of_table_12()
+    yield _weights_against_the_text()
+    yield _optimum_not_stated()
+    yield _improvement()
 
 
-def factors_correlated() -> Defect:
-    """D and M are correlated over the ten points, so r says nothing of either alone."""
-    nine, five = published("table9_doe_responses"), over_D("table5_criteria")
+@defect(
+    "D's correlations mirror those of M: the ten points are not balanced",
+    "Tables 9, 10; Section 7 against Section 5.3",
+)
+def _factors_correlated() -> Shown:
+    nine, five = published("table9_doe_responses"), published("table5_criteria_vs_D")
     D, M = points_of(nine).T
     both = float(np.corrcoef(D, M)[0, 1])
     TAMA = nine["TAMA_g"].to_numpy()
     r, r_M = float(np.corrcoef(D, TAMA)[0, 1]), float(np.corrcoef(M, TAMA)[0, 1])
     partial = (r - both * r_M) / np.sqrt((1 - both**2) * (1 - r_M**2))
     change = 100 * float(five["TAMA_g"].iloc[-1] / five["TAMA_g"].iloc[0] - 1)
-    return Defect(
-        "D's correlations mirror those of M: the ten points are not balanced",
-        "Tables 9, 10; Section 7 against Section 5.3",
-        (
-            f"Over the ten points D and M are correlated themselves, r = {both:.3f}. A response that depends on M "
-            f"alone, with r = {r_M:.3f}, would show r = {both * r_M:+.3f} with D: Table 10 has {r:+.3f} for TAMA.",
-            f"With M held constant (partial correlation) it is {partial:+.3f}. Section 7 reads the {r:+.3f} as TAMA "
-            f"growing with D; Section 5.3 and Table 5 have it fall ({change:+.2f} %).",
-        ),
+    return (
         bool(r > 0 > change and abs(both) > 0.3),
+        f"Over the ten points D and M are correlated themselves, r = {both:.3f}. A response that depends on M "
+        f"alone, with r = {r_M:.3f}, would show r = {both * r_M:+.3f} with D: Table 10 has {r:+.3f} for TAMA.",
+        f"With M held constant (partial correlation) it is {partial:+.3f}. Section 7 reads the {r:+.3f} as TAMA "
+        f"growing with D; Section 5.3 and Table 5 have it fall ({change:+.2f} %).",
     )
 
 
-def weak_and_strong() -> Defect:
-    """Correlations that ten points cannot tell from none are called strong, or positive."""
+@defect(
+    "Correlations with D are called strong, weak or positive that ten points cannot tell from none",
+    "Table 10; Section 7; Abstract",
+)
+def _weak_and_strong() -> Shown:
     table = published("table10_correlation").set_index("parameter").loc["D"]
     least = float(np.sqrt((t := stats.t.ppf(0.975, 8)) ** 2 / (8 + t**2)))
-    three = over_D("table3_devices")["stroke_m1_m2_mm"]
-    return Defect(
-        "Correlations with D are called strong, weak or positive that ten points cannot tell from none",
-        "Table 10; Section 7; Abstract",
-        (
-            f"With ten points |r| must exceed {least:.3f} to differ from 0 at the 5 % level. Of D's coefficients only "
-            f"M2-M3's ({table['stroke_m2_m3']}) does. {table['peak_acc_m2']} (M2) is called strong, {table['TS']} "
-            "(TS) weak.",
-            f"D is said to affect the first three interfaces significantly; for M1-M2 r is {table['stroke_m1_m2']}, "
-            f"and Table 3 changes by {100 * (three.iloc[-1] / three.iloc[0] - 1):+.2f} % amid scatter of that size.",
-        ),
+    three = published("table3_devices_vs_D")["stroke_m1_m2_mm"]
+    return (
         bool((table.drop("stroke_m2_m3").abs() < least).all()),
+        f"With ten points |r| must exceed {least:.3f} to differ from 0 at the 5 % level. Of D's coefficients only "
+        f"M2-M3's ({table['stroke_m2_m3']}) does. {table['peak_acc_m2']} (M2) is called strong, {table['TS']} "
+        "(TS) weak.",
+        f"D is said to affect the first three interfaces significantly; for M1-M2 r is {table['stroke_m1_m2']}, "
+        f"and Table 3 changes by {100 * (three.iloc[-1] / three.iloc[0] - 1):+.2f} % amid scatter of that size.",
     )
 
 
-def cut_not_rounded() -> Defect:
-    """One coefficient of Table 10 is cut off."""
+@defect("One coefficient of Table 10 is cut off, not rounded", "Table 10")
+def _cut_not_rounded() -> Shown:
     r = float(numbers(from_table_9().correlations(), "stroke_m2_m3")[0])
     printed = number("table10_correlation", "D", "stroke_m2_m3")
-    return Defect(
-        "One coefficient of Table 10 is cut off, not rounded",
-        "Table 10",
-        (f"D with M2-M3 is {r:.5f}: {round(r, 3)} rounded, {printed} printed. The other 13 are rounded.",),
+    return (
         bool(round(r, 3) != printed and np.trunc(r * 1000) / 1000 == printed),
+        f"D with M2-M3 is {r:.5f}: {round(r, 3)} rounded, {printed} printed. The other 13 are rounded.",
     )
 
 
-def digits_of_eq_7() -> Defect:
-    """Eq. (7) has too few digits to be used."""
+@defect("Eq. (7) cannot be used as printed: three decimals are too few", "Eq. (7)")
+def _digits_of_eq_7() -> Shown:
     off = as_printed("TS_mm") / published("table9_doe_responses")["TS_mm"].to_numpy() - 1
     fit = from_table_9().models["TS"]
     within = rounding_reach()
     coefficients = fit.coefficients().loc[list(TERMS)]
-    return Defect(
-        "Eq. (7) cannot be used as printed: three decimals are too few",
-        "Eq. (7)",
-        (
-            f"At Table 9's ten points it gives TS {-100 * off.max():.1f} to {-100 * off.min():.1f} % too low: 0.0005 "
-            f"in the coefficient of M3 alone is {0.0005 * 33**3:.0f} mm at 33 t.",
-            f"Least squares on Table 9 gives {', '.join(f'{c:.7g}' for c in coefficients)} for {', '.join(TERMS)}. "
-            f"Rounding TS to 0.01 mm moves the first by up to {within[0]:.0f}: the printed coefficients lie within "
-            "that, and the fit gives the printed 1307.5 mm at the optimum.",
-        ),
+    return (
         bool(off.max() < -0.01),
+        f"At Table 9's ten points it gives TS {-100 * off.max():.1f} to {-100 * off.min():.1f} % too low: 0.0005 "
+        f"in the coefficient of M3 alone is {0.0005 * 33**3:.0f} mm at 33 t.",
+        f"Least squares on Table 9 gives {', '.join(f'{c:.7g}' for c in coefficients)} for {', '.join(TERMS)}. "
+        f"Rounding TS to 0.01 mm moves the first by up to {within[0]:.0f}: the printed coefficients lie within "
+        "that, and the fit gives the printed 1307.5 mm at the optimum.",
     )
 
 
-def lost_term_of_eq_8() -> Defect:
-    """Eq. (8) lost a term and misnames another."""
+@defect("Eq. (8) has lost its M2 term, and writes D2 as DM", "Eq. (8)")
+def _lost_term_of_eq_8() -> Shown:
     wrong = as_printed("TAMA_g")
     fit = from_table_9().models["TAMA"].coefficients().loc[list(TERMS)]
-    return Defect(
-        "Eq. (8) has lost its M2 term, and writes D2 as DM",
-        "Eq. (8)",
-        (
-            f"As printed it gives {wrong.min():.0f} to {wrong.max():.0f} g at Table 9's points; the table has 1.27 to "
-            "1.54 g. (Its 1.505e^-5 is read as 1.505 x 10^-5.)",
-            f"Least squares on Table 9 gives {', '.join(f'{c:.4g}' for c in fit)} for {', '.join(TERMS)}: the M2 term "
-            f"({fit['M^2']:.5f}) is missing, and 0.002 is D2's ({fit['D^2']:+.5f}) with the sign turned, not DM's "
-            f"({fit['D*M']:+.5f}).",
-        ),
+    return (
         bool(wrong.min() > 10 and abs(fit["M^2"]) > 0.01),
+        f"As printed it gives {wrong.min():.0f} to {wrong.max():.0f} g at Table 9's points; the table has 1.27 to "
+        "1.54 g. (Its 1.505e^-5 is read as 1.505 x 10^-5.)",
+        f"Least squares on Table 9 gives {', '.join(f'{c:.4g}' for c in fit)} for {', '.join(TERMS)}: the M2 term "
+        f"({fit['M^2']:.5f}) is missing, and 0.002 is D2's ({fit['D^2']:+.5f}) with the sign turned, not DM's "
+        f"({fit['D*M']:+.5f}).",
     )
 
 
-def errors_of_table_11() -> Defect:
-    """Table 11 is not what Eqs (9) to (11) say."""
+@defect(
+    "Table 11 does not come from Eqs (9) to (11): it is cross-validation, over the range",
+    "Table 11; Eqs (9) to (11)",
+)
+def _errors_of_table_11() -> Shown:
     a = from_table_9()
     said = []
     for name, head in CRITERIA.items():
@@ -149,91 +140,80 @@ def errors_of_table_11() -> Defect:
     printed = published("table11_surrogate_accuracy")
     rows = "; ".join(f"{r.criterion} {r.ARE}, {r.RMSE}, {r.R2}" for r in printed.itertuples())
     found = a.accuracies().round(3).to_numpy()
-    return Defect(
-        "Table 11 does not come from Eqs (9) to (11): it is cross-validation, over the range",
-        "Table 11; Eqs (9) to (11)",
-        (*said, f"Table 11: {rows}."),
+    return (
         bool((found == printed.drop(columns="criterion").to_numpy()).all()),
+        *said,
+        f"Table 11: {rows}.",
     )
 
 
-def raw_data_of_table_12() -> Defect:
-    """Table 12 is made of the raw data, not of the scores that the text prescribes."""
+@defect("Table 12 comes from the raw data, not from the T-scores of Eqs (13) and (14)", "Table 12; Eqs (13) to (15)")
+def _raw_data_of_table_12() -> Shown:
     nine = published("table9_doe_responses")[list(CRITERIA.values())]
-    raw = entropy_weights(nine, form="paper", transform="raw")
-    scores = entropy_weights(nine, form="paper", transform="t_score")
-    return Defect(
-        "Table 12 comes from the raw data, not from the T-scores of Eqs (13) and (14)",
-        "Table 12; Eqs (13) to (15)",
-        (
-            f"Eq. (15) on Table 9 as it stands: entropies {raw.entropy[0]:.6f} and {raw.entropy[1]:.6f}, weights "
-            f"{raw.weight[0]:.5f} and {raw.weight[1]:.5f}, as printed. With T-scores: {scores.entropy[0]:.4f} and "
-            f"{scores.entropy[1]:.4f}, weights {scores.weight[0]:.5f} and {scores.weight[1]:.5f}: they change sides.",
-        ),
+    raw = entropy_weights(nine, normalised=False)
+    scores = entropy_weights(nine, normalised=False, transform="t_score")
+    return (
         bool(raw.weight[0] > 0.5 > scores.weight[0]),
+        f"Eq. (15) on Table 9 as it stands: entropies {raw.entropy[0]:.6f} and {raw.entropy[1]:.6f}, weights "
+        f"{raw.weight[0]:.5f} and {raw.weight[1]:.5f}, as printed. With T-scores: {scores.entropy[0]:.4f} and "
+        f"{scores.entropy[1]:.4f}, weights {scores.weight[0]:.5f} and {scores.weight[1]:.5f}: they change sides.",
     )
 
 
-def weights_against_the_text() -> Defect:
-    """Without 1/ln n the weights go to the wrong criterion."""
+@defect(
+    "The entropies are not scaled by 1/ln n, so the weights go to the wrong criterion",
+    "Table 12; Eqs (16) to (18); Section 8.3",
+)
+def _weights_against_the_text() -> Shown:
     nine = published("table9_doe_responses")[list(CRITERIA.values())]
-    right = entropy_weights(nine, form="textbook", transform="raw")
+    right = entropy_weights(nine)
     printed = published("table12_entropy_weights").set_index("criterion")
     e, w = printed["entropy"], printed["weight"]
-    return Defect(
-        "The entropies are not scaled by 1/ln n, so the weights go to the wrong criterion",
-        "Table 12; Eqs (16) to (18); Section 8.3",
-        (
-            f"An entropy over its largest value, ln 10 = {np.log(10):.6f}, is at most 1; Eq. (16) has no such factor, "
-            f"so both differences 1 - e are negative ({', '.join(f'{g}' for g in printed['difference'])}).",
-            f"Section 8.3: the more information, the smaller the entropy. TAMA has the smaller one ({e['TAMA']} "
-            f"against {e['TS']}) and the smaller weight ({w['TAMA']} against {w['TS']}). With 1/ln n the weights are "
-            f"TS {right.weight[0]:.3f}, TAMA {right.weight[1]:.3f}.",
-        ),
+    return (
         bool(e["TAMA"] < e["TS"] and w["TAMA"] < w["TS"] and right.weight[1] > 0.5),
+        f"An entropy over its largest value, ln 10 = {np.log(10):.6f}, is at most 1; Eq. (16) has no such factor, "
+        f"so both differences 1 - e are negative ({', '.join(f'{g}' for g in printed['difference'])}).",
+        f"Section 8.3: the more information, the smaller the entropy. TAMA has the smaller one ({e['TAMA']} "
+        f"against {e['TS']}) and the smaller weight ({w['TAMA']} against {w['TS']}). With 1/ln n the weights are "
+        f"TS {right.weight[0]:.3f}, TAMA {right.weight[1]:.3f}.",
     )
 
 
-def optimum_not_stated() -> Defect:
-    """How the optimum of Table 13 came out cannot be told."""
+@defect("How Table 13's optimum came out is not stated, and cannot be repeated", "Table 13; Eq. (12); Section 8.3")
+def _optimum_not_stated() -> Shown:
     a = from_table_9()
     by_order = {1: chosen_with(a, 1), 2: a.chosen, 3: chosen_with(a, 3)}
     D, M = (number("table13_optimum", "surrogate", head) for head in ("D_mm", "M_t"))
     strokes = [float(fit_limits(a.responses, n)["anti_climber_mm"].predict([[D, M]])[0]) for n in by_order]
-    return Defect(
-        "How Table 13's optimum came out is not stated, and cannot be repeated",
-        "Table 13; Eq. (12); Section 8.3",
-        (
-            "Eq. (12) limits S_anti, for which the paper gives no surrogate, and the scaling of the weighted sum is "
-            f"not given. Weighted sums run along the front to S_anti = {LIMIT_ANTI_CLIMBER_MM:g} mm: with "
-            f"surrogates of S_anti of first, second and third order from Table 9 to "
-            f"{', '.join(f'{d:g} mm and {m:g} t' for d, m in by_order.values())}.",
-            f"At the printed optimum of {D:g} mm and {M:g} t they give S_anti "
-            f"{', '.join(f'{s:.1f}' for s in strokes)} mm: the limit is not reached there, and heavier "
-            "vehicles with a smaller TAMA were still allowed.",
-        ),
+    return (
         all((d, round(m, 1)) != (D, M) for d, m in by_order.values()),
+        "Eq. (12) limits S_anti, for which the paper gives no surrogate, and the scaling of the weighted sum is "
+        f"not given. Weighted sums run along the front to S_anti = {LIMIT_ANTI_CLIMBER_MM:g} mm: with "
+        f"surrogates of S_anti of first, second and third order from Table 9 to "
+        f"{', '.join(f'{d:g} mm and {m:g} t' for d, m in by_order.values())}.",
+        f"At the printed optimum of {D:g} mm and {M:g} t they give S_anti "
+        f"{', '.join(f'{s:.1f}' for s in strokes)} mm: the limit is not reached there, and heavier "
+        "vehicles with a smaller TAMA were still allowed.",
     )
 
 
-def improvement() -> Defect:
-    """The optimum improves one criterion and worsens the other."""
-    five = over_D("table5_criteria")
+@defect(
+    "'Significantly improved' is one criterion better by little, the other worse",
+    "Abstract; Section 9; Tables 5, 13",
+)
+def _improvement() -> Shown:
+    five = published("table5_criteria_vs_D")
     optimum = {h: number("table13_optimum", "dynamics", h) for h in CRITERIA.values()}
     start, middle = (
         {h: float(np.interp(D, five["D_mm"], five[h])) for h in optimum} for D in (ORIGINAL_EMPTY_STROKE_MM, 35.0)
     )
     change, other = ({h: 100 * (optimum[h] / base[h] - 1) for h in optimum} for base in (start, middle))
-    return Defect(
-        "'Significantly improved' is one criterion better by little, the other worse",
-        "Abstract; Section 9; Tables 5, 13",
-        (
-            f"From the train as described ({ORIGINAL_EMPTY_STROKE_MM:g} mm, 33 t; Table 5: {start['TS_mm']:.1f} mm, "
-            f"{start['TAMA_g']:.4f} g) to Table 13's optimum ({optimum['TS_mm']} mm, {optimum['TAMA_g']} g): TS "
-            f"{change['TS_mm']:+.2f} %, TAMA {change['TAMA_g']:+.2f} %. From 35 mm and 33 t: TS "
-            f"{other['TS_mm']:+.2f} %, TAMA {other['TAMA_g']:+.2f} %.",
-        ),
+    return (
         change["TAMA_g"] > 0 and other["TAMA_g"] > 0,
+        f"From the train as described ({ORIGINAL_EMPTY_STROKE_MM:g} mm, 33 t; Table 5: {start['TS_mm']:.1f} mm, "
+        f"{start['TAMA_g']:.4f} g) to Table 13's optimum ({optimum['TS_mm']} mm, {optimum['TAMA_g']} g): TS "
+        f"{change['TS_mm']:+.2f} %, TAMA {change['TAMA_g']:+.2f} %. From 35 mm and 33 t: TS "
+        f"{other['TS_mm']:+.2f} %, TAMA {other['TAMA_g']:+.2f} %.",
     )
 
 

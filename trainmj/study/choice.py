@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.cases.table import FAILED
+from trainmj.collision.status import FAILED
 from trainmj.doe import (
     Ranking,
     Weights,
@@ -49,7 +49,7 @@ def _weights(study: Study, simulated: pd.DataFrame, front: pd.DataFrame) -> Weig
         _, y = usable(study, simulated)
         values = y[:, [study.responses.index(r) for r in study.objectives]]
     try:
-        found = entropy_weights(values, form=part.form or "textbook", transform=part.data or "raw", names=names)
+        found = entropy_weights(values, normalised=part.form != "paper", transform=part.data or "raw", names=names)
     except InputError as error:
         raise study.problem(str(error), "weights") from None
     if (found.weight < 0).any():

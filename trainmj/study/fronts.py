@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.doe import Front, SwarmOptions, hypervolume, mopso
+from trainmj.doe import Front, Lattice, SwarmOptions, hypervolume, mopso
 from trainmj.doe.arrays import FloatArray
 from trainmj.doe.pareto import default_reference
 from trainmj.errors import InputError
 from trainmj.study import figures_front as plotting
 from trainmj.study.folder import Output
-from trainmj.study.lattice import Lattice
 from trainmj.study.plan import Study
 from trainmj.study.simulator import Simulator, failed
 from trainmj.study.steps import points_of, usable, with_factors
@@ -68,7 +67,6 @@ def _search(study: Study, values: Values, options: SwarmOptions, name: str, marg
             lattice.steps,
             evaluate,
             seed=study.spec.optimiser.seed,
-            objectives=[r.name for r in study.objectives],
             constraints=[limit.text for limit in study.limits],
             options=options,
         )
@@ -77,7 +75,7 @@ def _search(study: Study, values: Values, options: SwarmOptions, name: str, marg
         raise study.problem(f"search on the {name.rpartition('_')[2]}: {error}", where) from None
     points = lattice.natural(front.points)
     found = pd.DataFrame(values(points), columns=[r.head for r in study.responses])
-    progress = front.progress().reset_index()
+    progress = pd.DataFrame([vars(p) for p in front.history])
     return Output(
         {name: with_factors(study, points, found), f"{name}_progress": progress},
         _facts(study, front, found),

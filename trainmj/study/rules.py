@@ -65,9 +65,9 @@ def factor_of(name: str, part: FactorPart) -> Factor:
     sets = targets_of(part)
     unit = part.unit if part.unit is not None else unit_of(sets[0])
     if part.levels is not None:
-        return Factor(name, unit=unit, kind=kind, levels=tuple(part.levels), path=sets[0])
+        return Factor(name, unit=unit, kind=kind, levels=tuple(part.levels))
     lower, upper = part.bounds or [0.0, 0.0]
-    return Factor(name, lower, upper, unit=unit, kind=kind, path=sets[0])
+    return Factor(name, lower, upper, unit=unit, kind=kind)
 
 
 def targets_of(part: FactorPart) -> tuple[str, ...]:

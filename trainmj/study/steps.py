@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.cases.table import FAILED
+from trainmj.collision.status import FAILED
 from trainmj.doe import (
     Design,
+    Lattice,
     central_composite,
     correlate,
     full_factorial,
-    given,
     optimal_latin_hypercube,
     sobol,
 )
@@ -23,7 +23,6 @@ from trainmj.errors import InputError
 from trainmj.files.tables import read_given
 from trainmj.study import figures as plotting
 from trainmj.study.folder import Output
-from trainmj.study.lattice import Lattice
 from trainmj.study.plan import Study
 from trainmj.study.simulator import Simulator, failed
 
@@ -50,20 +49,14 @@ def design(study: Study) -> Output:
     """Choose the points to simulate."""
     made = _design(study)
     quality = made.quality()
-    table = made.table().reset_index()
-    table.columns = _design_heads(study)
-    facts = {"method": made.method, "n": made.n, "seed": made.seed, **asdict(quality)}
+    table = study.space.table(made.points, study.heads)
+    table.insert(0, "test", np.arange(1, len(table) + 1))
+    facts = {"method": made.method, "n": len(made.points), "seed": made.seed, **asdict(quality)}
     return Output(
         {"01_design": table},
         facts,
         {"01_design": partial(plotting.design, study.space, made.points)},
     )
-
-
-def _design_heads(study: Study) -> Any:
-    import pandas as pd
-
-    return pd.Index(["test", *study.heads])
 
 
 def _design(study: Study) -> Design:
@@ -72,7 +65,7 @@ def _design(study: Study) -> Design:
     space = lattice.steps
     try:
         if part.kind == "table":
-            return given(study.space, _given_table(study))
+            return Design(study.space, study.space.from_table(_given_table(study), study.heads))
         if part.kind == "sobol":
             made = sobol(space, part.n or 0, seed=part.seed or 0)
         elif part.kind == "full_factorial":
@@ -92,7 +85,7 @@ def _given_table(study: Study) -> pd.DataFrame:
         table = read_given(study.folder / str(study.spec.design.file))
     except InputError as error:
         raise study.problem(str(error), "design", "file") from None
-    return table.rename(columns=dict(zip(study.heads, study.space.names, strict=True)))
+    return table
 
 
 def points_of(study: Study, table: pd.DataFrame) -> FloatArray:
@@ -111,9 +104,7 @@ def with_factors(study: Study, points: FloatArray, table: pd.DataFrame) -> pd.Da
     """A table with the factors of its rows, points (n, d), in front."""
     import pandas as pd
 
-    factors = study.space.table(points)
-    factors.columns = pd.Index(study.heads)
-    return pd.concat([factors, table.reset_index(drop=True)], axis=1)
+    return pd.concat([study.space.table(points, study.heads), table.reset_index(drop=True)], axis=1)
 
 
 def simulations(study: Study, chosen: pd.DataFrame, simulator: Simulator) -> Output:

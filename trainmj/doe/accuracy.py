@@ -1,48 +1,28 @@
-"""What every surrogate can do, how good it is, and which of several is better.
+"""What every surrogate can do, and how good it is.
 
-A surrogate is fitted to one response. `trainmj.doe.polynomial` and `trainmj.doe.kriging` have the two kinds; both
-answer the same four questions (see `Surrogate`), so the caller picks one by the function that fits it:
+A surrogate is fitted to one response. `trainmj.doe.polynomial` and `trainmj.doe.kriging` have the two kinds; both can
+do what `Surrogate` says, so the caller picks one by the function that fits it:
 
     fit = partial(fit_polynomial, space=space, terms=full_order(2, 2))
     model = fit(X, y)
     model.predict(X)                          # (n,)
     accuracy(y, model.leave_one_out(), over="range")
-    compare({"quadratic": fit, "kriging": partial(fit_kriging, space=space, seed=1)}, X, y, folds=10, seed=1)
+    accuracy(y, cross_validate(fit, X, y, folds=10, seed=1), over="range")
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector
-from trainmj.errors import InputError, close_match
-
-if TYPE_CHECKING:
-    import pandas as pd
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
+from trainmj.errors import InputError
 
 Over = Literal["value", "range", "none"]
-
-
-@dataclass(frozen=True)
-class Prediction:
-    """Predicted values with their interval.
-
-    Attributes:
-        mean: (n,).
-        lower: lower ends of the interval for one new value, (n,).
-        upper: upper ends, (n,).
-        level: probability that the interval holds the value, if the surrogate's assumptions do.
-    """
-
-    mean: FloatArray
-    lower: FloatArray
-    upper: FloatArray
-    level: float
 
 
 class Surrogate(Protocol):
@@ -50,9 +30,6 @@ class Surrogate(Protocol):
 
     def predict(self, x: ArrayLike) -> FloatArray:
         """Predict the response (n,) at natural values (n, d)."""
-
-    def interval(self, x: ArrayLike, level: float = 0.95) -> Prediction:
-        """Predict with an interval for one new value at each point (n, d)."""
 
     def leave_one_out(self) -> FloatArray:
         """Predict each fitted point from all others, (n,)."""
@@ -67,27 +44,28 @@ Fit = Callable[[FloatArray, FloatArray], Surrogate]
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Error figures of predictions against computed values: Eqs (9) to (11) of doi 10.1186/s10033-022-00755-8.
+    """Errors of predictions against computed values.
 
     Attributes:
         are: average relative error, a fraction (not per cent).
         rmse: root mean square error: in the unit of the response, or a fraction of its range if over="range".
         r2: 1 - sum of squared errors / sum of squared deviations of the computed values from their mean.
+        largest: largest error, measured as ``rmse``.
         over: what the errors are divided by in ``are``: each value, or the range of the values.
     """
 
     are: float
     rmse: float
     r2: float
+    largest: float
     over: Over
 
 
 def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Over = "value") -> Accuracy:
-    """Compare predictions with computed values.
+    """Compare predictions with computed values: Eqs (9) to (11) of doi 10.1186/s10033-022-00755-8.
 
-    The paper's Table 11 is ``accuracy(y, model.leave_one_out(), over="range")``. Eq. (11) as printed puts the
-    predictions into the denominator; Table 11 has the computed values there (0.952 and not 0.954 for TS), and so has
-    this.
+    Eq. (11) as printed puts the predictions into the denominator; its Table 11 has the computed values there (0.952 and
+    not 0.954 for TS), and so does this function. That table is ``accuracy(y, model.leave_one_out(), over="range")``.
 
     Args:
         y: computed values, (n,).
@@ -96,27 +74,26 @@ def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Over = "value") -> Acc
             leaves both in the unit of y.
 
     Returns:
-        The three figures.
+        The errors.
 
     Raises:
         InputError: unequal lengths, values that do not vary, a value of zero with over="value", unknown ``over``.
     """
     y = as_vector("y", y)
     error = np.abs(as_vector("predicted", predicted, y.size) - y)
-    if over not in ("value", "range", "none"):
-        raise InputError(
-            f"over must be 'value', 'range' or 'none' (got {over!r}){close_match(over, ('value', 'range', 'none'))}"
-        )
+    check_choice("over", over, ("value", "range", "none"))
     if np.ptp(y) == 0.0:
         raise InputError(f"y must vary for R2 to have a meaning (every value is {y[0]:g})")
     if over == "value" and (y == 0.0).any():
         raise InputError("y must not be zero with over='value', which divides by it; use over='range'")
     spread = float(np.ptp(y))
     base = {"value": np.abs(y), "range": spread, "none": 1.0}[over]
+    scale = spread if over == "range" else 1.0
     return Accuracy(
         are=float(np.mean(error / base)),
-        rmse=float(np.sqrt(np.mean(error**2))) / (spread if over == "range" else 1.0),
+        rmse=float(np.sqrt(np.mean(error**2))) / scale,
         r2=float(1.0 - (error**2).sum() / ((y - y.mean()) ** 2).sum()),
+        largest=float(error.max() / scale),
         over=over,
     )
 
@@ -124,7 +101,7 @@ def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Over = "value") -> Acc
 def cross_validate(fit: Fit, x: ArrayLike, y: ArrayLike, *, folds: int | None = None, seed: int = 0) -> FloatArray:
     """Predict each point by a surrogate fitted afresh without it.
 
-    Unlike `Surrogate.leave_one_out` this repeats all of the fitting, also the choice of terms or length scales.
+    Unlike `Surrogate.leave_one_out` this repeats all of the fitting, including the choice of terms or length scales.
 
     Args:
         fit: (X, y) -> surrogate.
@@ -151,39 +128,3 @@ def cross_validate(fit: Fit, x: ArrayLike, y: ArrayLike, *, folds: int | None = 
         kept = np.setdiff1d(np.arange(n), left_out)
         predicted[left_out] = fit(x[kept], y[kept]).predict(x[left_out])
     return predicted
-
-
-def compare(
-    fits: Mapping[str, Fit], x: ArrayLike, y: ArrayLike, *, folds: int | None = None, seed: int = 0
-) -> pd.DataFrame:
-    """Cross-validate several kinds of surrogate on the same groups of points.
-
-    Args:
-        fits: name -> (X, y) -> surrogate.
-        x: (n, d).
-        y: (n,).
-        folds: see `cross_validate`.
-        seed: see `cross_validate`.
-
-    Returns:
-        One row for each kind, best first: ARE and RMSE over the range, R2, largest error over the range.
-
-    Raises:
-        InputError: no kind at all, or as `cross_validate`.
-    """
-    import pandas as pd
-
-    if not fits:
-        raise InputError("fits must name at least one kind of surrogate (got none)")
-    y = as_vector("y", y)
-    rows = {}
-    for name, fit in fits.items():
-        predicted = cross_validate(fit, x, y, folds=folds, seed=seed)
-        found = accuracy(y, predicted, over="range")
-        rows[name] = {
-            "are_over_range": found.are,
-            "rmse_over_range": found.rmse,
-            "r2": found.r2,
-            "largest_over_range": float(np.abs(predicted - y).max() / np.ptp(y)),
-        }
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("surrogate").sort_values("rmse_over_range")
