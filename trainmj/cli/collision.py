@@ -80,7 +80,7 @@ def run(
         more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
         click.echo(json.dumps(summary.as_dict() | more, indent=2))
     else:
-        screen.print_summary(loaded, summary)
+        screen.print_summary(result, summary)
         if steps is not None:
             screen.print_convergence(steps)
         if again is not None:

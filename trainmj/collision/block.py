@@ -94,7 +94,8 @@ class Joint(_Field):
 
 def places(fields: type[IntEnum]) -> Any:
     """The places of fields as plain whole numbers by their names, such as ``places(Head).TIME``."""
-    return namedtuple(fields.__name__, fields.__members__)(*map(int, fields))
+    kind: Any = namedtuple(fields.__name__, fields.__members__)
+    return kind(*map(int, fields))
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class Quantity(Generic[T]):
         key: what it is, without its unit.
         unit: of its values; empty for plain numbers.
         digits: decimals worth reading; negative for significant digits, as of errors.
-        heading: head of its column where there is room: ``largest stroke``.
+        heading: what stands above its column, in the lines of a narrow one: ``largest`` over ``stroke``.
         meaning: one line.
         value: computes it, in its unit.
         column: what it is called in the name of a column of a sweep; empty if it has none.
@@ -229,18 +229,18 @@ class Side:
 
 INTERFACE: tuple[Quantity[Side], ...] = (
     Quantity(
-        "stroke", "mm", 1, "largest stroke", "largest stroke; at the front that of one train",
+        "stroke", "mm", 1, "largest\nstroke", "largest stroke; at the front that of one train",
         lambda s: s.stroke / MM, "stroke",
     ),
     Quantity(
-        "permanent", "mm", 1, "permanent set", "stroke that remains without force",
+        "permanent", "mm", 1, "permanent\nset", "stroke that remains without force",
         lambda s: s.permanent / MM, "permanent",
     ),
     Quantity(
-        "peak_force", "kN", 1, "peak force", "largest force", lambda s: s.tallied("force_max") / KN, "force",
+        "peak_force", "kN", 1, "peak\nforce", "largest force", lambda s: s.tallied("force_max") / KN, "force",
     ),
     Quantity(
-        "energy", "kJ", 2, "absorbed energy", "absorbed energy; at the front by one train",
+        "energy", "kJ", 2, "absorbed\nenergy", "absorbed energy; at the front by one train",
         lambda s: s.energy / KJ, "energy",
     ),
     Quantity(
@@ -252,36 +252,36 @@ INTERFACE: tuple[Quantity[Side], ...] = (
 VEHICLE: tuple[Quantity[Measured], ...] = (
     Quantity("mass", "t", -6, "mass", "mass", lambda m: m.chain.mass / TONNE),
     Quantity(
-        "peak_device_acceleration", "g", 4, "device peak",
+        "peak_device_acceleration", "g", 4, "device\npeak",
         "largest |acceleration| by the devices alone, from every step, as the paper of the B-type train counts it",
         lambda m: m.tally.device_peak / G, "peak_device",
     ),
     Quantity(
-        "peak_acceleration", "g", 3, "total peak", "largest |acceleration|, rail friction included",
+        "peak_acceleration", "g", 3, "total\npeak", "largest |acceleration|, rail friction included",
         lambda m: m.tally.total_peak / G, "peak_acceleration",
     ),
     Quantity(
-        "mean_deceleration", "g", 3, "mean all", "mean from the first to the last force at the front",
+        "mean_deceleration", "g", 3, "mean\nall", "mean from the first to the last force at the front",
         lambda m: m.mean_deceleration() / G, "mean_deceleration",
     ),
     Quantity(
-        "mean_30ms", "g", 3, "mean 30 ms", "largest mean over 30 ms",
+        "mean_30ms", "g", 3, "mean\n30 ms", "largest mean over 30 ms",
         lambda m: window_peak(0.030, m.time, m.velocity) / G, "mean_30ms",
     ),
     Quantity(
-        "mean_100ms", "g", 3, "mean 100 ms", "largest mean over 100 ms",
+        "mean_100ms", "g", 3, "mean\n100 ms", "largest mean over 100 ms",
         lambda m: window_peak(0.100, m.time, m.velocity) / G, "mean_100ms",
     ),
     Quantity(
-        "cfc60_peak", "g", 3, "CFC 60 peak", "largest |acceleration| behind a CFC 60 filter (SAE J211)",
+        "cfc60_peak", "g", 3, "CFC 60\npeak", "largest |acceleration| behind a CFC 60 filter (SAE J211)",
         lambda m: cfc60_peak(m.time, m.velocity) / G, "cfc60_peak",
     ),
     Quantity(
-        "final_speed", "km/h", 2, "final speed", "speed at the end of the run",
+        "final_speed", "km/h", 2, "final\nspeed", "speed at the end of the run",
         lambda m: m.tally.speed / KM_H, "final_speed",
     ),
     Quantity(
-        "balance_time", "s", 3, "balance time", "when the interface on the side of the impact had its largest stroke",
+        "balance_time", "s", 3, "balance\ntime", "when the interface on the side of the impact had its largest stroke",
         lambda m: m.balance_time(), "balance_time",
     ),
 )  # fmt: skip
@@ -290,15 +290,15 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
 TRAIN: tuple[Quantity[Measured], ...] = (
     Quantity(
         "TS", "mm", 1, "TS",
-        "total compression along the moving train, empty strokes not counted (Eq. 1, doi 10.1186/s10033-022-00755-8)",
+        "compression along the moving train, empty strokes not counted",
         lambda m: sum(crush_mm(s) for s in m.sides[: m.chain.n_moving]), "TS",
     ),
     Quantity(
-        "TAMA", "g", 4, "TAMA", "mean of the peak device accelerations of the moving train (Eq. 2 there)",
+        "TAMA", "g", 4, "TAMA", "mean of the peak device accelerations of the moving train",
         lambda m: float(np.mean(m.tally.device_peak[m.chain.front :: -1] / G)), "TAMA",
     ),
 )  # fmt: skip
-"""Criteria of the moving train; a number each."""
+"""Criteria of the moving train, Eqs. (1) and (2) of doi 10.1186/s10033-022-00755-8; a number each."""
 
 COLLISION: tuple[Quantity[Measured], ...] = (
     Quantity("duration", "s", 3, "duration", "simulated time", lambda m: m.tally.time, "duration"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from dataclasses import replace
 
 from rich import box
 from rich import progress as bars
@@ -11,7 +13,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from trainmj.output.table import Table, Verdict
+from trainmj.output.table import Column, Table, Verdict
 
 WIDTH = 80
 
@@ -65,12 +67,56 @@ def console_table(table: Table) -> Grid:
     grid = _grid(table.title)
     grid.caption = table.note or None
     for column in table.columns:
-        head = column.head or (column.name if column.text else column.name.replace(" ", "\n"))
-        lines = f"{head}\n{column.unit}" if column.unit else head
-        grid.add_column(lines, justify="left" if column.text else "right", no_wrap=not column.text, vertical="bottom")
+        grid.add_column(
+            _head(column), justify="left" if column.text else "right", no_wrap=not column.text, vertical="bottom"
+        )
     for row in table.rows:
         grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
     return grid
+
+
+def print_table(console: Console, table: Table) -> None:
+    """Print a table; one that is too wide goes on below, its first column again.
+
+    Args:
+        console: where.
+        table: columns and rows.
+    """
+    for n, part in enumerate(_parts(table, console.width)):
+        if n:
+            console.print()
+        console.print(console_table(part))
+
+
+def _parts(table: Table, width: int) -> Iterator[Table]:
+    """The table in parts that are no wider than a number of characters, where its columns allow that."""
+    cells = zip(*table.rows, strict=True) if table.rows else [()] * len(table.columns)
+    sizes = [
+        max(
+            len(line)
+            for text in (_head(c), *(str(_cell(c.show(v))) for v in values))
+            for line in text.splitlines() or [""]
+        )
+        for c, values in zip(table.columns, cells, strict=True)
+    ]
+    parts: list[list[int]] = [[0]]
+    for k in range(1, len(sizes)):
+        if len(parts[-1]) > 1 and sum(sizes[i] + 1 for i in parts[-1]) + sizes[k] > width:
+            parts.append([0])
+        parts[-1].append(k)
+    for part in parts:
+        yield replace(
+            table,
+            columns=[table.columns[k] for k in part],
+            rows=[[row[k] for k in part] for row in table.rows],
+            title=table.title if part is parts[0] else "",
+            note=table.note if part is parts[-1] else "",
+        )
+
+
+def _head(column: Column) -> str:
+    head = column.head or (column.name if column.text else column.name.replace(" ", "\n"))
+    return f"{head}\n{column.unit}" if column.unit else head
 
 
 def _cell(shown: object) -> Text:

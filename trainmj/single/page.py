@@ -5,24 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from shlex import quote
 
-from trainmj.collision.chain import largest_step
 from trainmj.collision.result import Result, load_result
-from trainmj.collision.summary import UNSTABLE, InterfaceMetrics, Summary, summarise
+from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Column, Section, judged
 from trainmj.output.page import Page
 from trainmj.scenario import to_yaml
 from trainmj.scenario.parts import RIGID_WALL
-from trainmj.single.limits import criteria, most_used, outcome
+from trainmj.single import tables
+from trainmj.single.limits import criteria, most_used
 from trainmj.single.page_animation import add_animation
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
-from trainmj.units import KM_H, MS, TONNE
 
 _MOST_ROWS = 24  # of a table that says again what the scenario says; a longer one is folded away
-
-MOMENTUM = 1e-9
-"""Momentum is kept to round-off: an error above this, relative to the sum of \\|m v\\|, is none any more."""
 
 
 def page_of_file(file: Path) -> Page:
@@ -57,11 +53,13 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     _add_outcome(page.section("Outcome"), summary)
     add_animation(page.section("The collision"), result)
     section = page.section("Interfaces and vehicles")
-    _add_interfaces(section, summary)
-    _add_vehicles(section, summary)
+    section.table(tables.interfaces(summary))
+    section.table(tables.vehicles(summary))
     add_histories(page.section("Over time"), result)
     add_devices(page.section("Devices"), result)
-    _add_checks(page.section("Checks"), result, summary)
+    section = page.section("Checks")
+    section.table(tables.checks(result, summary))
+    section.table(tables.energy(summary))
     _add_scenario(page.section("Scenario"), result)
     return page
 
@@ -93,7 +91,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
     b = summary.balance
     section.cards(
-        Card("Status", f"{summary.duration_s:.3f}", "s simulated", verdict=outcome(summary.status)),
+        Card("Status", f"{summary.duration_s:.3f}", "s simulated", verdict=tables.outcome(summary.status)),
         Card(
             "Criteria",
             f"{kept} of {len(judgements)}",
@@ -132,134 +130,6 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     )
 
 
-def _add_interfaces(section: Section, summary: Summary) -> None:
-    rows: list[tuple[object, ...]] = []
-    for i in summary.interfaces:
-        rows.append(
-            (i.name, i.device, i.stroke_mm, i.permanent_mm, i.peak_force_kN, i.energy_kJ, i.peak_time_s, _end(i))
-        )
-        if len(i.stages) > 1:
-            rows += [
-                (
-                    f"\u2003{s.name}",
-                    "",
-                    s.stroke_mm,
-                    "",
-                    "",
-                    "",
-                    "",
-                    judged(None if s.limit_mm is None else not s.exhausted),
-                )
-                for s in i.stages
-            ]
-    section.table(
-        [
-            Column("Interface", text=True),
-            Column("device", text=True),
-            Column("largest stroke", "mm", 1),
-            Column("permanent set", "mm", 1),
-            Column("peak force", "kN", 1),
-            Column("absorbed energy", "kJ", 2),
-            Column("at", "s", 3),
-            Column("limit", text=True),
-        ],
-        rows,
-        title="Interfaces",
-        note="At the front: one train's side. From the front backwards, the moving train first.",
-    )
-
-
-def _end(i: InterfaceMetrics) -> object:
-    if i.beyond_curve:
-        return judged(False, no="past the end of its curve")
-    limits = [s for s in i.stages if s.limit_mm is not None]
-    return judged(not any(s.exhausted for s in limits)) if limits and len(i.stages) == 1 else ""
-
-
-def _add_vehicles(section: Section, summary: Summary) -> None:
-    section.table(
-        [
-            Column("Vehicle", text=True),
-            Column("type", text=True),
-            Column("mass", "t", 1),
-            Column("peak, devices", "g", 4),
-            Column("peak, all forces", "g", 3),
-            Column("peak, CFC 60", "g", 3),
-            Column("largest mean of 30 ms", "g", 3),
-            Column("largest mean of 100 ms", "g", 3),
-            Column("mean, whole impact", "g", 3),
-            Column("final speed", "km/h", 2),
-            Column("balance time", "s", 3),
-        ],
-        [
-            (
-                v.name,
-                v.kind,
-                v.mass_t,
-                v.peak_device_acceleration_g,
-                v.peak_acceleration_g,
-                v.cfc60_peak_g,
-                v.mean_30ms_g,
-                v.mean_100ms_g,
-                v.mean_deceleration_g,
-                v.final_speed_km_h,
-                v.balance_time_s,
-            )
-            for v in summary.vehicles
-        ],
-        title="Vehicles: accelerations",
-        note="Peaks by the devices are from every step, as in the paper; CFC 60 is the filter of SAE J211. Balance "
-        "time: when the interface on the side of the impact had its largest stroke.",
-    )
-
-
-def _add_checks(section: Section, result: Result, summary: Summary) -> None:
-    b, chain = summary.balance, result.chain
-    largest = largest_step(chain)
-    section.table(
-        [Column("Check", text=True), Column("found"), Column("allowed"), Column("verdict", text=True)],
-        [
-            (
-                "energy: kinetic + elastic + absorbed + rails, against the start (relative)",
-                f"{abs(b.energy_error):.1e}",
-                f"{UNSTABLE:.0e}",
-                judged(abs(b.energy_error) <= UNSTABLE),
-            ),
-            (
-                "momentum: against the impulses of rails and wall (relative)",
-                f"{abs(b.momentum_error):.1e}",
-                f"{MOMENTUM:.0e}",
-                judged(abs(b.momentum_error) <= MOMENTUM),
-            ),
-            (
-                "step: against the largest stable one",
-                f"{chain.step / MS:g} ms",
-                f"{largest / MS:.3g} ms",
-                judged(chain.step <= largest),
-            ),
-            (
-                "end: no device pressed before the time limit",
-                f"{summary.duration_s:.3f} s",
-                f"{chain.time_limit:g} s",
-                judged(result.tally.over),
-            ),
-        ],
-    )
-    section.table(
-        [Column("Energy", text=True), Column("", "kJ", 1), Column("of the start", "%", 2)],
-        [
-            (name, value, 100 * value / b.kinetic_start_kJ)
-            for name, value in (
-                ("kinetic at the start", b.kinetic_start_kJ),
-                ("kinetic at the end", b.kinetic_end_kJ),
-                ("absorbed by the devices", b.absorbed_kJ),
-                ("by the rails", b.friction_kJ),
-                ("elastic, still in the devices", b.elastic_kJ),
-            )
-        ],
-    )
-
-
 def _add_scenario(section: Section, result: Result) -> None:
     scenario, chain = result.scenario, result.chain
     c, s = scenario.collision, scenario.simulation
@@ -277,16 +147,5 @@ def _add_scenario(section: Section, result: Result) -> None:
             "Time limit": f"{s.time_limit_s:g} s",
         }
     )
-    section.table(
-        [
-            Column("Vehicle", text=True),
-            Column("type", text=True),
-            Column("mass", "t", 2),
-            Column("length", "m", 1),
-            Column("speed", "km/h", 1),
-        ],
-        [(v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H) for v in chain.vehicles],
-        title="Vehicles along the track",
-        folded=len(chain.vehicles) > _MOST_ROWS,
-    )
+    section.table(tables.vehicles_of(chain), folded=len(chain.vehicles) > _MOST_ROWS)
     section.code(to_yaml(scenario), "scenario.yaml", folded=True)

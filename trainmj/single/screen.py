@@ -2,48 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-from rich.table import Table
 from rich.text import Text
 
-from trainmj.collision.chain import Chain, Interface, largest_step
-from trainmj.collision.device import Device
-from trainmj.collision.summary import InterfaceMetrics, Summary
-from trainmj.output.console import new_console, new_table
+from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.quantities import TRAIN
+from trainmj.collision.result import Result
+from trainmj.collision.summary import Summary
+from trainmj.output.console import new_console, new_table, print_table
 from trainmj.scenario import Scenario
-from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+from trainmj.single import tables
+from trainmj.units import MS
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
 
 
-def print_summary(scenario: Scenario, summary: Summary) -> None:
-    """Interfaces, vehicles, criteria and balance of one collision."""
+def print_summary(result: Result, summary: Summary) -> None:
+    """Status, criteria, interfaces, vehicles, energy and checks of one collision."""
     console = new_console()
-    console.print(Text(scenario.title or "Train collision", style="bold"))
+    console.print(Text(result.scenario.title or "Train collision", style="bold"))
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated", markup=False, highlight=False)
-    for table in (_interfaces(summary.interfaces), _vehicles(summary)):
-        console.print()
-        console.print(table)
-    console.print()
-    b = summary.balance
-    criteria = Table.grid(padding=(0, 2))
-    for name, value, what in (
-        ("TS", f"{summary.TS_mm:.1f} mm", "compression along the moving train, no empty strokes"),
-        ("TAMA", f"{summary.TAMA_g:.4f} g", "mean of its peak device accelerations"),
-        ("Energy", f"{b.kinetic_start_kJ:.1f} kJ", "kinetic at the start, of which"),
-        ("", f"{b.kinetic_end_kJ:.1f} kJ", "kinetic at the end"),
-        ("", f"{b.absorbed_kJ:.1f} kJ", "absorbed by the devices"),
-        ("", f"{b.friction_kJ:.1f} kJ", "by the rails"),
-        ("", f"{b.elastic_kJ:.1f} kJ", "elastic, still in the devices"),
-        ("Checks", f"{b.energy_error:.1e}", "relative error of the energy balance"),
-        ("", f"{b.momentum_error:.1e}", "relative error of the momentum balance"),
+    for quantity in TRAIN:
+        value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
+        console.print(f"{quantity.heading}: {value}, {quantity.meaning}", markup=False, highlight=False)
+    for table in (
+        tables.interfaces(summary),
+        tables.vehicles(summary),
+        tables.energy(summary),
+        tables.checks(result, summary),
     ):
-        criteria.add_row(Text(name, style="bold"), Text(value, justify="right"), what)
-    console.print(criteria)
+        console.print()
+        print_table(console, table)
 
 
 def print_convergence(convergence: Convergence) -> None:
@@ -89,86 +80,17 @@ def print_convergence(convergence: Convergence) -> None:
     )
 
 
-def _interfaces(interfaces: Sequence[InterfaceMetrics]) -> Table:
-    table = new_table(
-        "Interface",
-        "largest\nstroke\nmm",
-        "permanent\nset\nmm",
-        "peak\nforce\nkN",
-        "absorbed\nenergy\nkJ",
-        "at\ns",
-        title="Interfaces (at the front: one train's side)",
-    )
-    for i in interfaces:
-        flag = " !" if i.exhausted else ""
-        table.add_row(
-            i.name + flag,
-            f"{i.stroke_mm:.1f}",
-            f"{i.permanent_mm:.1f}",
-            f"{i.peak_force_kN:.1f}",
-            f"{i.energy_kJ:.2f}",
-            f"{i.peak_time_s:.3f}",
-        )
-        for stage in i.stages if len(i.stages) > 1 else ():
-            limit = "" if stage.limit_mm is None else f" of {stage.limit_mm:g}"
-            table.add_row(f"  {stage.name}{limit}", f"{stage.stroke_mm:.1f}", "", "", "", "")
-    if any(i.exhausted for i in interfaces):
-        table.caption = "! a stroke limit, or the end of a curve, was passed"
-    return table
-
-
-def _vehicles(summary: Summary) -> Table:
-    table = new_table(
-        "Vehicle",
-        "mass\nt",
-        "device\npeak\ng",
-        "total\npeak\ng",
-        "CFC 60\npeak\ng",
-        "mean\n30 ms\ng",
-        "mean\n100 ms\ng",
-        "mean\nall\ng",
-        "final\nspeed\nkm/h",
-        "balance\ntime\ns",
-        title="Vehicles (accelerations)",
-    )
-    for v in summary.vehicles:
-        table.add_row(
-            v.name,
-            f"{v.mass_t:g}",
-            f"{v.peak_device_acceleration_g:.4f}",
-            f"{v.peak_acceleration_g:.3f}",
-            f"{v.cfc60_peak_g:.3f}",
-            f"{v.mean_30ms_g:.3f}",
-            f"{v.mean_100ms_g:.3f}",
-            f"{v.mean_deceleration_g:.3f}",
-            f"{v.final_speed_km_h:.2f}",
-            f"{v.balance_time_s:.3f}",
-        )
-    return table
-
-
 def print_chain(scenario: Scenario, chain: Chain) -> None:
     """What would run: vehicles, interfaces and step."""
     console = new_console()
     console.print(Text(scenario.title or "Train collision", style="bold"))
-    table = new_table("Vehicle", "type", "mass\nt", "length\nm", "speed\nkm/h")
-    for v in chain.vehicles:
-        table.add_row(v.name, v.kind, f"{v.mass / TONNE:g}", f"{v.length:g}", f"{v.speed / KM_H:g}")
-    console.print(table)
-    table = new_table("Interface", "device", "stiffness\nkN/mm", "dashpot\nkN s/m", "points", "stages (limit mm)")
-    notes = []
-    for i in chain.interfaces:
-        stages = " + ".join(dict.fromkeys(_stages(device) for device in i.devices))
-        e = i.envelope
-        table.add_row(
-            i.name, _names(i), f"{e.stiffness / KN_PER_MM:g}", f"{e.damping / KN_S_PER_M:g}", str(e.stroke.size), stages
-        )
-        if (e.slope > e.stiffness).any():
-            notes.append(i.name)
-    console.print(table)
-    if notes:
+    print_table(console, tables.vehicles_of(chain))
+    console.print()
+    print_table(console, tables.interfaces_of(chain))
+    steep = [i.name for i in chain.interfaces if (i.envelope.slope > i.envelope.stiffness).any()]
+    if steep:
         console.print(
-            f"Note: the envelope of {', '.join(notes)} rises faster than the unloading stiffness in places; there the "
+            f"Note: the envelope of {', '.join(steep)} rises faster than the unloading stiffness in places; there the "
             "force climbs along the stiffness.",
             markup=False,
         )
@@ -178,12 +100,3 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
         markup=False,
         highlight=False,
     )
-
-
-def _stages(device: Device) -> str:
-    return "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < np.inf else s.name for s in device.stages)
-
-
-def _names(interface: Interface) -> str:
-    names = [device.name for device in interface.devices]
-    return f"2 x {names[0]}" if len(names) == 2 and names[0] == names[1] else " + ".join(names)

@@ -1,0 +1,160 @@
+"""The tables of one collision, each told once for terminal and page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from trainmj.collision.chain import Chain, Interface, largest_step
+from trainmj.collision.device import Device
+from trainmj.collision.quantities import BALANCE, INTERFACE, VEHICLE, Quantity
+from trainmj.collision.result import Result
+from trainmj.collision.status import MEANING, Kind, Status
+from trainmj.collision.summary import UNSTABLE, InterfaceMetrics, StageUse, Summary
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned
+from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+
+MOMENTUM = 1e-9
+"""Momentum is kept to round-off; a larger error, relative to the sum of ``|m v|``, is a fault."""
+
+
+def outcome(status: Status) -> Verdict:
+    """How a collision ended, as a verdict."""
+    if status.kind is Kind.OVER:
+        return passed(MEANING[status.kind])
+    return warned(str(status)) if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed(str(status))
+
+
+def interfaces(summary: Summary) -> Table:
+    """Every interface and the stages of its devices, from the front backwards, the moving train first."""
+    rows: list[tuple[Any, ...]] = []
+    blank = [""] * (len(INTERFACE) - 1)
+    for i in summary.interfaces:
+        stages = i.stages if len(i.stages) > 1 else ()
+        rows.append((i.name, i.device, *i.values.values(), _end(i)))
+        rows += [(f"\u00a0\u00a0{s.name}", "", s.stroke_mm, *blank, _limit(s)) for s in stages]
+    heads = (Column("Interface", text=True), Column("device", text=True), *_columns(INTERFACE))
+    return Table(
+        [*heads, Column("limit", "mm", text=True)],
+        rows,
+        "Interfaces",
+        "At the front: one train's side. From the front backwards, the moving train first.",
+    )
+
+
+def _end(interface: InterfaceMetrics) -> Verdict | str:
+    """Whether the curve or the only stage's limit was passed; the limits of several stages stand in their rows."""
+    if interface.beyond_curve:
+        return failed("past the curve")
+    return _limit(interface.stages[0]) if len(interface.stages) == 1 else ""
+
+
+def _limit(stage: StageUse) -> Verdict | str:
+    if stage.limit_mm is None:
+        return ""
+    return failed(f"> {stage.limit_mm:g}") if stage.exhausted else passed(f"≤ {stage.limit_mm:g}")
+
+
+def vehicles(summary: Summary) -> Table:
+    """Every vehicle, from the front backwards, the moving train first."""
+    return Table(
+        [Column("Vehicle", text=True), Column("type", text=True), *_columns(VEHICLE)],
+        [(v.name, v.kind, *v.values.values()) for v in summary.vehicles],
+        "Vehicles",
+        "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
+        "time: when the interface on the side of the impact had its largest stroke.",
+    )
+
+
+def _columns(quantities: Iterable[Quantity[Any]]) -> list[Column]:
+    return [
+        Column(q.heading.replace("\n", " "), q.unit, q.digits if q.digits >= 0 else f".{-q.digits}g", head=q.heading)
+        for q in quantities
+    ]
+
+
+def energy(summary: Summary) -> Table:
+    """Where the kinetic energy went."""
+    values = summary.balance.values
+    start = values["kinetic_start_kJ"]
+    rows = [(q.heading, values[q.name], 100 * values[q.name] / start) for q in BALANCE if q.unit == "kJ"]
+    return Table([Column("Energy", text=True), Column("", "kJ", 1), Column("share", "%", 2)], rows)
+
+
+def checks(result: Result, summary: Summary) -> Table:
+    """What must hold for the numbers to be trusted."""
+    b, chain = summary.balance, result.chain
+    step, largest = chain.step / MS, largest_step(chain) / MS
+    rows = [
+        ("energy balance", f"{abs(b.energy_error):.1e}", f"{UNSTABLE:.0e}", judged(abs(b.energy_error) <= UNSTABLE)),
+        (
+            "momentum balance",
+            f"{abs(b.momentum_error):.1e}",
+            f"{MOMENTUM:.0e}",
+            judged(abs(b.momentum_error) <= MOMENTUM),
+        ),
+        ("step, against the largest stable one", f"{step:g} ms", f"{largest:.3g} ms", judged(step <= largest)),
+        (
+            "end, before the time limit",
+            f"{summary.duration_s:.3f} s",
+            f"{chain.time_limit:g} s",
+            judged(result.tally.over),
+        ),
+    ]
+    return Table(
+        [Column("Check", text=True), Column("found"), Column("allowed"), Column("verdict", text=True)],
+        rows,
+        note="Energy relative to what the collision can convert, momentum to the sum of |m v| at the start.",
+    )
+
+
+def vehicles_of(chain: Chain) -> Table:
+    """The vehicles as they stand along the track."""
+    return Table(
+        [
+            Column("Vehicle", text=True),
+            Column("type", text=True),
+            Column("mass", "t", ".6g"),
+            Column("length", "m", ".6g"),
+            Column("speed", "km/h", ".6g"),
+        ],
+        [(v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H) for v in chain.vehicles],
+        "Vehicles along the track",
+    )
+
+
+def interfaces_of(chain: Chain) -> Table:
+    """The interfaces with their devices."""
+    return Table(
+        [
+            Column("Interface", text=True),
+            Column("device", text=True),
+            Column("stiffness", "kN/mm", ".6g"),
+            Column("dashpot", "kN s/m", ".6g"),
+            Column("points"),
+            Column("stages (limit mm)", text=True),
+        ],
+        [
+            (
+                i.name,
+                _devices(i),
+                i.envelope.stiffness / KN_PER_MM,
+                i.envelope.damping / KN_S_PER_M,
+                i.envelope.stroke.size,
+                " + ".join(dict.fromkeys(_stages(device) for device in i.devices)),
+            )
+            for i in chain.interfaces
+        ],
+        "Interfaces",
+    )
+
+
+def _stages(device: Device) -> str:
+    return "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < np.inf else s.name for s in device.stages)
+
+
+def _devices(interface: Interface) -> str:
+    names = [device.name for device in interface.devices]
+    return f"2 x {names[0]}" if len(names) == 2 and names[0] == names[1] else " + ".join(names)
