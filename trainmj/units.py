@@ -44,6 +44,12 @@ def head(name: str, unit: str) -> str:
     return f"{name}_{end}" if unit else name
 
 
+def words(name: str) -> str:
+    """A name in words, without its unit: ``empty stroke`` for ``empty_stroke_mm``."""
+    end = head("", unit_of(name))
+    return (name.removesuffix(end) or name).replace("_", " ")
+
+
 def label(name: str, unit: str) -> str:
     """The label of an axis: ``TS (mm)``."""
     return f"{name} ({unit})" if unit else name

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.collision.chain import Chain
-from trainmj.collision.result import Result
+from trainmj.collision.device import Array
+from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.style import Width, grid, styled
-from trainmj.units import KJ, KM_H, KN, MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,15 +18,32 @@ if TYPE_CHECKING:
 
 _MOST_VEHICLES, _MOST_INTERFACES = 6, 8  # of one side, that are all named; of more the first ones and the last
 
+OF_INTERFACES = {"stroke": "Stroke", "force": "Force", "energy": "Absorbed energy"}
+"""Histories of interfaces that are drawn, and their titles."""
+
+
+def shown(result: Result, name: str) -> tuple[Array, str]:
+    """(n_sample, n) values of a history as they are drawn, and their unit.
+
+    Stroke and energy of the front are those of one train, as in the tables, if both trains bring the same device.
+
+    Args:
+        result: of the collision.
+        name: of the history, such as stroke.
+    """
+    history = HISTORIES[name]
+    values: Array = getattr(result, name)
+    if name in ("stroke", "energy"):
+        values = values * np.array([interface.shown_share for interface in result.chain.interfaces])
+    return values / history.factor, history.shown
+
 
 def collision(result: Result, width: Width = "page") -> Figure:
     """Speeds, strokes, forces and energies of one collision over time, in four panels.
 
-    The front interface is shown for one train, as the tables are, where both trains bring the same devices.
-
     Args:
         result: of the collision.
-        width: of the figure; in a column the panels stand one below the other.
+        width: of the figure; in a column the panels are stacked.
     """
     chain = result.chain
     with styled(width):
@@ -37,11 +53,8 @@ def collision(result: Result, width: Width = "page") -> Figure:
             title = result.scenario.title.replace("$", r"\$")
             figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
         _speeds(axes[0], result)
-        share = np.array([interface.shown_share for interface in chain.interfaces])
-        own = _own_interfaces(chain)
-        _lines(axes[1], result, "Stroke", result.stroke[:, own] * share[own] / MM, "mm", own)
-        _lines(axes[2], result, "Force", result.force[:, own] / KN, "kN", own)
-        _lines(axes[3], result, "Absorbed energy", result.energy[:, own] * share[own] / KJ, "kJ", own)
+        for panel, name in zip(axes[1:], OF_INTERFACES, strict=True):
+            _lines(panel, result, name)
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
         named = _named(axes[1].lines, _MOST_INTERFACES)
         half = (len(named) + 1) // 2
@@ -53,38 +66,34 @@ def collision(result: Result, width: Width = "page") -> Figure:
     return figure
 
 
-def _own_interfaces(chain: Chain) -> list[int]:
-    """The front interface and those of the moving train, from the front backwards."""
-    return list(range(chain.front, -1, -1))
-
-
 def _speeds(axes: Axes, result: Result) -> None:
     from matplotlib import colormaps
 
     chain = result.chain
-    sides = (
-        ("moving train", range(chain.front, -1, -1), colormaps["Blues_r"]),
-        ("partner", range(chain.n_moving, len(chain.vehicles)), colormaps["Oranges_r"]),
-    )
-    for _, indices, colours in sides:
+    values, unit = shown(result, "velocity")
+    for indices, colours in (
+        (range(chain.front, -1, -1), colormaps["Blues_r"]),
+        (range(chain.n_moving, len(chain.vehicles)), colormaps["Oranges_r"]),
+    ):
         for place, i in enumerate(indices):
             shade = 0.1 + 0.6 * _part(place, len(indices))
-            axes.plot(result.time, result.velocity[:, i] / KM_H, color=colours(shade), label=chain.vehicles[i].name)
+            axes.plot(result.time, values[:, i], color=colours(shade), label=chain.vehicles[i].name)
     axes.set_title("Speed")
-    axes.set_ylabel("km/h")
-    _legend(
-        axes, [_named(side, _MOST_VEHICLES) for side in (axes.lines[: chain.n_moving], axes.lines[chain.n_moving :])]
-    )
+    axes.set_ylabel(unit)
+    sides = axes.lines[: chain.n_moving], axes.lines[chain.n_moving :]
+    _legend(axes, [_named(side, _MOST_VEHICLES) for side in sides])
 
 
-def _lines(axes: Axes, result: Result, title: str, values: np.ndarray, unit: str, interfaces: list[int]) -> None:
+def _lines(axes: Axes, result: Result, name: str) -> None:
+    """A line for each interface of the moving train, from the front backwards."""
     from matplotlib import colormaps
 
-    colours = colormaps["viridis"]
-    for place, k in enumerate(interfaces):
-        name = result.chain.interfaces[k].name
-        axes.plot(result.time, values[:, place], color=colours(0.9 * _part(place, len(interfaces))), label=name)
-    axes.set_title(title)
+    values, unit = shown(result, name)
+    colours, n = colormaps["viridis"], result.chain.n_moving
+    for place, k in enumerate(range(result.chain.front, -1, -1)):
+        colour = colours(0.9 * _part(place, n))
+        axes.plot(result.time, values[:, k], color=colour, label=result.chain.interfaces[k].name)
+    axes.set_title(OF_INTERFACES[name])
     axes.set_ylabel(unit)
 
 

@@ -1,4 +1,4 @@
-"""The folder of one run: result, tables and figure, for a spreadsheet, MATLAB or a report."""
+"""The folder of one run: result, tables and figure."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def write_run(
 ) -> None:
     """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figure into a folder.
 
-    All files are finished before the first of an earlier run is replaced. Where summary.json is, the others belong to
-    it.
+    All files are finished before the first one of an earlier run is replaced. If summary.json is there, all the
+    others belong to it.
 
     Args:
         result: of the collision.

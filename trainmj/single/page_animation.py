@@ -1,4 +1,4 @@
-"""The side view of a collision, played in a page: vehicles, devices that shorten and take colour, sleepers below."""
+"""A side view of the collision that plays in the page: devices shorten and take the colour of the energy absorbed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from trainmj.output.plot import VIRIDIS, numbers
 from trainmj.units import KJ, KM_H, MM
 
 MOST_CARS = 7
-"""Vehicles of each side that are drawn: those next to the impact, where things happen."""
+"""Vehicles of each side that are drawn, those nearest to the impact."""
 
 _FRAMES = 240
 _FOLDER = Path(__file__).resolve().parent / "templates"
@@ -30,17 +30,16 @@ def add_animation(section: Section, result: Result) -> None:
     section.raw(Markup(markup.replace("DATA", as_json(content))), _script())
     left_out = len(result.chain.vehicles) - len(content["vehicles"])
     section.text(
-        "Not to scale: the strokes are enlarged against the vehicles, each device is as long as its stroke needs, and "
-        "the view follows the place of the impact, under which the sleepers pass by."
+        "Not to scale: strokes are enlarged, and each device is as long as its stroke needs. The view follows the "
+        "place of the impact, and the sleepers pass below it."
         + (f" {left_out} vehicles further away are left out." if left_out else "")
     )
 
 
 def animation_data(result: Result) -> dict[str, Any]:
-    """What the script needs: names, and at evenly spaced times strokes, energies, speeds and where the impact is.
+    """What the script needs: names, and strokes, energies, speeds and the place of the impact at evenly spaced times.
 
-    The strokes of an interface are those of its left and its right device; an interface between vehicles of one train
-    has its whole stroke on the left.
+    An interface has the strokes of its left and its right device; between vehicles of one train the left one has all.
     """
     chain = result.chain
     n = len(chain.vehicles)
