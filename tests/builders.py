@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from trainmj.collision import kernel
+from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, Interface
 from trainmj.collision.device import Envelope, in_series
 from trainmj.collision.simulation import start
@@ -30,3 +31,8 @@ def step_once(model: Any, chain: Chain) -> Any:
     with kernel.installed():
         mujoco.mj_step(model, data)
     return data
+
+
+def changed(tally: Tally, **fields: Any) -> Tally:
+    """A tally with some of its fields replaced."""
+    return Tally(**(vars(tally) | fields))

@@ -97,7 +97,7 @@ def test_an_unstable_case_says_so_and_does_not_disturb_its_neighbours():
     good = line_up(scenario)
     bad = dataclasses.replace(good, step=2e-3, steps_per_record=1)
     found = dict(run_chains([("good", good), ("bad", bad), ("again", good)]))
-    assert found["bad"].status.startswith("unstable")
+    assert str(found["bad"].status).startswith("unstable")
     assert found["good"] == found["again"] == trainmj.summarise(trainmj.run(scenario))
 
 

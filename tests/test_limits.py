@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from trainmj.collision.chain import check_step, line_up
+from trainmj.collision.chain import line_up
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
 from trainmj.scenario import load
@@ -14,9 +14,8 @@ from trainmj.verification.systems import collide
 def closed(**changes) -> Summary:
     """The collision, its balances closed."""
     case = line_up(load("b_type", {k.replace("__", "."): v for k, v in changes.items()}))
-    check_step(case)
     (summary,) = collide(case)
-    assert not summary.status.startswith("unstable"), summary.status
+    assert not str(summary.status).startswith("unstable"), summary.status
     assert abs(summary.balance.energy_error) <= 1e-3
     assert abs(summary.balance.momentum_error) <= 1e-9
     return summary
@@ -34,7 +33,7 @@ def test_lightest_and_heaviest_slowest_and_fastest(mass_t, speed_km_h):
         simulation__time_limit_s=1.0,
     )
     assert summary.TS_mm > 0
-    assert summary.status.startswith("stroke exhausted") == (speed_km_h > 100)
+    assert str(summary.status).startswith("stroke exhausted") == (speed_km_h > 100)
 
 
 @pytest.mark.parametrize(
@@ -77,8 +76,8 @@ def test_a_gap_against_a_wall(gap_mm):
 @pytest.mark.parametrize(("friction", "ended"), [(0.008, "the two sides came to rest"), (0.0, "before the time limit")])
 def test_a_train_that_does_not_arrive_says_so(friction, ended):
     summary = closed(speed_km_h=0.1, collision__gap_mm=1000.0, collision__rail_friction=friction)
-    assert summary.status.startswith("no contact: ")
-    assert ended in summary.status
+    assert str(summary.status).startswith("no contact: ")
+    assert ended in str(summary.status)
     assert summary.TS_mm == 0.0
 
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import chain, envelope, joined, scenario, values
+from builders import chain, changed, envelope, joined, scenario, values
 
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import Chain, largest_step, line_up
 from trainmj.collision.block import Tally
+from trainmj.collision.chain import Chain, largest_step, line_up
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
-from trainmj.collision.summary import WINDOWS, Summary, measure, summarise
+from trainmj.collision.summary import Summary, measure, summarise
 from trainmj.scenario import Scenario, load
 
 
@@ -29,7 +29,7 @@ def pulse(interval: float) -> tuple[Chain, Tally, np.ndarray, np.ndarray]:
     time = np.arange(0, 0.3, interval)
     speed = 10 - 50 * np.clip(time - 0.05, 0, 0.06) - 20 * np.clip(time - 0.11, 0, 0.08)
     result = run(scenario([(0, 0), (10, 1000), (900, 1000)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
-    tally = replace(result.tally, first_force_time=np.array([0.05]), last_force_time=np.array([0.19]))
+    tally = changed(result.tally, first_force_time=np.array([0.05]), last_force_time=np.array([0.19]))
     return result.chain, tally, time, np.column_stack([speed, np.zeros_like(speed)])
 
 
@@ -37,7 +37,6 @@ def pulse(interval: float) -> tuple[Chain, Tally, np.ndarray, np.ndarray]:
 def test_moving_windows_on_a_known_pulse(interval):
     """0.7 ms does not divide the windows: the end of a window then lies between two records."""
     first = {v.name: v for v in measure(*pulse(interval)).vehicles}["M1"]
-    assert WINDOWS == (0.030, 0.100)
     assert first.mean_30ms_g * 9.80665 == pytest.approx(50.0, rel=1e-6)
     assert first.mean_100ms_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.04) / 0.1, rel=1e-2)
     assert first.mean_deceleration_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.08) / 0.14, rel=1e-2)
@@ -140,12 +139,12 @@ def tallied(result: Result, **fields: object) -> Summary:
         first_force_time=np.array([0.01, 0.0]),
         last_force_time=np.array([0.3, 0.4]),
     )
-    return measure(result.chain, replace(tally, **fields), result.time, result.velocity)
+    return measure(result.chain, changed(tally, **fields), result.time, result.velocity)
 
 
 def test_numbers_are_the_tally_in_engineering_units(against_a_wall):
     s = tallied(against_a_wall)
-    assert (s.status, s.duration_s) == ("over", 0.5)
+    assert (str(s.status), s.duration_s) == ("over", 0.5)
     front, joint = s.interfaces
     assert (front.name, joint.name) == ("M1-wall", "M1-M2")
     assert (front.stroke_mm, front.peak_force_kN, front.energy_kJ, front.peak_time_s) == (200.0, 500.0, 100.0, 0.1)
@@ -179,10 +178,10 @@ def test_energy_is_judged_by_what_a_collision_of_two_trains_can_convert():
     case = chain([11e3, 33e3], [e], [5.0, 1.0])
     assert abs(collide(case).balance.energy_error) < 1e-4
     model = run(scenario([(0, 0), (10, 500), (800, 500)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
-    tally = replace(model.tally, speed=np.array([2.0, 2.0]), dissipated=np.array([65e3]), friction_work=np.zeros(2))
-    tally = replace(tally, stroke=np.array([0.2]), plastic=np.array([0.2]))
+    tally = changed(model.tally, speed=np.array([2.0, 2.0]), dissipated=np.array([65e3]), friction_work=np.zeros(2))
+    tally = changed(tally, stroke=np.array([0.2]), plastic=np.array([0.2]))
     assert measure(case, tally, model.time, model.velocity).balance.energy_error == pytest.approx(1 / 66)
-    opposed = measure(chain([11e3, 33e3], [e], [5.0, -1.0]), replace(tally, impulse=0.0), model.time, model.velocity)
+    opposed = measure(chain([11e3, 33e3], [e], [5.0, -1.0]), changed(tally, impulse=0.0), model.time, model.velocity)
     assert opposed.balance.momentum_error == pytest.approx((88 - 22) / 88), "22 t m/s there were, of 88 either way"
 
 
@@ -191,9 +190,9 @@ def test_a_balance_that_is_off_by_a_thousandth_makes_a_run_unstable(against_a_wa
     s = tallied(against_a_wall, dissipated=np.array([29e3, 100e3 - missing * 132.0]))
     assert s.balance.energy_error == pytest.approx(missing * 1e-3)
     if abs(missing) < 1:
-        assert s.status == "over"
+        assert str(s.status) == "over"
     else:
-        assert s.status == "unstable: the energy balance is off by 0.11%; take a smaller step"
+        assert str(s.status) == "unstable: the energy balance is off by 0.11%; take a smaller step"
 
 
 @pytest.mark.parametrize(
@@ -221,7 +220,7 @@ def test_a_balance_that_is_off_by_a_thousandth_makes_a_run_unstable(against_a_wa
     ],
 )
 def test_status_in_words(against_a_wall, fields, status):
-    assert tallied(against_a_wall, **fields).status == status
+    assert str(tallied(against_a_wall, **fields).status) == status
 
 
 def test_plain_values_have_none_where_json_has_no_number(against_a_wall):
@@ -232,7 +231,7 @@ def test_plain_values_have_none_where_json_has_no_number(against_a_wall):
     assert plain["vehicles"][1]["peak_device_acceleration_g"] is None
     assert plain["criteria"]["TAMA_g"] is None
     assert plain["criteria"]["TS_mm"] == pytest.approx(250.0)
-    assert set(plain) == {"status", "criteria", "duration_s", "interfaces", "vehicles", "balance"}
+    assert set(plain) == {*("status", "where", "reason", "criteria", "duration_s", "interfaces", "vehicles", "balance")}
     front = plain["interfaces"][0]
     assert (front["crush_mm"], front["exhausted"]) == (200.0, False)
     assert front["stages"] == [{"name": "device", "stroke_mm": 200.0, "limit_mm": 300.0}]
@@ -286,32 +285,32 @@ def test_sides_of_equal_curve_but_different_limits_are_both_reported():
 
 
 def test_status_over(standard_summary):
-    assert standard_summary.status == "over"
+    assert str(standard_summary.status) == "over"
     assert standard_summary.duration_s < 3.0
 
 
 def test_status_time_limit():
     summary = summarise(run(load("b_type", {"simulation.time_limit_s": 0.2})))
-    assert summary.status == "time limit"
+    assert str(summary.status) == "time limit"
     assert summary.duration_s == pytest.approx(0.2, abs=2e-3)
     assert summary.balance.elastic_kJ > 0
 
 
 def test_status_stroke_exhausted_names_stage_stroke_and_limit():
     summary = summarise(run(load("b_type", {"speed_km_h": 30})))
-    assert summary.status.startswith("stroke exhausted at S1-M1 anti_climber (")
-    assert "of 265 mm" in summary.status
+    assert str(summary.status).startswith("stroke exhausted at S1-M1 anti_climber (")
+    assert "of 265 mm" in str(summary.status)
     assert summary.interfaces[0].exhausted
     assert not summary.interfaces[0].beyond_curve
 
 
 def test_status_past_the_end_of_a_curve():
     summary = summarise(run(load("b_type", {"speed_km_h": 60})))
-    assert "past the end of its curve" in summary.status or "of 418 mm" in summary.status
+    assert "past the end of its curve" in str(summary.status) or "of 418 mm" in str(summary.status)
     case = values([(0, 0), (10, 500), (50, 500)], 100, speed_m_s=3.0, step_ms=0.1)
     summary = summarise(run(Scenario.from_values(case)))
     assert (
-        summary.status
+        str(summary.status)
         == f"stroke exhausted at M1-wall ({summary.interfaces[0].stroke_mm:.1f} mm, past the end of its curve)"
     )
     assert summary.interfaces[0].beyond_curve
@@ -319,7 +318,7 @@ def test_status_past_the_end_of_a_curve():
 
 def test_two_that_never_meet_are_over_at_once_or_run_out_of_time():
     far = collide(line_up(load("b_type", {"collision.gap_mm": 60_000, "collision.rail_friction": 0})))
-    assert far.status == "no contact: no device was pressed before the time limit"
+    assert str(far.status) == "no contact: no device was pressed before the time limit"
     assert far.TS_mm == 0.0
     assert {v.peak_device_acceleration_g for v in far.vehicles} == {0.0}
     assert [v.mean_deceleration_g for v in far.vehicles] == [0.0] * 12
@@ -330,7 +329,7 @@ def test_an_unequal_front_that_is_never_pressed_absorbs_nothing():
     case = replace(chain([33e3, 50e3], [front.envelope], [0.0, 1.0], gap=0.1), interfaces=(front,))
     summary = collide(case)
     assert [i.energy_kJ for i in summary.interfaces] == [0.0, 0.0]
-    assert summary.status.startswith("no contact")
+    assert str(summary.status).startswith("no contact")
 
 
 def unstable(factor: float) -> Chain:
@@ -345,14 +344,14 @@ def test_status_unstable_where_devices_give_back_more_than_they_took(factor):
     """The balance of speeds and work closes whatever the step, so energy from nowhere must be seen elsewhere."""
     summary = collide(unstable(factor))
     assert summary.balance.kinetic_end_kJ > 10 * summary.balance.kinetic_start_kJ, "this test needs an unstable case"
-    assert summary.status.startswith("unstable: ")
-    assert "smaller step" in summary.status
+    assert str(summary.status).startswith("unstable: ")
+    assert "smaller step" in str(summary.status)
 
 
 def test_status_unstable_where_values_are_not_finite():
     ok = run(load("b_type", {"simulation.time_limit_s": 0.05}))
-    broken = replace(ok.tally, speed=ok.tally.speed * np.nan)
-    assert measure(ok.chain, broken, ok.time, ok.velocity).status.startswith("unstable: a value is not finite")
+    broken = changed(ok.tally, speed=ok.tally.speed * np.nan)
+    assert str(measure(ok.chain, broken, ok.time, ok.velocity).status).startswith("unstable: a value is not finite")
 
 
 def test_summary_as_plain_values_has_the_keys_of_the_command_line(standard_summary: Summary, standard_result: Result):

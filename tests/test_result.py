@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 from builders import scenario
 
-from trainmj.collision.block import Tally
+from trainmj.collision.block import TALLY
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
@@ -34,7 +34,7 @@ def test_a_saved_result_is_read_back_exactly(standard_result, saved):
         if isinstance(ours, np.ndarray):
             assert np.array_equal(ours, theirs), f.name
             assert ours.dtype == theirs.dtype, f.name
-    for f in fields(Tally):
+    for f in TALLY:
         ours, theirs = getattr(standard_result.tally, f.name), getattr(read.tally, f.name)
         assert np.array_equal(ours, theirs), f.name
         assert type(ours) is type(theirs), f.name

@@ -92,8 +92,8 @@ def count(case: Chain, h: History) -> Counted:
         Joint.STROKE_MAX: u.max(axis=0),
         Joint.STROKE_MAX_TIME: h.time[u.argmax(axis=0)],
         Joint.FORCE_MAX: force.max(axis=0),
-        Joint.FIRST: np.array([h.time[n[0]] for n in pushed]),
-        Joint.LAST: np.array([h.time[n[-1]] for n in pushed]),
+        Joint.FIRST_FORCE_TIME: np.array([h.time[n[0]] for n in pushed]),
+        Joint.LAST_FORCE_TIME: np.array([h.time[n[-1]] for n in pushed]),
         Joint.SEGMENT: np.array(
             [
                 np.searchsorted(i.envelope.stroke, x, side="right") - 1
@@ -150,7 +150,7 @@ def test_those_histories_reach_what_is_counted():
         c = count(case, h)
         assert (c.joint[Joint.PLASTIC] > 1e-3).sum() > 1, "crushing"
         assert (c.joint[Joint.STROKE_MAX] > c.joint[Joint.STROKE] + 1e-3).any(), "rebound"
-        assert (c.joint[Joint.FIRST] > 0).any(), "later contact"
+        assert (c.joint[Joint.FIRST_FORCE_TIME] > 0).any(), "later contact"
         assert (c.car[Car.FRICTION_WORK] > 0).all(), "rolling"
     still = np.abs(h.speed[:, -1]) < 1e-9
     pushed = c.sensors[:, 2] > 0

@@ -122,7 +122,7 @@ class TestRun:
     def test_failed_limits_are_said(self, standard, tmp_path):
         result = trainmj.run(standard.with_values({"speed_km_h": 40}))
         summary = trainmj.summarise(result)
-        assert summary.status.startswith("stroke exhausted")
+        assert str(summary.status).startswith("stroke exhausted")
         write_run_report(result, summary, tmp_path)
         said = text_of(tmp_path / "report.html")
         assert "a limit is passed" in said

@@ -94,7 +94,7 @@ class Joint(_Field):
 
 def places(fields: type[IntEnum]) -> Any:
     """The places of fields as plain whole numbers by their names, such as ``places(Head).TIME``."""
-    kind: Any = namedtuple(fields.__name__, fields.__members__)
+    kind: Any = namedtuple("places", [field.name for field in fields])  # type: ignore[misc]
     return kind(*map(int, fields))
 
 

@@ -18,7 +18,7 @@ class Kind(StrEnum):
 
 
 MEANING = {
-    Kind.OVER: "the collision came to its end: no device is pressed any more",
+    Kind.OVER: "no device is pressed any more",
     Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
     Kind.NO_CONTACT: "computed, but no device was pressed",
     Kind.EXHAUSTED: "computed, but a stroke limit or the end of a curve was passed",

@@ -23,7 +23,7 @@ MOMENTUM = 1e-9
 def outcome(status: Status) -> Verdict:
     """How a collision ended, as a verdict."""
     if status.kind is Kind.OVER:
-        return passed(MEANING[status.kind])
+        return passed(f"{status}: {MEANING[status.kind]}")
     return warned(str(status)) if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed(str(status))
 
 
