@@ -36,18 +36,18 @@ class Problem:
 def refuse(problems: Iterable[Problem], values: Any, origins: Origins) -> InputError:
     """The error that lists problems, each with its place and value."""
     listed = list(islice(problems, _MOST + 1))
-    lines = [_line(p, values, origins) for p in listed[:_MOST]]
+    lines = [f"{said_of(p.path, values, origins)}: {p.rule}" for p in listed[:_MOST]]
     if len(listed) > _MOST:
         lines.append("and more")
     return InputError("\n".join(lines))
 
 
-def _line(problem: Problem, values: Any, origins: Origins) -> str:
-    key = dotted(problem.path)[:_LONGEST]
-    found, value = _value(values, problem.path)
+def said_of(path: Path, values: Any, origins: Origins) -> str:
+    """Place, key and value, to begin a message with: ``my.yaml:1:1: scenario = 'b_typ'``."""
+    key = dotted(path)[:_LONGEST]
+    found, value = _value(values, path)
     shown = f" = {_short(value)}" if found and not isinstance(value, (dict, list)) else ""
-    where = _origin(problem.path, origins)
-    return f"{where}{key or 'file'}{shown}: {problem.rule}"
+    return f"{_origin(path, origins)}{key or 'file'}{shown}"
 
 
 def dotted(path: Path) -> str:
@@ -107,6 +107,11 @@ def validated(model: type[Model], values: Any, origins: Origins) -> Model:
     try:
         return model.model_validate(values)
     except ValidationError as error:
+        kind, keys = model.model_config.get("title"), keys_of(model)
+        if kind and isinstance(values, Mapping) and 2 * sum(key in keys for key in values) < len(values):
+            needed = ", ".join(key for key, field in keys.items() if field.is_required())
+            where = f"{origins[()]}: " if () in origins else ""
+            raise InputError(f"{where}is not a {kind}, which states {needed}") from None
         raise refuse(from_pydantic(error, model), values, origins) from None
 
 

@@ -1,10 +1,10 @@
-"""Files that ship with trainmj: scenarios/ and mjcf/."""
+"""Files that ship with trainmj, in scenarios/ and mjcf/, and files that are named like them."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from trainmj.errors import EngineError
+from trainmj.errors import EngineError, InputError, close_match
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -30,3 +30,28 @@ def shipped_files(ending: str) -> dict[str, Path]:
     files = sorted(shipped_folder("scenarios").rglob(f"*{ending}"))
     names = {path.name.removesuffix(ending): path for path in files}
     return {name: path for name, path in names.items() if "." not in name}
+
+
+def find_file(file: str | Path, ending: str, what: str) -> Path:
+    """The file of a path, or the shipped one of a name.
+
+    Args:
+        file: what the user wrote.
+        ending: of the shipped ones, as in :func:`shipped_files`.
+        what: it is, for messages: scenario, study.
+
+    Raises:
+        InputError: if there is neither.
+    """
+    path, known = Path(file), shipped_files(ending)
+    try:
+        if path.is_file():
+            return path
+        folder = path.is_dir()
+    except (OSError, ValueError):
+        raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
+    name = str(file).removesuffix(ending)
+    if name in known:
+        return known[name]
+    missing = f"is a folder, not a {what} file" if folder else f"there is no such file or shipped {what}"
+    raise InputError(f"{file}: {missing}{close_match(path.name.removesuffix(ending), known)}")

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError
 from trainmj.files.problems import Path, dotted
 from trainmj.files.text import HIDDEN, printable, read_text
 
@@ -60,30 +60,6 @@ def as_yaml(values: Mapping[str, Any]) -> str:
     yaml.representer.ignore_aliases = lambda *_: True  # every value in full where it stands
     yaml.dump(dict(values), text)
     return text.getvalue()
-
-
-def find_file(file: str | FilePath, name: str, known: Mapping[str, FilePath], what: str) -> FilePath:
-    """The file of a path, or the shipped one of a name.
-
-    Args:
-        file: what the user wrote.
-        name: what it would be called if it were a shipped one.
-        known: the shipped ones by name.
-        what: scenario or study, for messages.
-
-    Raises:
-        InputError: if there is neither.
-    """
-    path = FilePath(file)
-    try:
-        if path.is_file():
-            return path
-    except (OSError, ValueError):
-        raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
-    if name in known:
-        return known[name]
-    kind = f"is a folder, not a {what} file" if path.is_dir() else f"there is no such file or shipped {what}"
-    raise InputError(f"{file}: {kind}{close_match(FilePath(name).stem, known)}")
 
 
 def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
-from trainmj.files.problems import Path
-from trainmj.files.resources import shipped_files
+from trainmj.files.problems import Path, Problem
+from trainmj.files.resources import find_file, shipped_files
+from trainmj.files.source import Source
 from trainmj.files.text import beside
-from trainmj.files.yaml import as_yaml, find_file, parse, read_yaml
+from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.curves import read_curves
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.scenario import Scenario
@@ -36,7 +37,7 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    values, origins = _read_built(find_file(file, str(file), shipped(), "scenario"), ())
+    values, origins = _read_built(find_file(file, ".yaml", "scenario"), ())
     scenario = Scenario.from_values(values, origins)
     return scenario.with_values(changes) if changes else scenario
 
@@ -109,6 +110,45 @@ def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
     if found is None:
         raise InputError(f"{said}: there is no such file beside it or shipped scenario{close_match(name, known)}")
     return found
+
+
+def scenario_of(source: Source, name: str, changes: Mapping[str, Any]) -> Scenario:
+    """The scenario that a file names under ``scenario``, with the values that it changes under ``set``.
+
+    Args:
+        source: the file.
+        name: what it states under ``scenario``.
+        changes: what it states under ``set``.
+
+    Raises:
+        InputError: if there is no such scenario, or a change breaks a rule.
+    """
+    scenario = load(find_beside(source.folder, name, source.said("scenario")))
+    source.refuse(refused(("set",), {key: {key: value} for key, value in changes.items()}, scenario))
+    return scenario.with_values(changes) if changes else scenario
+
+
+def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenario) -> Iterator[Problem]:
+    """What is wrong with changes of a scenario that are made together: each by itself where one is, else all of them.
+
+    Args:
+        at: the path that states them.
+        changes: by the key below that path.
+        scenario: what they change.
+    """
+    together = _refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
+    if together is None:
+        return
+    alone = {key: _refusal(part, scenario) for key, part in changes.items()}
+    yield from [Problem((*at, key), rule) for key, rule in alone.items() if rule] or [Problem(at, together)]
+
+
+def _refusal(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
+    try:
+        scenario.with_values(changes)
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str, Any], dict[Path, str]]:

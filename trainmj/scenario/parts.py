@@ -197,7 +197,7 @@ class Simulation(Part):
         return max(1, round(self.record_every_ms / self.step_ms))
 
 
-class Parts(Part):
+class Parts(Part, title="scenario file"):
     """All parts of a scenario together."""
 
     title: Title = Field(default="", description="one line that heads every output")

@@ -12,15 +12,14 @@ import numpy as np
 from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
-from trainmj.files.problems import Origins, Problem, refuse, validated
-from trainmj.files.problems import Path as Place
+from trainmj.files.problems import Problem
 from trainmj.files.resources import shipped_files
+from trainmj.files.source import Source, read_source
 from trainmj.files.text import beside
-from trainmj.files.yaml import find_file, read_yaml
-from trainmj.scenario import Scenario, load, to_yaml
-from trainmj.scenario.files import find_beside
+from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario.files import refused, scenario_of
 from trainmj.study.file import ConstraintPart, StudyFile
-from trainmj.study.rules import broken_rules, factor_of, paths_set, targets_of
+from trainmj.study.rules import broken_rules, factor_of, targets_of
 from trainmj.units import head, label, unit_of
 
 _ENDING = ".study.yaml"
@@ -81,9 +80,7 @@ class Study:
         space: the factors.
         targets: what each factor sets, one tuple for each.
         responses: in the order of the file.
-        folder: where files named in it are.
-        values: the plain values of the file, for messages.
-        origins: where each of them stands.
+        source: the file, for messages and the files that it names.
     """
 
     spec: StudyFile
@@ -91,9 +88,7 @@ class Study:
     space: Space
     targets: tuple[tuple[str, ...], ...]
     responses: tuple[Response, ...]
-    folder: Path
-    values: Mapping[str, Any] = field(repr=False)
-    origins: Origins = field(repr=False)
+    source: Source = field(repr=False)
 
     @property
     def title(self) -> str:
@@ -128,7 +123,7 @@ class Study:
 
     def problem(self, rule: str, *path: str | int) -> InputError:
         """The error that says what is wrong with a value of the study's file."""
-        return refuse([Problem(path, rule)], self.values, self.origins)
+        return self.source.error(rule, *path)
 
     @property
     def identity(self) -> list[Any]:
@@ -150,47 +145,35 @@ def load_study(file: str | Path) -> Study:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    path = find_file(file, str(file).removesuffix(_ENDING), shipped_studies(), "study")
-    values, origins = read_yaml(path)
-    if "factors" not in values and {"devices", "trains", "builds_on", "collision"} & set(values):
-        raise InputError(
-            f"{path}: is a scenario, not a study: a study file states scenario, factors, responses, design"
-        )
-    return study_of(values, path.parent, origins)
+    return _checked(read_source(file, _ENDING, "study"))
 
 
-def study_of(values: Mapping[str, Any], folder: str | Path = ".", origins: Origins | None = None) -> Study:
+def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
     """Check plain values, keys as in a study file, and make the study.
 
     Args:
         values: nested dicts, lists, strings and numbers.
         folder: where files named in it are.
-        origins: where each value comes from, for messages.
 
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    origins = origins or {}
-    spec = validated(StudyFile, values, origins)
-    scenario = _scenario(spec, Path(folder), values, origins)
-    problems = [*paths_set(spec, scenario), *broken_rules(spec, scenario)]
-    if problems:
-        raise refuse(problems, values, origins)
-    problems = list(_set_problems(("set",), spec.set, scenario))
-    if not problems:
-        scenario = scenario.with_values(spec.set)
-        problems = [*_set_problems(("check", "set"), spec.check.set, scenario), *_file(spec, Path(folder))]
-    if problems:
-        raise refuse(problems, values, origins)
+    return _checked(Source(values, Path(folder)))
+
+
+def _checked(source: Source) -> Study:
+    spec = source.checked(StudyFile)
+    scenario = scenario_of(source, spec.scenario, spec.set)
+    source.refuse(broken_rules(spec, scenario))
+    check = {name: {name: value} for name, value in spec.check.set.items()}
+    source.refuse([*refused(("check", "set"), check, scenario), *_file(spec, source.folder)])
     return Study(
         spec,
         scenario,
         Space(tuple(factor_of(name, part) for name, part in spec.factors.items())),
         tuple(targets_of(part) for part in spec.factors.values()),
         tuple(Response(name, column, unit_of(column)) for name, column in spec.responses.items()),
-        Path(folder),
-        values,
-        origins,
+        source,
     )
 
 
@@ -205,30 +188,6 @@ def _file(spec: StudyFile, folder: Path) -> Iterator[Problem]:
             yield Problem(("design", "file"), str(error).removeprefix("file: "))
 
 
-def _set_problems(at: Place, changes: Mapping[str, Any], scenario: Scenario) -> Iterator[Problem]:
-    """What is wrong with values that are set, by key where one is wrong by itself."""
-    rule = _refused(changes, scenario)
-    if rule is None:
-        return
-    alone = {name: _refused({name: value}, scenario) for name, value in changes.items()}
-    wrong = [Problem((*at, name), rule) for name, rule in alone.items() if rule is not None]
-    yield from wrong or [Problem(at, rule)]
-
-
-def _refused(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
-    try:
-        scenario.with_values(changes)
-    except InputError as error:
-        return str(error)
-    return None
-
-
 def shipped_studies() -> dict[str, Path]:
     """Names and paths of the studies that ship with trainmj."""
     return shipped_files(_ENDING)
-
-
-def _scenario(spec: StudyFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:
-    where = origins.get(("scenario",))
-    said = f"{f'{where}: ' if where else ''}scenario = {spec.scenario[:200]!a}"
-    return load(find_beside(folder, spec.scenario, said))

@@ -1,47 +1,54 @@
-"""Rules that concern several parts of a study file: names that must exist, keys that belong together."""
+"""Rules between the parts of a study file: names that must exist, values that must fit together."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
 from trainmj.files.problems import Path, Problem
 from trainmj.files.text import FORMULA
 from trainmj.scenario import Scenario
-from trainmj.study.file import MAX_POINTS, DesignPart, FactorPart, StudyFile
+from trainmj.study.file import (
+    MAX_POINTS,
+    CentralComposite,
+    ChoiceFactor,
+    ContinuousFactor,
+    FactorPart,
+    FullFactorial,
+    FullPolynomial,
+    GivenPoints,
+    OwnWeights,
+    PolynomialOfTerms,
+    StudyFile,
+)
 from trainmj.units import unit_of
 
 DEFAULT = "default"
 
-_MOST_SPREAD = 300  # points of an optimal Latin hypercube: every exchange looks at all distances
 _MOST_CORNERED = 10  # factors of a central composite design
 _MOST_STEPS = 1e9  # of a resolution over the range of a factor
 _HIGHEST = 9  # exponent of a term
 _MOST_COMBINATIONS = 100_000  # of exponents that are gone through for the terms up to an order
-_MOST_PREDICTED = 10_000_000
-_MOST_SIMULATED = 1_000_000
-
-_DESIGN_KEYS = {
-    "optimal_latin_hypercube": {"n": True, "seed": False, "placement": False},
-    "sobol": {"n": True, "seed": False},
-    "full_factorial": {"levels": False},
-    "central_composite": {"form": False},
-    "table": {"file": True},
-}
+_MOST_EVALUATIONS = {"surrogate": 10_000_000, "simulator": 1_000_000}
 
 
-def broken_rules(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
-    """Every rule that the parts of a study file break between them."""
+def broken_rules(spec: StudyFile, scenario: Scenario, columns: Collection[str]) -> Iterator[Problem]:
+    """Every rule that the parts of a study file break between them.
+
+    Args:
+        spec: the parts.
+        scenario: with the values under ``set``.
+        columns: names of the responses that the scenario has.
+    """
     yield from _factors(spec, scenario)
-    yield from _responses(spec)
+    yield from _responses(spec, columns)
     yield from _design(spec)
     yield from _surrogates(spec)
     yield from _criteria(spec)
     yield from _optimiser(spec)
     yield from _weights(spec)
-    yield from _decision(spec)
     yield from _paths(("check", "set"), spec.check.set, scenario)
 
 
@@ -49,43 +56,12 @@ def factor_of(name: str, part: FactorPart) -> Factor:
     """The factor that a part states.
 
     Raises:
-        InputError: if bounds, kind and levels do not fit together.
+        InputError: if bounds are not in order, or levels not different.
     """
-    kind = part.kind or ("choice" if part.levels is not None else "continuous")
-    if kind != "choice" and part.bounds is None:
-        raise InputError("needs bounds: the lower and the upper one, as in bounds: [20, 50]")
-    if kind == "choice" and part.levels is None:
-        raise InputError("is a choice and needs levels: the values it takes")
-    if part.bounds is not None and part.levels is not None:
-        raise InputError("takes either bounds, or levels, not both")
-    if any(not isinstance(level, (str, int, float)) for level in part.levels or ()):
-        raise InputError("has levels that are neither numbers nor text")
-    if any(isinstance(level, str) and level.startswith(FORMULA) for level in part.levels or ()):
-        raise InputError(f"has a level that begins with one of {' '.join(FORMULA)}, a formula to a spreadsheet")
-    sets = targets_of(part)
-    unit = part.unit if part.unit is not None else unit_of(sets[0])
-    if part.levels is not None:
-        return Factor(name, unit=unit, kind=kind, levels=tuple(part.levels))
-    lower, upper = part.bounds or [0.0, 0.0]
-    return Factor(name, lower, upper, unit=unit, kind=kind)
-
-
-def targets_of(part: FactorPart) -> tuple[str, ...]:
-    """The parameters and paths that a factor sets."""
-    return (part.sets,) if isinstance(part.sets, str) else tuple(part.sets)
-
-
-def paths_set(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
-    """Values of ``set`` that lead nowhere; looked at before the scenario is changed by them."""
-    yield from _paths(("set",), spec.set, scenario)
-
-
-def _paths(where: Path, names: Iterable[str], scenario: Scenario) -> Iterator[Problem]:
-    for name in names:
-        try:
-            scenario.locate(name)
-        except InputError as error:
-            yield Problem((*where, name), str(error))
+    unit = part.unit if part.unit is not None else unit_of(part.targets[0])
+    if isinstance(part, ChoiceFactor):
+        return Factor(name, unit=unit, kind="choice", levels=tuple(part.levels))
+    return Factor(name, *part.bounds, unit=unit, kind=part.kind)
 
 
 def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
@@ -96,48 +72,56 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
             factor_of(name, part)
         except InputError as error:
             yield Problem(at, str(error).removeprefix(f"factor {name!r}: "))
-        for target in targets_of(part):
+        for k, level in enumerate(part.levels if isinstance(part, ChoiceFactor) else ()):
+            if isinstance(level, str) and level.startswith(FORMULA):
+                yield Problem(
+                    (*at, "levels", k), f"begins with one of {' '.join(FORMULA)}, as a spreadsheet's formulas"
+                )
+        for target in part.targets:
             yield from (Problem((*at, "sets"), p.rule) for p in _paths((), [target], scenario))
             paths = scenario.parameters.get(target, target)
             for path in [paths] if isinstance(paths, str) else paths:
                 if path in owner:
-                    yield Problem((*at, "sets"), f"is set by the factor {owner[path]} already")
+                    yield Problem((*at, "sets"), f"is already set by the factor {owner[path]}")
                 owner[path] = name
             if target in spec.set:
                 yield Problem((*at, "sets"), "is fixed under set: leave it out there")
 
 
-def _responses(spec: StudyFile) -> Iterator[Problem]:
-    for name in spec.responses:
+def _paths(where: Path, names: Iterable[str], scenario: Scenario) -> Iterator[Problem]:
+    for name in names:
+        try:
+            scenario.locate(name)
+        except InputError as error:
+            yield Problem((*where, name), str(error))
+
+
+def _responses(spec: StudyFile, columns: Collection[str]) -> Iterator[Problem]:
+    for name, column in spec.responses.items():
+        at: Path = ("responses", name)
+        if column not in columns:
+            yield Problem(at, f"the scenario has no response of this name{close_match(column, columns)}")
         if name in spec.factors:
-            yield Problem(("responses", name), "is the name of a factor: choose another")
+            yield Problem(at, "is the name of a factor: choose another")
         if name == DEFAULT:
-            yield Problem(("responses", name), "is kept for the surrogate of all others: choose another")
+            yield Problem(at, "is reserved for the surrogate of all others: choose another")
 
 
 def _design(spec: StudyFile) -> Iterator[Problem]:
     design = spec.design
-    allowed = _DESIGN_KEYS[design.kind]
-    for key in ("n", "seed", "placement", "levels", "form", "file"):
-        given = getattr(design, key) is not None
-        if given and key not in allowed:
-            yield Problem(("design", key), f"does not belong to a {design.kind}; its keys: {', '.join(allowed)}")
-        if not given and allowed.get(key):
-            yield Problem(("design",), f"is a {design.kind} and needs {key}")
-    yield from _names(("design", "levels"), design.levels or {}, spec.factors, "factor")
-    if design.kind == "full_factorial":
+    if isinstance(design, GivenPoints):
+        return
+    if isinstance(design, FullFactorial):
+        yield from _names(("design", "levels"), design.levels, spec.factors, "factor")
         yield from _levels(spec, design)
-    if design.kind == "optimal_latin_hypercube" and (design.n or 0) > _MOST_SPREAD:
-        yield Problem(("design", "n"), f"must be at most {_MOST_SPREAD} for points spread best; sobol takes more")
-    if design.kind == "central_composite" and len(spec.factors) > _MOST_CORNERED:
-        yield Problem(("design",), f"takes at most {_MOST_CORNERED} factors, whose corners it has all")
+    if isinstance(design, CentralComposite) and len(spec.factors) > _MOST_CORNERED:
+        yield Problem(("design",), f"takes at most {_MOST_CORNERED} factors, because it has all their corners")
     yield from _resolution(spec, ("design", "resolution"), design.resolution)
 
 
-def _levels(spec: StudyFile, design: DesignPart) -> Iterator[Problem]:
+def _levels(spec: StudyFile, design: FullFactorial) -> Iterator[Problem]:
     for name, part in spec.factors.items():
-        free = part.levels is None and part.kind in (None, "continuous")
-        if free and name not in (design.levels or {}) and name not in design.resolution:
+        if isinstance(part, ContinuousFactor) and name not in design.levels and name not in design.resolution:
             yield Problem(("design",), f"needs levels for the continuous factor {name}, as in levels: {{{name}: 5}}")
             return
     count = math.prod(_count(name, part, design) for name, part in spec.factors.items())
@@ -145,13 +129,13 @@ def _levels(spec: StudyFile, design: DesignPart) -> Iterator[Problem]:
         yield Problem(("design",), f"has more than {MAX_POINTS} points: give fewer levels")
 
 
-def _count(name: str, part: FactorPart, design: DesignPart) -> int:
+def _count(name: str, part: FactorPart, design: FullFactorial) -> int:
     """How many values a factor takes in a full factorial."""
-    if design.levels and name in design.levels:
+    if name in design.levels:
         return design.levels[name]
-    if part.levels is not None:
+    if isinstance(part, ChoiceFactor):
         return len(part.levels)
-    lower, upper = part.bounds or [0.0, 0.0]
+    lower, upper = part.bounds
     return max(0, int((upper - lower) / design.resolution.get(name, 1.0) + 0.5)) + 1
 
 
@@ -161,34 +145,27 @@ def _resolution(spec: StudyFile, at: Path, resolution: dict[str, float]) -> Iter
         part = spec.factors.get(name)
         if part is None:
             continue
-        if part.bounds is None or part.kind not in (None, "continuous"):
+        if not isinstance(part, ContinuousFactor):
             yield Problem((*at, name), "is for continuous factors only")
             continue
-        count = (part.bounds[1] - part.bounds[0]) / step
+        lower, upper = part.bounds
+        count = (upper - lower) / step
         if not 0.5 <= count <= _MOST_STEPS or abs(count - round(count)) > 1e-6:
-            yield Problem(
-                (*at, name), f"must divide the range of {name}, from {part.bounds[0]:g} to {part.bounds[1]:g}"
-            )
+            yield Problem((*at, name), f"must divide the range of {name}, from {lower:g} to {upper:g}")
 
 
 def _surrogates(spec: StudyFile) -> Iterator[Problem]:
     yield from _names(("surrogates",), spec.surrogates, {*spec.responses, DEFAULT}, "response")
     for name, part in spec.surrogates.items():
         at: Path = ("surrogates", name)
-        if part.kind == "kriging":
-            for key in ("order", "terms", "selection"):
-                if key in part.model_fields_set:
-                    yield Problem((*at, key), "belongs to a polynomial; kriging has no terms")
-        elif part.terms is not None:
-            if part.order is not None:
-                yield Problem(at, "takes either order or terms, not both")
+        if isinstance(part, PolynomialOfTerms):
             try:
                 terms = parse_terms(part.terms, list(spec.factors))
                 if max(map(max, terms)) > _HIGHEST:
                     yield Problem((*at, "terms"), f"must not have an exponent above {_HIGHEST}")
             except InputError as error:
                 yield Problem((*at, "terms"), str(error))
-        elif ((part.order or 2) + 1) ** len(spec.factors) > _MOST_COMBINATIONS:
+        elif isinstance(part, FullPolynomial) and (part.order + 1) ** len(spec.factors) > _MOST_COMBINATIONS:
             yield Problem(at, f"has too many terms with {len(spec.factors)} factors: state the terms, or use kriging")
 
 
@@ -203,39 +180,28 @@ def _criteria(spec: StudyFile) -> Iterator[Problem]:
 
 
 def _optimiser(spec: StudyFile) -> Iterator[Problem]:
-    yield from _resolution(spec, ("optimiser", "resolution"), spec.optimiser.resolution)
-    for target, most in (("surrogate", _MOST_PREDICTED), ("simulator", _MOST_SIMULATED)):
-        swarm = getattr(spec.optimiser, target)
+    optimiser = spec.optimiser
+    yield from _resolution(spec, ("optimiser", "resolution"), optimiser.resolution)
+    for target, most in _MOST_EVALUATIONS.items():
+        swarm = getattr(optimiser, target)
         if swarm.particles * swarm.iterations > most:
-            yield Problem(("optimiser", target), f"asks for more than {most} evaluations: take less of both")
-        if target in spec.optimiser.model_fields_set and spec.optimiser.on not in (target, "both"):
-            yield Problem(("optimiser", target), f"is not used: the search is on the {spec.optimiser.on}")
+            yield Problem(("optimiser", target), f"asks for more than {most} evaluations: reduce both")
+        if target in optimiser.model_fields_set and optimiser.on not in (target, "both"):
+            yield Problem(("optimiser", target), f"is not used: the search is on the {optimiser.on}")
+    if spec.decision.front is not None and optimiser.on not in (spec.decision.front, "both"):
+        yield Problem(("decision", "front"), f"is not searched: the optimiser works on the {optimiser.on}")
 
 
 def _weights(spec: StudyFile) -> Iterator[Problem]:
-    weights = spec.weights
-    for key in ("form", "data", "of"):
-        if getattr(weights, key) is not None and weights.method != "entropy":
-            yield Problem(("weights", key), f"belongs to method: entropy, not {weights.method}")
-    if weights.own is not None and weights.method != "own":
-        yield Problem(("weights", "own"), f"needs method: own, not {weights.method}")
-    if weights.method != "own":
+    if not isinstance(spec.weights, OwnWeights):
         return
-    own = weights.own or {}
+    own = spec.weights.own
     yield from _names(("weights", "own"), own, spec.objectives, "objective")
     missing = [name for name in spec.objectives if name not in own]
     if missing:
-        yield Problem(("weights",), f"needs own: a weight for {', '.join(missing)}")
+        yield Problem(("weights", "own"), f"needs a weight for {', '.join(missing)}")
     elif sum(own.values()) == 0:
         yield Problem(("weights", "own"), "must not all be 0")
-
-
-def _decision(spec: StudyFile) -> Iterator[Problem]:
-    decision, on = spec.decision, spec.optimiser.on
-    if decision.normalisation is not None and decision.method == "knee":
-        yield Problem(("decision", "normalisation"), "does not belong to a knee point, which takes min_max")
-    if decision.front is not None and on not in (decision.front, "both"):
-        yield Problem(("decision", "front"), f"is not searched: the optimiser works on the {on}")
 
 
 def _names(at: Path, names: Iterable[str], known: Iterable[str], what: str) -> Iterator[Problem]:

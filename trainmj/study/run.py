@@ -12,7 +12,7 @@ from trainmj.errors import close_match
 from trainmj.files.folder import held
 from trainmj.files.parts import Part
 from trainmj.files.plain import finite
-from trainmj.files.problems import Problem, refuse
+from trainmj.files.problems import Problem
 from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
@@ -178,7 +178,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
 def _given(study: Study) -> str:
     """Content of the file of a given design; empty if there is none to be read."""
     name = study.spec.design.file
-    file = study.folder / name if name else None
+    file = study.source.folder / name if name else None
     return file.read_text(encoding="utf-8", errors="replace") if file and file.is_file() else ""
 
 
@@ -194,8 +194,7 @@ def _check_columns(study: Study, stands: pd.DataFrame) -> None:
         for r in study.responses
         if r.column not in columns
     ]
-    if problems:
-        raise refuse(problems, study.values, study.origins)
+    study.source.refuse(problems)
 
 
 def _plain(value: Any) -> Any:
@@ -219,7 +218,7 @@ def _summary(study: Study, done: list[Step]) -> dict[str, Any]:
         "factors": factors,
         "objectives": dict(study.spec.objectives),
         "constraints": [limit.text for limit in study.limits],
-        "study": dict(study.values, scenario="scenario.yaml"),
+        "study": dict(study.source.values, scenario="scenario.yaml"),
         "scenario": to_yaml(study.scenario),
         "versions": identity(),
     }

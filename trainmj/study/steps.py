@@ -82,7 +82,7 @@ def _design(study: Study) -> Design:
 def _given_table(study: Study) -> pd.DataFrame:
     """Points of a CSV file beside the study; heads are names, with or without units."""
     try:
-        table = read_given(study.folder / str(study.spec.design.file))
+        table = read_given(study.source.folder / str(study.spec.design.file))
     except InputError as error:
         raise study.problem(str(error), "design", "file") from None
     return table

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from numpy.typing import NDArray
+from pydantic import Field
 
+from trainmj.files.either import Either
 from trainmj.files.parts import Number, Part
 from trainmj.files.problems import Problem
 
@@ -28,29 +30,43 @@ class Span(Part):
         return [float(v) for v in np.linspace(self.start, self.to, self.count)]
 
 
-class Distribution(Part):
-    """How one value scatters; exactly one of the three."""
+class Uniform(Part):
+    """A value that scatters evenly between two bounds."""
 
-    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="lowest and highest value"
-    )
-    normal: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="mean and standard deviation"
-    )
-    choice: Annotated[list[Any], Field(min_length=1)] | None = Field(default=None, description="values, equally likely")
+    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(description="lowest and highest value")
 
-    def at(self, quantile: np.ndarray) -> list[Any]:
+    def at(self, quantile: NDArray[np.float64]) -> list[Any]:
         """Values at quantiles (n,) between 0 and 1."""
-        if self.uniform is not None:
-            low, high = self.uniform
-            return [float(v) for v in low + (high - low) * quantile]
-        if self.normal is not None:
-            from scipy.special import ndtri
+        low, high = self.uniform
+        return [float(v) for v in low + (high - low) * quantile]
 
-            mean, deviation = self.normal
-            return [float(v) for v in mean + deviation * ndtri(np.clip(quantile, 1e-12, 1 - 1e-12))]
-        assert self.choice is not None  # held by _sample_problems
+
+class Normal(Part):
+    """A value that scatters around a mean."""
+
+    normal: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(
+        description="mean and standard deviation"
+    )
+
+    def at(self, quantile: NDArray[np.float64]) -> list[Any]:
+        """Values at quantiles (n,) between 0 and 1."""
+        from scipy.special import ndtri
+
+        mean, deviation = self.normal
+        return [float(v) for v in mean + deviation * ndtri(np.clip(quantile, 1e-12, 1 - 1e-12))]
+
+
+class Choice(Part):
+    """One of several values, equally likely."""
+
+    choice: Annotated[list[Any], Field(min_length=1)] = Field(description="values, equally likely")
+
+    def at(self, quantile: NDArray[np.float64]) -> list[Any]:
+        """Values at quantiles (n,) between 0 and 1."""
         return [self.choice[min(int(q * len(self.choice)), len(self.choice) - 1)] for q in quantile]
+
+
+Distribution = Annotated[Uniform | Normal | Choice, Either()]
 
 
 class Sample(Part):
@@ -81,12 +97,12 @@ class Sample(Part):
 
 
 Values = Annotated[
-    Annotated[str, Tag("text")] | Annotated[list[Any], Field(min_length=1), Tag("list")] | Annotated[Span, Tag("span")],
-    Discriminator(lambda v: "text" if isinstance(v, str) else "list" if isinstance(v, list) else "span"),
+    str | Annotated[list[Any], Field(min_length=1)] | Span,
+    Either(said="a list, FROM:TO:COUNT, or a group of from, to and count"),
 ]
 
 
-class SweepFile(Part):
+class SweepFile(Part, title="sweep file"):
     """A sweep file: the scenario, what is changed in every case, and what is varied. Blocks are crossed."""
 
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
@@ -117,10 +133,8 @@ def broken_rules(spec: SweepFile) -> Iterator[Problem]:
             ("sample", "count"), f"makes more than {MAX_VALUES} values with {len(spec.sample.factors)} factors"
         )
     for name, factor in (spec.sample.factors if spec.sample else {}).items():
-        stated = [k for k in ("uniform", "normal", "choice") if getattr(factor, k) is not None]
-        if len(stated) != 1:
-            yield Problem(("sample", "factors", name), "needs exactly one of uniform, normal and choice")
-        elif factor.uniform is not None and not factor.uniform[0] < factor.uniform[1]:
-            yield Problem(("sample", "factors", name, "uniform"), "must be a lower and a higher bound")
-        elif factor.normal is not None and not factor.normal[1] > 0:
-            yield Problem(("sample", "factors", name, "normal"), "must be a mean and a standard deviation above 0")
+        at = ("sample", "factors", name)
+        if isinstance(factor, Uniform) and not factor.uniform[0] < factor.uniform[1]:
+            yield Problem((*at, "uniform"), "must be a lower and a higher bound")
+        elif isinstance(factor, Normal) and not factor.normal[1] > 0:
+            yield Problem((*at, "normal"), "must be a mean and a standard deviation above 0")

@@ -18,12 +18,13 @@ from pydantic import ValidationError
 
 from trainmj.cases.table import WHOLE, check_columns
 from trainmj.errors import InputError
-from trainmj.files.problems import Problem, from_pydantic, refuse, validated
+from trainmj.files.problems import Problem, from_pydantic, refuse
+from trainmj.files.source import Source, read_source
 from trainmj.files.tables import read_given
 from trainmj.files.text import FORMULA, HIDDEN, beside
 from trainmj.files.yaml import read_value, read_yaml
-from trainmj.scenario import Scenario, load, to_yaml
-from trainmj.scenario.files import find_beside
+from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario.files import scenario_of
 from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
 MAX_CASES = 10_000_000
@@ -160,30 +161,32 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
     Raises:
         InputError: with file, line, key, value and rule.
     """
-    path = Path(file)
-    values, origins = read_yaml(path)
-    spec = validated(SweepFile, values, origins)
-    problems = list(broken_rules(spec))
-    if problems:
-        raise refuse(problems, values, origins)
-    said = f"{origins[('scenario',)]}: scenario = {spec.scenario[:200]!a}"
-    scenario = load(find_beside(path.parent, spec.scenario, said), {**spec.set, **(changes or {})})
+    source = read_source(file, ".sweep.yaml", "sweep")
+    spec = source.checked(SweepFile)
+    source.refuse(broken_rules(spec))
+    scenario = scenario_of(source, spec.scenario, spec.set)
     blocks: list[Mapping[str, Sequence[Any]]] = []
     for name, grid in spec.vary.items():
         blocks.append({name: grid.values() if isinstance(grid, Span) else grid_values(name, grid)})
     if spec.together:
         blocks.append(spec.together)
     if spec.cases is not None:
-        said = f"{origins[('cases',)]}: cases = {spec.cases[:200]!a}"
-        blocks.append(_table(beside(path.parent, spec.cases, said), said))
+        blocks.append(_table(source, spec.cases))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
-    seed = spec.sample.seed if spec.sample else None
-    return Plan(scenario, tuple(blocks), tuple(spec.responses), tuple(spec.histories), seed)
+    return Plan(
+        scenario.with_values(changes) if changes else scenario,
+        tuple(blocks),
+        tuple(spec.responses),
+        tuple(spec.histories),
+        spec.sample.seed if spec.sample else None,
+    )
 
 
-def _table(path: Path | None, said: str) -> dict[str, list[Any]]:
+def _table(source: Source, name: str) -> dict[str, list[Any]]:
     """Columns of a CSV file of cases."""
+    said = source.said("cases")
+    path = beside(source.folder, name, said)
     if path is None:
         raise InputError(f"{said}: there is no such file beside it")
     try:
@@ -192,11 +195,11 @@ def _table(path: Path | None, said: str) -> dict[str, list[Any]]:
         raise InputError(f"{said}: {error}") from None
     if table.size > MAX_VALUES:
         raise InputError(f"{said}: has {table.size} cells, more than {MAX_VALUES}")
-    for name in table:
-        for row, value in enumerate(table[name], start=1):
+    for column in table:
+        for row, value in enumerate(table[column], start=1):
             if value == "" or value != value:
-                raise InputError(f"{said}: row {row}: {name} is empty")
-    return {str(name): table[name].tolist() for name in table}
+                raise InputError(f"{said}: row {row}: {column} is empty")
+    return {str(column): table[column].tolist() for column in table}
 
 
 def _check_values(name: str, values: Sequence[Any]) -> None:
