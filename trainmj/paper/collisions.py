@@ -11,7 +11,7 @@ from trainmj.collision.chain import line_up
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, summarise
-from trainmj.paper.printed import over_D, over_M, published
+from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, published
 from trainmj.scenario import Scenario, load
 
 if TYPE_CHECKING:
@@ -22,6 +22,9 @@ Case = tuple[float, float]
 
 SCENARIO = "b_type"
 """The shipped scenario that stands for the paper's train."""
+
+SERIES = {"D": "table3_devices_vs_D", "M": "table6_devices_vs_M"}
+"""The published table whose rows are the cases over each factor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,23 +41,21 @@ class Collisions:
     results: Mapping[Case, Result]
     scenarios: tuple[Result, ...]
 
-    def over_D(self) -> list[Result]:
-        """Collisions over the empty stroke, as in Figures 5 and 6."""
-        return [self.results[c] for c in cases_of(over_D("table3_devices"))]
-
-    def over_M(self) -> list[Result]:
-        """Collisions over the mass, as in Figures 7 and 8."""
-        return [self.results[c] for c in cases_of(over_M("table6_devices"))]
+    def over(self, factor: str) -> list[tuple[Result, Summary]]:
+        """The nine collisions over the empty stroke, "D", as in Figures 5 and 6, or the mass, "M", as in 7 and 8."""
+        return [(self.results[case], self.summaries[case]) for case in cases_of(published(SERIES[factor]))]
 
 
 def cases_of(table: pd.DataFrame) -> list[Case]:
-    """The case of each row of a table with D and M."""
-    return [(float(d), float(m)) for d, m in zip(table["D_mm"], table["M_t"], strict=True)]
+    """The case of each row of a table over D, M or both."""
+    D = table.get("D_mm", [EMPTY_STROKE_MM] * len(table))
+    M = table.get("M_t", [MASS_T] * len(table))
+    return [(float(d), float(m)) for d, m in zip(D, M, strict=True)]
 
 
 def one_factor_cases() -> list[Case]:
     """The 17 cases of Tables 3 to 8; the one that both series share (35 mm, 33 t) comes once."""
-    return list(dict.fromkeys(cases_of(over_D("table3_devices")) + cases_of(over_M("table6_devices"))))
+    return list(dict.fromkeys(case for name in SERIES.values() for case in cases_of(published(name))))
 
 
 def all_cases() -> list[Case]:
@@ -78,7 +79,7 @@ def collide(threads: int = 0) -> Collisions:
 
 
 def simulate(cases: Iterable[Case], threads: int = 0) -> dict[Case, Summary]:
-    """Compute cases side by side."""
+    """Compute cases side by side, without histories."""
     standard = load(SCENARIO)
     chains = {case: line_up(_scenario(standard, case)) for case in cases}
     return dict(run_chains(chains.items(), threads))

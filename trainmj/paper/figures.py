@@ -6,19 +6,20 @@ laid over Figures 4 to 8 but printed numbers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+import matplotlib as mpl
 import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.collision.result import Result
 from trainmj.output.style import BLUE, GREEN, GREY, MARKERS, ORANGE, PALETTE, PURPLE, figure, styled
-from trainmj.paper.collisions import Collisions
-from trainmj.paper.comparison import OURS
+from trainmj.paper.bars import STROKES
+from trainmj.paper.collisions import SERIES, Collisions
 from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, published, split_unit
 from trainmj.paper.reproduce import Reproduction
+from trainmj.paper.tables import OURS
 from trainmj.units import KJ, KM_H, MM
 
 if TYPE_CHECKING:
@@ -37,36 +38,28 @@ CAPTIONS = {
 }
 """What each figure shows, by the name of its file."""
 
-
-@contextmanager
-def _styled() -> Iterator[None]:
-    """The style of all figures at the width of a page.
-
-    With plain text at the ticks, and titles that need not look for their place, it looks the same and draws faster.
-    """
-    import matplotlib as mpl
-
-    with styled("page"), mpl.rc_context({"axes.formatter.use_mathtext": False, "axes.titley": 1.0}):
-        yield
+_HEADS = {"D": "D_mm", "M": "M_t"}
+_AXES = {"D": "Empty stroke D (mm)", "M": "Mass M (t)"}
 
 
-def figures(reproduction: Reproduction) -> dict[str, Callable[[], Figure]]:
-    """How each figure is drawn, by the name of its file."""
+def figures(reproduction: Reproduction) -> dict[str, Figure]:
+    """Every figure, at the width of a page, by the name of its file."""
     c = reproduction.collisions
-    return {
-        "figure4_scenarios": lambda: figure_4(c),
-        "figure5_devices_vs_D": lambda: figure_5(c),
-        "figure6_speeds_vs_D": lambda: figure_6(c),
-        "figure7_devices_vs_M": lambda: figure_7(c),
-        "figure8_speeds_vs_M": lambda: figure_8(c),
-        "figure9_front": lambda: figure_9(reproduction),
-        "tables_vs_D": lambda: tables_over_D(reproduction),
-        "tables_vs_M": lambda: tables_over_M(reproduction),
-    }
+    # titles that need not look for their place draw faster
+    with styled("page"), mpl.rc_context({"axes.titley": 1.0}):
+        return {
+            "figure4_scenarios": _scenarios(c),
+            "figure5_devices_vs_D": _devices(c, "D"),
+            "figure6_speeds_vs_D": _vehicles(c, "D"),
+            "figure7_devices_vs_M": _devices(c, "M"),
+            "figure8_speeds_vs_M": _vehicles(c, "M"),
+            "figure9_front": _fronts(reproduction),
+            "tables_vs_D": _tables(reproduction, "D", ("3", "4", "5")),
+            "tables_vs_M": _tables(reproduction, "M", ("6", "7", "8")),
+        }
 
 
-@_styled()
-def figure_4(collisions: Collisions) -> Figure:
+def _scenarios(collisions: Collisions) -> Figure:
     """Energy conversion, strokes per interface and speeds of both scenarios."""
     picture = figure(height=112)
     panels = picture.subplots(2, 3)
@@ -76,73 +69,6 @@ def figure_4(collisions: Collisions) -> Figure:
         _strokes(axes[1], result, f"{second} Largest strokes")
         _speeds(axes[2], result, f"{third} Speeds")
     return picture
-
-
-@_styled()
-def figure_5(collisions: Collisions) -> Figure:
-    """Compression and energy of each interface of the moving train over the empty stroke."""
-    return _devices(collisions.over_D(), numbers(published("table3_devices_vs_D"), "D_mm"), "D (mm)")
-
-
-@_styled()
-def figure_6(collisions: Collisions) -> Figure:
-    """Speeds of the moving train over the empty stroke."""
-    return _vehicles(collisions.over_D(), numbers(published("table3_devices_vs_D"), "D_mm"), "D (mm)", "D_mm")
-
-
-@_styled()
-def figure_7(collisions: Collisions) -> Figure:
-    """Compression and energy of each interface of the moving train over the mass."""
-    return _devices(collisions.over_M(), numbers(published("table6_devices_vs_M"), "M_t"), "M (t)")
-
-
-@_styled()
-def figure_8(collisions: Collisions) -> Figure:
-    """Speeds of the moving train over the mass."""
-    return _vehicles(collisions.over_M(), numbers(published("table6_devices_vs_M"), "M_t"), "M (t)", "M_t")
-
-
-@_styled()
-def figure_9(reproduction: Reproduction) -> Figure:
-    """Fronts on the surrogates of the published Table 9 and of our responses, and the designs chosen on them."""
-    picture = figure(height=84)
-    axes = picture.subplots()
-    for analysis, colour, marker, name in (
-        (reproduction.recomputed, ORANGE, "^", "on surrogates of the published Table 9"),
-        (reproduction.ours, BLUE, "o", "on surrogates of our responses"),
-    ):
-        TS, TAMA = analysis.front.values.T
-        axes.plot(TS, TAMA, marker, color=colour, markersize=2.5, label=f"Front {name}")
-    for row, marker, name in (("surrogate", "P", "surrogate"), ("dynamics", "X", "collision dynamics")):
-        TS, TAMA = (number("table13_optimum", row, head) for head in ("TS_mm", "TAMA_g"))
-        axes.plot(TS, TAMA, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
-    for analysis, colour, name in (
-        (reproduction.recomputed, ORANGE, "published Table 9"),
-        (reproduction.ours, BLUE, "our responses"),
-    ):
-        D, M = analysis.chosen
-        at = analysis.predict(D, M)
-        label = f"Chosen from {name} ({D:g} mm, {M:g} t)"
-        axes.plot(at["TS_mm"], at["TAMA_g"], "s", color=colour, markersize=7, label=label)
-    TS, TAMA = (numbers(reproduction.optima, head)[0] for head in ("TS_simulated_mm", "TAMA_simulated_g"))
-    label = "Our simulation of the paper's optimum"
-    axes.plot(TS, TAMA, "D", mfc="none", color=GREEN, markersize=9, label=label)
-    axes.set_xlabel("TS (mm)")
-    axes.set_ylabel("TAMA (g)")
-    axes.legend(loc="upper right")
-    return picture
-
-
-@_styled()
-def tables_over_D(reproduction: Reproduction) -> Figure:
-    """Tables 3, 4 and 5: published as points, ours as lines."""
-    return _tables(reproduction, ("3", "4", "5"), "D_mm", "Empty stroke D (mm)")
-
-
-@_styled()
-def tables_over_M(reproduction: Reproduction) -> Figure:
-    """Tables 6, 7 and 8: published as points, ours as lines."""
-    return _tables(reproduction, ("6", "7", "8"), "M_t", "Mass M (t)")
 
 
 def _energy_conversion(axes: Axes, result: Result, title: str) -> None:
@@ -184,12 +110,18 @@ def _speeds(axes: Axes, result: Result, title: str) -> None:
     axes.set_ylim(top=1.7 * float(chain.speed[0]) / KM_H)
 
 
-def _devices(results: Sequence[Result], values: Array, label: str) -> Figure:
+def _series(collisions: Collisions, factor: str) -> tuple[list[Result], Array]:
+    """The collisions over a factor, and its value in each."""
+    return [result for result, _ in collisions.over(factor)], numbers(published(SERIES[factor]), _HEADS[factor])
+
+
+def _devices(collisions: Collisions, factor: str) -> Figure:
     """Two blocks of six panels: compression (a) and energy (b) of each interface of the moving train."""
+    results, values = _series(collisions, factor)
     picture = figure(height=178)
     panels = picture.subplots(4, 3, sharex=True)
     chain = results[0].chain
-    colour = _colours(picture, list(panels.ravel()), values, label)
+    colour = _colours(picture, panels.ravel(), values, factor)
     for n in range(chain.n_moving):
         k = chain.front - n
         stroke, energy = panels[n // 3, n % 3], panels[2 + n // 3, n % 3]
@@ -218,17 +150,19 @@ def compression(result: Result, k: int) -> Array:
     return np.array([sum(stage.stroke(u) for stage in stages) for u in side])
 
 
-def _vehicles(results: Sequence[Result], values: Array, label: str, parameter: str) -> Figure:
-    """Six panels: the speed of each vehicle of the moving train; published balance times as ticks."""
+def _vehicles(collisions: Collisions, factor: str) -> Figure:
+    """Six panels: the speed of each vehicle of the moving train; published balance times as dashed lines."""
+    results, values = _series(collisions, factor)
     picture = figure(height=108)
     panels = picture.subplots(2, 3, sharex=True, sharey=True)
-    colour = _colours(picture, list(panels.ravel()), values, label)
+    colour = _colours(picture, panels.ravel(), values, factor)
     chain = results[0].chain
     for n, axes in enumerate(panels.ravel()):
         for result, value in zip(results, values, strict=True):
             axes.plot(result.time, result.velocity[:, chain.front - n] / KM_H, color=colour(value), linewidth=0.9)
         axes.set_title(f"M{n + 1}")
-    times = published("balance_times").query("parameter == @parameter")
+    times = published("balance_times")
+    times = times[times["parameter"] == _HEADS[factor]]
     for vehicle, axes in zip(("M1", "M2", "M3-M6"), panels[0], strict=True):
         own = times[times["vehicle"] == vehicle]
         for value, instant in zip(numbers(own, "value"), numbers(own, "balance_time_s"), strict=True):
@@ -242,7 +176,70 @@ def _vehicles(results: Sequence[Result], values: Array, label: str, parameter: s
     return picture
 
 
-def _colours(picture: Figure, axes: list[Axes], values: Array, label: str) -> Callable[[float], str]:
+def _fronts(reproduction: Reproduction) -> Figure:
+    """Fronts on the surrogates of the published Table 9 and of our responses, and the designs chosen on them."""
+    picture = figure(height=84)
+    axes = picture.subplots()
+    for analysis, colour, marker, name in (
+        (reproduction.recomputed, ORANGE, "^", "on surrogates of the published Table 9"),
+        (reproduction.ours, BLUE, "o", "on surrogates of our responses"),
+    ):
+        TS, TAMA = analysis.front.values.T
+        axes.plot(TS, TAMA, marker, color=colour, markersize=2.5, label=f"Front {name}")
+    for row, marker, name in (("surrogate", "P", "surrogate"), ("dynamics", "X", "collision dynamics")):
+        TS, TAMA = (number("table13_optimum", row, head) for head in ("TS_mm", "TAMA_g"))
+        axes.plot(TS, TAMA, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
+    for analysis, colour, name in (
+        (reproduction.recomputed, ORANGE, "published Table 9"),
+        (reproduction.ours, BLUE, "our responses"),
+    ):
+        D, M = analysis.chosen
+        at = analysis.predict(D, M)
+        label = f"Chosen from {name} ({D:g} mm, {M:g} t)"
+        axes.plot(at["TS_mm"], at["TAMA_g"], "s", color=colour, markersize=7, label=label)
+    TS, TAMA = (numbers(reproduction.optima, head)[0] for head in ("TS_simulated_mm", "TAMA_simulated_g"))
+    label = "Our simulation of the paper's optimum"
+    axes.plot(TS, TAMA, "D", mfc="none", color=GREEN, markersize=9, label=label)
+    axes.set_xlabel("TS (mm)")
+    axes.set_ylabel("TAMA (g)")
+    axes.legend(loc="upper right")
+    return picture
+
+
+def _tables(reproduction: Reproduction, factor: str, numbers: tuple[str, str, str]) -> Figure:
+    """Strokes, energies, peaks and criteria over a factor: published as points, ours as lines."""
+    devices, peaks, criteria = (reproduction.tables[n] for n in numbers)
+    picture = figure(height=108)
+    panels = picture.subplots(2, 3, sharex=True).ravel()
+    strokes = list(STROKES)
+    energies = ["energy_s1_m1_kJ", "energy_m1_m2_kJ", "energy_m2_m3_kJ"]
+    parts = (
+        (devices, strokes, "Stroke (mm)", STROKES.values()),
+        (devices, energies, "Energy (kJ)", ("S1-M1", "M1-M2", "M2-M3")),
+        (peaks, peaks.heads[:3], "Peak acceleration (g)", ("M1", "M2", "M3")),
+        (peaks, peaks.heads[3:], "Peak acceleration (g)", ("M4", "M5", "M6")),
+        (criteria, ["TS_mm"], "TS (mm)", ("TS",)),
+        (criteria, ["TAMA_g"], "TAMA (g)", ("TAMA",)),
+    )
+    for axes, (table, heads, quantity, names) in zip(panels, parts, strict=True):
+        x = table.keys[_HEADS[factor]]
+        for head, name, colour, marker in zip(heads, names, (BLUE, ORANGE, GREEN), MARKERS, strict=False):
+            axes.plot(x, table.published[head], marker, color=colour, markersize=4)
+            axes.plot(x, table.found[OURS][head], color=colour, label=name)
+        axes.set_ylabel(quantity)
+        axes.legend(loc="best")
+        if heads == strokes:
+            axes.axhline(LIMIT_ANTI_CLIMBER_MM, color=PURPLE, linestyle=":", linewidth=1.0)
+        if split_unit(heads[0])[0] == "TAMA" and factor == "M":
+            axes.plot(x, peaks.published.mean(axis=1), "x", color=GREY, label="mean of Table 7")
+            axes.legend(loc="best")
+    for axes in panels[3:]:
+        axes.set_xlabel(_AXES[factor])
+    picture.supxlabel("points: published; lines: ours; dotted: limit of S_anti in Eq. (12)", fontsize=7)
+    return picture
+
+
+def _colours(picture: Figure, axes: Sequence[Axes], values: Array, factor: str) -> Callable[[float], str]:
     """Colours from little to much, with their bar beside the panels."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
@@ -251,37 +248,6 @@ def _colours(picture: Figure, axes: list[Axes], values: Array, label: str) -> Ca
     shades = ListedColormap(colormaps["viridis"](np.linspace(0, 0.9, 256)))
     low, high = float(values.min()), float(values.max())
     scale = ScalarMappable(Normalize(low, high), shades)
-    picture.colorbar(scale, ax=axes, label=label, ticks=list(values), format="%g", aspect=40, pad=0.01)
+    label = _HEADS[factor].replace("_", " (") + ")"
+    picture.colorbar(scale, ax=list(axes), label=label, ticks=list(values), format="%g", aspect=40, pad=0.01)
     return lambda value: to_hex(np.asarray(shades((value - low) / (high - low))).tolist())
-
-
-def _tables(reproduction: Reproduction, numbers: tuple[str, str, str], key: str, label: str) -> Figure:
-    devices, peaks, criteria = (reproduction.tables[n] for n in numbers)
-    picture = figure(height=108)
-    panels = picture.subplots(2, 3, sharex=True).ravel()
-    strokes = ["anti_climber_mm", "stroke_m1_m2_mm", "stroke_m2_m3_mm"]
-    energies = ["energy_s1_m1_kJ", "energy_m1_m2_kJ", "energy_m2_m3_kJ"]
-    parts = (
-        (devices, strokes, "Stroke (mm)", ("S_anti", "S12", "S23")),
-        (devices, energies, "Energy (kJ)", ("S1-M1", "M1-M2", "M2-M3")),
-        (peaks, peaks.heads[:3], "Peak acceleration (g)", ("M1", "M2", "M3")),
-        (peaks, peaks.heads[3:], "Peak acceleration (g)", ("M4", "M5", "M6")),
-        (criteria, ["TS_mm"], "TS (mm)", ("TS",)),
-        (criteria, ["TAMA_g"], "TAMA (g)", ("TAMA",)),
-    )
-    for axes, (table, heads, quantity, names) in zip(panels, parts, strict=True):
-        x = table.keys[key]
-        for head, name, colour, marker in zip(heads, names, (BLUE, ORANGE, GREEN), MARKERS, strict=False):
-            axes.plot(x, table.published[head], marker, color=colour, markersize=4)
-            axes.plot(x, table.found[OURS][head], color=colour, label=name)
-        axes.set_ylabel(quantity)
-        axes.legend(loc="best")
-        if heads == strokes:
-            axes.axhline(LIMIT_ANTI_CLIMBER_MM, color=PURPLE, linestyle=":", linewidth=1.0)
-        if split_unit(heads[0])[0] == "TAMA" and key == "M_t":
-            axes.plot(x, peaks.published.mean(axis=1), "x", color=GREY, label="mean of Table 7")
-            axes.legend(loc="best")
-    for axes in panels[3:]:
-        axes.set_xlabel(label)
-    picture.supxlabel("points: published; lines: ours; dotted: limit of S_anti in Eq. (12)", fontsize=7)
-    return picture

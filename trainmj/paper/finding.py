@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+Shown = tuple[bool, *tuple[str, ...]]
+"""Whether the printed numbers do show a defect, and the sentences that say how."""
 
 
 @dataclass(frozen=True)
 class Defect:
-    """One thing in the paper that does not hold together.
+    """One thing in the paper that is inconsistent.
 
     Attributes:
-        title: what is wrong, in a line.
+        title: what is wrong, in one line.
         where: tables, equations or sections.
         arithmetic: sentences with the numbers that show it.
         stands: whether the printed numbers do show it; false if the copy of the tables were mended.
@@ -20,6 +24,19 @@ class Defect:
     where: str
     arithmetic: tuple[str, ...]
     stands: bool
+
+
+def defect(title: str, where: str) -> Callable[[Callable[[], Shown]], Callable[[], Defect]]:
+    """Make a function that does the arithmetic one that returns the defect, title and place added."""
+
+    def named(show: Callable[[], Shown]) -> Callable[[], Defect]:
+        def found() -> Defect:
+            stands, *arithmetic = show()
+            return Defect(title, where, tuple(arithmetic), bool(stands))
+
+        return found
+
+    return named
 
 
 @dataclass(frozen=True)
@@ -37,7 +54,7 @@ class Law:
 
     section: str
     statement: str
-    published: str
+    published: str = field(default="", kw_only=True)
     ours: str
     holds: bool
-    judged: str
+    judged: str = ""

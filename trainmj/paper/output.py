@@ -17,7 +17,6 @@ from trainmj.paper.reproduce import Reproduction
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 PAGE = "paper.html"
 SUMMARY = "summary.json"
@@ -28,33 +27,38 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
 
     Args:
         reproduction: what was computed.
-        folder: that is there.
+        folder: an existing folder.
         formats: of the figures beside the page, which has them anyway.
 
     Raises:
         OutputError: if a file cannot be written.
     """
-    for table in reproduction.tables.values():
-        _write_table(table.table(), folder / f"{table.name}.csv")
-    _write_table(reproduction.optima, folder / "optima.csv")
-    for name, rows in records(reproduction).items():
-        _write_table(_frame(rows), folder / f"{name}.csv")
-    _write_table(reproduction.recomputed.front_table(), folder / "figure9_front_from_table_9.csv")
-    _write_table(reproduction.ours.front_table(), folder / "figure9_front_ours.csv")
+    for name, table in tables(reproduction).items():
+        write_bytes(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.9g").encode())
     write_bytes(folder / SUMMARY, json.dumps(summary(reproduction), indent=2).encode())
-    drawn = {name: _settled(draw()) for name, draw in figures(reproduction).items()}
+    drawn = figures(reproduction)
     for name, picture in drawn.items():
         save(picture, folder / name, formats)
     page_of(reproduction, drawn, f"trainmj paper --out {quote(str(folder))}").write(folder / PAGE)
 
 
-def _settled(picture: Figure) -> Figure:
-    """Lay a figure out once for all its files: that takes as long as drawing it."""
-    engine = picture.get_layout_engine()
-    if engine is not None:
-        engine.execute(picture)
-    picture.set_layout_engine("none")
-    return picture
+def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:
+    """Everything that is written as CSV, by the name of its file."""
+    import pandas as pd
+
+    rows = {name: [_joined(row) for row in found] for name, found in records(reproduction).items()}
+    return {
+        **{table.name: table.table() for table in reproduction.tables.values()},
+        "optima": reproduction.optima,
+        **{name: pd.DataFrame(found) for name, found in rows.items()},
+        "figure9_front_from_table_9": reproduction.recomputed.front_table(),
+        "figure9_front_ours": reproduction.ours.front_table(),
+    }
+
+
+def _joined(row: dict[str, Any]) -> dict[str, Any]:
+    """A row in which sentences are one text."""
+    return {key: " ".join(value) if isinstance(value, tuple) else value for key, value in row.items()}
 
 
 def summary(reproduction: Reproduction) -> dict[str, Any]:
@@ -73,13 +77,3 @@ def records(reproduction: Reproduction) -> dict[str, list[dict[str, Any]]]:
         "laws": [asdict(law) for law in reproduction.laws],
         "defects": [asdict(defect) for defect in reproduction.defects],
     }
-
-
-def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    import pandas as pd
-
-    return pd.DataFrame([{k: " ".join(v) if isinstance(v, tuple) else v for k, v in row.items()} for row in rows])
-
-
-def _write_table(table: pd.DataFrame, file: Path) -> None:
-    write_bytes(file, table.to_csv(index=False, float_format="%.9g").encode())

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from trainmj.collision.simulation import versions
-from trainmj.output.blocks import Card, Column, judged
+from trainmj.collision.identity import identity
+from trainmj.output.blocks import Card
 from trainmj.output.page import Page
-from trainmj.paper.comparison import OURS, RECOMPUTED, Comparison
+from trainmj.output.table import Column, Table, judged
+from trainmj.paper.bars import FROM_PRINT, GROUPS, ITSELF
 from trainmj.paper.figures import CAPTIONS
 from trainmj.paper.printed import DOI, split_unit
 from trainmj.paper.reproduce import Reproduction
-from trainmj.paper.verdicts import FROM_PRINT, GROUPS, ITSELF
+from trainmj.paper.tables import OURS, RECOMPUTED, Comparison
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +34,7 @@ NOT_REPRODUCED = (
 )
 """What cannot be reproduced, and why."""
 
-_SOURCES = {"published": "published", RECOMPUTED: "from published Table 9", OURS: "ours"}
+_SOURCES = {RECOMPUTED: "from published Table 9", OURS: "ours"}
 _NAMES = {
     "anti_climber": "S_anti",
     "anti_climber_simulated": "S_anti simulated",
@@ -46,6 +47,34 @@ _NAMES = {
 }
 _HEADS = {FROM_PRINT: ("printed", "recomputed"), ITSELF: ("simulation", "surrogate")}
 _DIGITS = {"mm": 2, "kJ": 2, "g": 4, "s": 3, "t": 2, "km_h": 1}
+
+
+def verdict_tables(reproduction: Reproduction) -> Iterator[Table]:
+    """The verdicts, a table for each group."""
+    for group in GROUPS:
+        words = [Column(name, text=True) for name in ("Item", *_HEADS.get(group, ("published", "ours")))]
+        columns = [*words, Column("deviation"), Column("bar"), Column("verdict", text=True)]
+        rows = [
+            (
+                v.item,
+                v.published,
+                v.ours,
+                v.said(v.deviation),
+                v.said(v.bar),
+                judged(v.agrees, "agrees", "differs", "no bar"),
+            )
+            for v in reproduction.verdicts
+            if v.group == group
+        ]
+        yield Table(columns, rows, title=group[0].upper() + group[1:])
+
+
+def optima_table(reproduction: Reproduction) -> Table:
+    """The same decision on the paper's numbers and on ours."""
+    optima = reproduction.optima
+    columns = [Column("Decision from", text=True), *(_column(str(head)) for head in optima.columns[1:])]
+    rows = [(_SOURCES.get(source, source), *map(float, values)) for source, *values in optima.itertuples(index=False)]
+    return Table(columns, rows, note="In the first row the surrogate is the paper's, as printed in Table 13.")
 
 
 def page_of(reproduction: Reproduction, figures: Mapping[str, Figure], command: str) -> Page:
@@ -61,42 +90,44 @@ def page_of(reproduction: Reproduction, figures: Mapping[str, Figure], command: 
         f"Liu et al. 2022, Chinese Journal of Mechanical Engineering, doi {DOI}: every table and figure of the B-type "
         "subway train, published beside computed",
         command,
-        versions(),
+        identity(),
     )
     _result(page.section("Result"), reproduction)
-    _verdicts(page.section("Verdicts"), reproduction)
+    section = page.section("Verdicts")
+    for table in verdict_tables(reproduction):
+        section.table(table)
     _laws(page.section("Laws stated in words"), reproduction)
     _defects(page.section("Defects of the paper"), reproduction)
     _optimum(page.section("Optimum"), reproduction, figures)
-    _figures(page.section("Figures"), figures)
-    _tables(page.section("Tables"), reproduction)
+    section = page.section("Figures")
+    for name in figures:
+        if name != "figure9_front":
+            _picture(section, name, figures)
+    section = page.section("Tables")
+    section.text("The same tables are beside this page as CSV files, with every digit and all deviations.")
+    for comparison in reproduction.tables.values():
+        section.table(_side_by_side(comparison))
     return page
 
 
 def _result(section: Section, r: Reproduction) -> None:
     barred = [v for v in r.verdicts if v.agrees is not None]
     agree, hold = sum(bool(v.agrees) for v in barred), sum(law.holds for law in r.laws)
-    ts, tama = (next(v for v in r.verdicts if v.item == f"Table 13: {name}") for name in ("TS", "TAMA"))
+    verdict = judged(agree == len(barred), "all agree", "some do not")
     section.cards(
-        Card(
-            "Numbers",
-            f"{agree} of {len(barred)}",
-            note="items within their bar",
-            verdict=judged(agree == len(barred), "all agree", "some do not"),
-        ),
+        Card("Numbers", f"{agree} of {len(barred)}", note="items within their bar", verdict=verdict),
         Card("Laws in words", f"{hold} of {len(r.laws)}", note="hold on our results"),
         Card("Defects", str(len(r.defects)), note="of the paper, each shown by arithmetic on its own numbers"),
-        Card(
-            "TS at the optimum",
-            ts.ours,
-            note=f"published {ts.published}; held out",
-            verdict=judged(ts.agrees, "agrees", "differs"),
-        ),
-        Card(
-            "TAMA at the optimum",
-            tama.ours,
-            note=f"published {tama.published}; held out",
-            verdict=judged(tama.agrees, "agrees", "differs"),
+        *(
+            Card(
+                f"{name} at the optimum",
+                v.ours,
+                note=f"published {v.published}; held out",
+                verdict=judged(v.agrees, "agrees", "differs"),
+            )
+            for name in ("TS", "TAMA")
+            for v in r.verdicts
+            if v.item == f"Table 13: {name}"
         ),
     )
     section.text(
@@ -109,25 +140,6 @@ def _result(section: Section, r: Reproduction) -> None:
     section.notes(NOT_REPRODUCED)
 
 
-def _verdicts(section: Section, r: Reproduction) -> None:
-    for group in GROUPS:
-        columns = [Column(name, text=True) for name in ("Item", *_HEADS.get(group, ("published", "ours")))]
-        columns += [Column("deviation"), Column("bar"), Column("verdict", text=True)]
-        rows = [
-            (
-                v.item,
-                v.published,
-                v.ours,
-                v.said(v.deviation),
-                "–" if v.bar is None else v.said(v.bar),
-                judged(v.agrees, "agrees", "does not", "no bar"),
-            )
-            for v in r.verdicts
-            if v.group == group
-        ]
-        section.table(columns, rows, title=group[0].upper() + group[1:])
-
-
 def _laws(section: Section, r: Reproduction) -> None:
     section.text("What the text says, with our number for it and the rule by which it was judged.")
     columns = [Column(n, text=True) for n in ("Section", "Law", "verdict", "published", "ours", "rule")]
@@ -136,13 +148,13 @@ def _laws(section: Section, r: Reproduction) -> None:
             law.section,
             law.statement,
             judged(law.holds, "holds", "does not"),
-            law.published or "–",
+            law.published or "-",
             law.ours,
-            law.judged or "–",
+            law.judged or "-",
         )
         for law in r.laws
     ]
-    section.table(columns, rows)
+    section.table(Table(columns, rows))
 
 
 def _defects(section: Section, r: Reproduction) -> None:
@@ -161,61 +173,45 @@ def _optimum(section: Section, r: Reproduction, figures: Mapping[str, Figure]) -
         "scaled to [0, 1] over the front. On the published Table 9 this does not end at the paper's optimum; see "
         "the defects. The last column shows how far the limit of the anti-climber, 265 mm, is kept when simulated."
     )
-    columns = [Column("Decision from", text=True)]
-    columns += [Column(*_named(str(head)), digits=_digits(str(head))) for head in r.optima.columns[1:]]
-    rows = [(_SOURCES.get(str(row[0]), row[0]), *map(float, row[1:])) for row in r.optima.itertuples(index=False)]
-    section.table(columns, rows, note="In the first row the surrogate is the paper's, as printed in Table 13.")
+    section.table(optima_table(r))
     _picture(section, "figure9_front", figures)
-
-
-def _figures(section: Section, figures: Mapping[str, Figure]) -> None:
-    for name in figures:
-        if name != "figure9_front":
-            _picture(section, name, figures)
 
 
 def _picture(section: Section, name: str, figures: Mapping[str, Figure]) -> None:
     section.picture(figures[name], alt=CAPTIONS[name], title=CAPTIONS[name])
 
 
-def _tables(section: Section, r: Reproduction) -> None:
-    section.text("The same tables are beside this page as CSV files, with every digit and all deviations.")
-    for table in r.tables.values():
-        columns = [Column(*_named(str(k)), text=True) for k in table.keys.columns] + [Column("", text=True)]
-        columns += [Column(*_named(head), digits=_digits(head)) for head in table.heads]
-        section.table(columns, _rows(table), title=table.title, note=table.note)
-
-
-def _rows(table: Comparison) -> Iterator[tuple[Any, ...]]:
+def _side_by_side(compared: Comparison) -> Table:
     """Under each other: what is published, what was found, and our deviation where there is one source only."""
-    blank = ("",) * len(table.keys.columns)
-    for k in range(len(table.published)):
-        yield (
-            *(f"{v:g}" if isinstance(v, float) else str(v) for v in table.keys.iloc[k]),
-            "published",
-            *_cells(table, table.published, k),
-        )
-        for source, values in table.found.items():
-            yield (*blank, _SOURCES[source], *_cells(table, values, k))
-        if len(table.found) == 1:
-            yield (*blank, "deviation", *(float(table.deviation(head)[k]) for head in table.heads))
+    values = {"published": compared.published, **compared.found}
+    if len(compared.found) == 1:
+        values["deviation"] = compared.found[OURS][compared.heads] - compared.published
+    rows = []
+    for k, keys in enumerate(compared.keys.itertuples(index=False)):
+        said = [f"{key:g}" if isinstance(key, float) else str(key) for key in keys]
+        for source, table in values.items():
+            rows.append((*said, _SOURCES.get(source, source), *map(float, table[compared.heads].iloc[k])))
+            said = [""] * len(said)
+    columns = [Column(*_named(str(key)), text=True) for key in compared.keys]
+    columns += [Column("", text=True), *(_column(head) for head in compared.heads)]
+    if compared.name.startswith("eq"):
+        columns = [Column(c.name, c.unit, None if c.text else ".6g", c.text) for c in columns]
+    return Table(columns, rows, compared.title, compared.note)
 
 
-def _cells(table: Comparison, values: Any, k: int) -> tuple[Any, ...]:
-    row = [float(values[head].iloc[k]) for head in table.heads]
-    return tuple(f"{v:.6g}".replace("-", "−") for v in row) if table.name.startswith("eq") else tuple(row)
+def _column(head: str) -> Column:
+    """A column of numbers with the digits that its quantity is read in."""
+    quantity, unit = split_unit(head)
+    if quantity in ("entropy", "difference", "weight"):
+        digits: int | None = 5
+    elif not unit:
+        digits = 3
+    else:
+        digits = {"M": 1, "D": 0}.get(quantity, _DIGITS.get(unit))
+    return Column(*_named(head), digits=digits)
 
 
 def _named(head: str) -> tuple[str, str]:
     """Name and unit of a column from its head."""
     quantity, unit = split_unit(head)
     return _NAMES.get(quantity, quantity.replace("_", " ")), unit.replace("km_h", "km/h")
-
-
-def _digits(head: str) -> int | None:
-    quantity, unit = split_unit(head)
-    if quantity in ("entropy", "difference", "weight"):
-        return 5
-    if quantity in ("ARE", "RMSE", "R2") or not unit:
-        return 3
-    return 1 if quantity == "M" else 0 if quantity == "D" else _DIGITS.get(unit)

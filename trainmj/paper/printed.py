@@ -1,4 +1,4 @@
-"""The numbers that Liu et al. 2022 print (doi 10.1186/s10033-022-00755-8), read from the CSV files in ``scenarios/paper``.
+"""The numbers that Liu et al. 2022 print (doi 10.1186/s10033-022-00755-8), read from the CSV files in scenarios/paper.
 
 A file is named after its table, heads carry the units, numbers have the digits that the paper prints. Nothing
 computed here is ever written into them.
@@ -39,17 +39,6 @@ SPEED_KM_H = 25.0
 _UNITS = ("mm", "kJ", "kN", "km_h", "g", "t", "s", "percent")
 
 
-def numbers(table: pd.DataFrame, head: str) -> Array:
-    """A column of a table, (n,)."""
-    return table[head].to_numpy(dtype=np.float64)
-
-
-def number(name: str, row: str, head: str) -> float:
-    """One number of a published table, by the text in its first column and the head."""
-    table = published(name)
-    return float(numbers(table[table.iloc[:, 0] == row], head)[0])
-
-
 @cache
 def _read(name: str) -> pd.DataFrame:
     from trainmj.files.tables import read_back
@@ -66,14 +55,15 @@ def published(name: str) -> pd.DataFrame:
     return _read(name).copy()
 
 
-def over_D(name: str) -> pd.DataFrame:
-    """A published table over the empty stroke, the mass that belongs to it beside it."""
-    return published(f"{name}_vs_D").assign(M_t=MASS_T)
+def numbers(table: pd.DataFrame, head: str) -> Array:
+    """A column of a table, (n,)."""
+    return table[head].to_numpy(dtype=np.float64)
 
 
-def over_M(name: str) -> pd.DataFrame:
-    """A published table over the mass, the empty stroke that belongs to it beside it."""
-    return published(f"{name}_vs_M").assign(D_mm=EMPTY_STROKE_MM)
+def number(name: str, row: str, head: str) -> float:
+    """One number of a published table, by the text in its first column and the head."""
+    table = published(name)
+    return float(numbers(table[table.iloc[:, 0] == row], head)[0])
 
 
 def split_unit(head: str) -> tuple[str, str]:

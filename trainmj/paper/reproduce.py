@@ -6,14 +6,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from trainmj.paper import responses, study_tables
-from trainmj.paper.analysis import Analysis, analyse
-from trainmj.paper.collisions import Collisions, collide
-from trainmj.paper.comparison import OURS, Comparison
+from trainmj.paper.analysis import CRITERIA, Analysis, analyse
+from trainmj.paper.collisions import Case, Collisions, collide, simulate
 from trainmj.paper.defects_of_study import defects_of_study, from_table_9
 from trainmj.paper.defects_of_tables import defects_of_tables
 from trainmj.paper.finding import Defect, Law
 from trainmj.paper.laws import laws
+from trainmj.paper.printed import number
+from trainmj.paper.tables import (
+    OURS,
+    RECOMPUTED,
+    Comparison,
+    compare_collisions,
+    compare_scenarios,
+    compare_studies,
+)
 from trainmj.paper.verdicts import Verdict, verdicts
 
 if TYPE_CHECKING:
@@ -56,45 +63,41 @@ def reproduce(threads: int = 0) -> Reproduction:
     Args:
         threads: native threads; 0 for all cores. The numbers do not depend on it.
     """
+    import pandas as pd
+
     collisions = collide(threads)
-    recomputed = from_table_9()
-    ours = analyse(our_table_9(collisions))
-    tables = compare(collisions, recomputed, ours)
+    tables = compare_collisions(collisions.summaries)
+    nine, thirteen = tables["9"], tables.pop("13")  # which stands behind those of the study
+    recomputed, ours = from_table_9(), analyse(pd.concat([nine.keys, nine.found[OURS]], axis=1))
+    studies = {RECOMPUTED: recomputed, OURS: ours}
+    tables = {"2": compare_scenarios(collisions.scenarios)} | tables | compare_studies(thirteen, studies)
     return Reproduction(
         collisions,
         recomputed,
         ours,
         tables,
-        study_tables.optima(recomputed, ours, collisions),
+        optima(studies, collisions),
         tuple(verdicts(tables)),
         tuple(laws(collisions, tables, ours)),
         (*defects_of_tables(), *defects_of_study()),
     )
 
 
-def our_table_9(collisions: Collisions) -> pd.DataFrame:
-    """Our responses at the ten points, in the form of Table 9."""
+def optima(studies: Mapping[str, Analysis], collisions: Collisions) -> pd.DataFrame:
+    """Where the same decision ends: the paper's optimum, that from its Table 9 and that from our responses."""
     import pandas as pd
 
-    table = responses.table_9(collisions)
-    return pd.concat([table.keys, table.found[OURS]], axis=1)
-
-
-def compare(collisions: Collisions, recomputed: Analysis, ours: Analysis) -> dict[str, Comparison]:
-    """All tables, by number."""
-    return {
-        "2": responses.table_2(collisions),
-        "3": responses.table_3(collisions),
-        "4": responses.table_4(collisions),
-        "5": responses.table_5(collisions),
-        "6": responses.table_6(collisions),
-        "7": responses.table_7(collisions),
-        "8": responses.table_8(collisions),
-        "9": responses.table_9(collisions),
-        "balance": responses.balance_times(collisions),
-        "10": study_tables.table_10(recomputed, ours),
-        "Eqs": study_tables.equations_7_and_8(recomputed, ours),
-        "11": study_tables.table_11(recomputed, ours),
-        "12": study_tables.table_12(recomputed, ours),
-        "13": study_tables.table_13(recomputed, ours, collisions),
-    }
+    printed = {head: number("table13_optimum", "surrogate", head) for head in ("D_mm", "M_t", *CRITERIA.values())}
+    rows: list[tuple[str, Case, Mapping[str, float]]] = [("published", (printed["D_mm"], printed["M_t"]), printed)]
+    rows += [(source, study.chosen, study.predict(*study.chosen)) for source, study in studies.items()]
+    summaries = simulate([case for _, case, _ in rows]) | dict(collisions.summaries)
+    table = []
+    for source, case, predicted in rows:
+        row = {"source": source, "D_mm": case[0], "M_t": case[1]}
+        for name, head in CRITERIA.items():
+            unit = head.removeprefix(f"{name}_")
+            row |= {f"{name}_surrogate_{unit}": predicted[head]}
+            row |= {f"{name}_simulated_{unit}": getattr(summaries[case], head)}
+        row["anti_climber_simulated_mm"] = summaries[case].interfaces[0].stages[1].stroke_mm
+        table.append(row)
+    return pd.DataFrame(table)

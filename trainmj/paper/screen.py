@@ -2,57 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rich.console import Console
-from rich.table import Table
+from rich.table import Table as Grid
 from rich.text import Text
 
-from trainmj.output.console import new_console, new_table
+from trainmj.output.console import console_table, new_console
+from trainmj.output.table import Table
+from trainmj.paper.page import optima_table, verdict_tables
 from trainmj.paper.reproduce import Reproduction
-from trainmj.paper.verdicts import GROUPS
 
-_WORDS = {True: "agrees", False: "DIFFERS", None: "no bar"}
-_SOURCES = {"published": "the paper", "from_table_9": "its Table 9", "ours": "our responses"}
+_VERDICT = ("Item", "deviation", "bar", "verdict")
 
 
 def print_paper(reproduction: Reproduction) -> None:
     """The closing summary."""
     console = new_console()
     console.print(Text("Liu et al. 2022, the B-type subway train: published against computed", style="bold"))
-    for group in GROUPS:
-        table = new_table("Item", "deviation", "bar", "", title=group[0].upper() + group[1:])
-        for v in reproduction.verdicts:
-            if v.group == group:
-                bar = "-" if v.bar is None else v.said(v.bar)
-                table.add_row(v.item, v.said(v.deviation), bar, _WORDS[v.agrees])
+    tables = [_only(table, _VERDICT, table.title) for table in verdict_tables(reproduction)]
+    optima = optima_table(reproduction)
+    shown = [column.name for column in optima.columns if not column.name.startswith("S_anti")]
+    for table in (*tables, _only(optima, shown, "Optimum")):
         console.print()
-        console.print(table)
-    table = new_table(
-        "Decision from",
-        "D\nmm",
-        "M\nt",
-        "TS\nsurrogate\nmm",
-        "TS\nsimulated\nmm",
-        "TAMA\nsurrogate\ng",
-        "TAMA\nsimulated\ng",
-        title="Optimum",
-    )
-    for row in reproduction.optima.itertuples(index=False):
-        values = (f"{row.D_mm:g}", f"{row.M_t:g}", f"{row.TS_surrogate_mm:.1f}", f"{row.TS_simulated_mm:.1f}")
-        table.add_row(_SOURCES[str(row.source)], *values, f"{row.TAMA_surrogate_g:.3f}", f"{row.TAMA_simulated_g:.3f}")
-    console.print()
-    console.print(table)
-    hold = sum(law.holds for law in reproduction.laws)
-    failing = [f"Section {w.section}: {w.statement}. Ours: {w.ours}" for w in reproduction.laws if not w.holds]
-    title = f"Laws stated in words: {hold} of {len(reproduction.laws)} hold on our results; these do not"
+        console.print(console_table(table))
+    laws, defects = reproduction.laws, reproduction.defects
+    title = f"Laws stated in words: {sum(law.holds for law in laws)} of {len(laws)} hold on our results; these do not"
+    failing = [f"Section {w.section}: {w.statement}. Ours: {w.ours}" for w in laws if not w.holds]
     _list(console, title, failing)
-    defects = [f"{d.title} ({d.where})" for d in reproduction.defects]
-    _list(console, f"Defects of the paper: {len(defects)}, shown by arithmetic on its own numbers", defects)
+    title = f"Defects of the paper: {len(defects)}, shown by arithmetic on its own numbers"
+    _list(console, title, [f"{d.title} ({d.where})" for d in defects])
+
+
+def _only(table: Table, names: Sequence[str], title: str) -> Table:
+    """The columns of a table that fit the terminal."""
+    at = [k for k, column in enumerate(table.columns) if column.name in names]
+    return Table([table.columns[k] for k in at], [[row[k] for k in at] for row in table.rows], title)
 
 
 def _list(console: Console, title: str, items: list[str]) -> None:
     console.print()
     console.print(Text(title, style="bold"))
     for item in items:
-        row = Table.grid(padding=(0, 1))
+        row = Grid.grid(padding=(0, 1))
         row.add_row("-", Text(item))
         console.print(row)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from trainmj.paper.reproduce import reproduce
-from trainmj.paper.verdicts import GROUPS
+from trainmj.paper.collisions import all_cases, simulate
+from trainmj.paper.tables import compare_collisions
+from trainmj.paper.verdicts import verdicts_of_collisions
 from trainmj.units import KJ, KM_H, TONNE
 from trainmj.verification.check import Check, Kind
 from trainmj.verification.systems import chain, collide, envelope, shipped
@@ -22,8 +23,8 @@ NOT_CHECKED = (
 
 
 def paper() -> Iterator[Check]:
-    """Liu et al. 2022, doi 10.1186/s10033-022-00755-8: deviations of all items that have a bar."""
-    for v in sorted(reproduce().verdicts, key=lambda v: GROUPS.index(v.group)):
+    """Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its collisions, every item that has a bar."""
+    for v in verdicts_of_collisions(compare_collisions(simulate(all_cases()))):
         if v.bar is not None:
             yield Check(f"Paper: {v.group}", v.item, 0.0, v.deviation, v.bar, Kind.ABSOLUTE, v.unit)
 
