@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from importlib.metadata import version
 from pathlib import Path
 
 import click
@@ -20,6 +21,7 @@ from pages import PAGES, ROOT, blocks, read, script, without_blocks
 
 import trainmj
 from trainmj.cli import main
+from trainmj.files.yaml import parse
 
 NOT_RUN = {
     ("docs/identification.md", "takes a quarter of an hour"): 1,
@@ -110,9 +112,24 @@ def test_links_lead_somewhere():
             assert target.startswith(GENERATED) or (folder / target).exists(), f"{page}: {target}"
 
 
-def test_ci_runs_the_test_command_of_the_readme():
+def test_make_runs_the_test_command_of_the_readme():
     (line,) = [line for b in blocks("README.md") for line in b.text.splitlines() if line.endswith("pytest")]
-    assert line in read(".ci/run").splitlines()
+    assert f"\t{line}" in read("Makefile").splitlines()
+    assert read(".ci/run").rstrip().endswith("ci")
+
+
+def test_contributing_names_targets_that_make_has():
+    targets = re.findall(r"^([a-z]+):", read("Makefile"), flags=re.MULTILINE)
+    named = re.findall(r"^make ([a-z ]+?)(?:  |$)", read("CONTRIBUTING.md"), flags=re.MULTILINE)
+    assert named
+    assert {word for words in named for word in words.split()} <= set(targets)
+
+
+def test_the_citation_is_of_this_version():
+    cited, _ = parse(read("CITATION.cff"), "CITATION.cff")
+    assert cited["cff-version"] == "1.2.0"
+    assert str(cited["version"]) == version("trainmj")
+    assert cited["references"][0]["doi"] in read("README.md")
 
 
 # every page as written
