@@ -11,10 +11,10 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from trainmj.errors import OutputError
 from trainmj.files.atomic import write_bytes
@@ -25,27 +25,33 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+V = TypeVar("V")
+Tables = Mapping[str, "pd.DataFrame"]
+"""Tables of a step by file name without ending."""
+
 STATE = "steps.json"
 _KEYS = ("fingerprint", "files", "facts", "figures")
 
 
 @dataclass(frozen=True)
-class Output:
-    """What a step leaves.
+class Output(Generic[V]):
+    """What a step makes.
 
     Attributes:
+        value: what it hands on to later steps.
         tables: by file name without ending.
         facts: numbers and words for the summary, JSON only.
         figures: by file name without ending; drawn when the tables are written.
     """
 
-    tables: Mapping[str, pd.DataFrame]
+    value: V
+    tables: Tables
     facts: Mapping[str, Any] = field(default_factory=dict)
     figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(Generic[V]):
     """A step that is done.
 
     Attributes:
@@ -55,19 +61,21 @@ class Step:
         digest: changes with anything in the tables; what depends on the step depends on this.
         computed: whether it was done now; otherwise it was there.
         seconds: what it took now.
+        get: gives its value, as made or as read back from its tables.
     """
 
     name: str
-    tables: Mapping[str, pd.DataFrame]
+    tables: Tables
     facts: Mapping[str, Any]
     digest: str
     computed: bool
     seconds: float
+    get: Callable[[], V] = field(repr=False)
 
-    @property
-    def table(self) -> pd.DataFrame:
-        """Its first table."""
-        return next(iter(self.tables.values()))
+    @cached_property
+    def value(self) -> V:
+        """What it hands on to later steps."""
+        return self.get()
 
 
 class Folder:
@@ -85,20 +93,21 @@ class Folder:
         self._figures = list(figures)
         self._width = width
         self._drawn = [width, *figures] if figures else []
-        self.steps: list[Step] = []
+        self.steps: list[Step[Any]] = []
         self._state = self._read_state()
 
-    def step(self, name: str, inputs: Any, make: Callable[[], Output]) -> Step:
+    def step(self, name: str, inputs: Any, make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
         """Give a step's output: as it is in the folder if it was made from these inputs, otherwise made now.
 
         Args:
             name: of the step.
             inputs: all that it depends on, as JSON can hold it.
             make: does the work.
+            read: gives the value that the work would give, from the tables that it left.
         """
         began = time.monotonic()
         fingerprint = _digest(json.dumps([name, versions(), inputs], default=str).encode())
-        done = self._done(name, fingerprint)
+        done = self._done(name, fingerprint, read)
         if done is None:
             output = make()
             files = self._write(output)
@@ -107,7 +116,8 @@ class Folder:
             self._state[name] = dict(zip(_KEYS, values, strict=True))
             self._write_state()
             digest = _digest(json.dumps([files[f"{t}.csv"] for t in output.tables]).encode())
-            done = Step(name, output.tables, output.facts, digest, True, time.monotonic() - began)
+            seconds = time.monotonic() - began
+            done = Step(name, output.tables, output.facts, digest, True, seconds, lambda: output.value)
         self.steps.append(done)
         return done
 
@@ -131,7 +141,7 @@ class Folder:
             raise OutputError(f"{error}; finished steps are kept") from None
         return _digest(content)
 
-    def _done(self, name: str, fingerprint: str) -> Step | None:
+    def _done(self, name: str, fingerprint: str, read: Callable[[Tables], V]) -> Step[V] | None:
         """The step as the folder has it; None if it must be made."""
         there = self._state.get(name)
         if there is None or there["fingerprint"] != fingerprint or (self._figures and self._drawn != there["figures"]):
@@ -142,9 +152,9 @@ class Folder:
         names = [file for file in files if file.endswith(".csv")]
         tables = {name.removesuffix(".csv"): read_back(self.path / name) for name in names}
         digest = _digest(json.dumps([files[n] for n in names]).encode())
-        return Step(name, tables, there["facts"], digest, False, 0.0)
+        return Step(name, tables, there["facts"], digest, False, 0.0, lambda: read(tables))
 
-    def _write(self, output: Output) -> dict[str, str]:
+    def _write(self, output: Output[V]) -> dict[str, str]:
         files = {
             f"{name}.csv": self.write(f"{name}.csv", table.to_csv(index=False).encode())
             for name, table in output.tables.items()
