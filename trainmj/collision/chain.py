@@ -7,12 +7,15 @@ closer than touching.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from trainmj.collision.device import Array, Device, Envelope, Stage, in_series
 from trainmj.errors import InputError
+from trainmj.scenario import Scenario
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, G
 
@@ -104,6 +107,7 @@ class Chain:
         steps_per_record: steps from one recorded sample to the next.
         time_limit: [s].
         integrator: name of MuJoCo's integrator.
+        limits: largest values that the scenario allows the moving train, by quantity or column of a response.
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -115,18 +119,19 @@ class Chain:
     steps_per_record: int
     time_limit: float
     integrator: str = "euler"
+    limits: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def front(self) -> int:
         """Index of the interface at which the two sides meet."""
         return self.n_moving - 1
 
-    @property
+    @cached_property
     def mass(self) -> Array:
         """(n_vehicle,) masses [kg]."""
         return np.array([v.mass for v in self.vehicles])
 
-    @property
+    @cached_property
     def speed(self) -> Array:
         """(n_vehicle,) initial speeds [m/s]."""
         return np.array([v.speed for v in self.vehicles])
@@ -151,15 +156,18 @@ class Chain:
         return self.rail_friction * G * self.mass
 
 
-def line_up(scenario: Parts) -> Chain:
+def line_up(scenario: Scenario) -> Chain:
     """The chain of vehicles and interfaces that a scenario describes.
 
     Args:
         scenario: a checked scenario.
 
     Raises:
-        InputError: if its step is too large for the stiffest device and the lightest vehicle.
+        InputError: if its step is too large for the stiffest device and the lightest vehicle, or a limit is stated for
+            what this chain does not have.
     """
+    from trainmj.collision.limits import unknown_limits  # which knows the responses of a chain
+
     c = scenario.collision
     devices = {name: _device(name, spec, scenario) for name, spec in scenario.devices.items()}
     train = scenario.trains[c.train]
@@ -195,8 +203,11 @@ def line_up(scenario: Parts) -> Chain:
         s.steps_per_record,
         s.time_limit_s,
         s.integrator,
+        scenario.limits,
     )
     check_step(chain)
+    if problems := list(unknown_limits(chain)):
+        raise scenario.refusal(problems)
     return chain
 
 

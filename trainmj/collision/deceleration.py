@@ -13,6 +13,9 @@ from trainmj.collision.device import Array
 _J211 = (
     2.0775  # SAE J211: design frequency of a channel filter is 2.0775 times its class, so that -3 dB is at CFC / 0.6
 )
+FILTER_INTERVAL = 1 / 600
+"""Longest time between two records that the channel filter takes [s]."""
+
 _SILENCE = 0.05  # around a signal, by which the filter has died away [s]
 
 
@@ -57,10 +60,14 @@ def window_peak(window: float, time: Array, velocity: Array) -> Array:
     shift = window / (time[1] - time[0])
     whole = round(shift)
     if abs(shift - whole) < 1e-6:
-        later = velocity[np.minimum(np.arange(len(time)) + whole, len(time) - 1)]
+        inside = max(0, len(time) - whole)  # windows that end at a record; the others end at the last speed
+        change = np.abs(velocity[-1] - velocity[inside:]).max(axis=0)
+        if inside:
+            change = np.maximum(change, np.abs(velocity[whole:] - velocity[:inside]).max(axis=0))
     else:
         later = np.column_stack([np.interp(time + window, time, v) for v in velocity.T])
-    return np.asarray(np.abs(later - velocity).max(axis=0) / window)
+        change = np.abs(later - velocity).max(axis=0)
+    return np.asarray(change / window)
 
 
 def cfc60_peak(time: Array, velocity: Array) -> Array:
@@ -79,7 +86,7 @@ def cfc60_peak(time: Array, velocity: Array) -> Array:
     if len(time) < 2:
         return np.zeros(velocity.shape[1])
     interval = float(time[1] - time[0])
-    if interval > 1 / 600:
+    if interval > FILTER_INTERVAL:
         return np.full(velocity.shape[1], np.nan)
     n = len(time) - 1 + 2 * int(np.ceil(_SILENCE / interval))
     n = 1 << (n - 1).bit_length()

@@ -41,10 +41,10 @@ def identity() -> dict[str, str]:
     return dict(_identity())
 
 
-def changes(then: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+def changes(then: Mapping[str, str], now: Mapping[str, str], words: tuple[str, str] = ("then", "now")) -> list[str]:
     """What differs between two identities, in words: ``numba 0.60.0 then, 0.61.2 now``."""
     return [
-        f"{name} {then.get(name, 'unknown')} then, {value} now"
+        f"{name} {then.get(name, 'unknown')} {words[0]}, {value} {words[1]}"
         for name, value in now.items()
         if then.get(name, "unknown") != value
     ]

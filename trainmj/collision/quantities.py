@@ -66,7 +66,7 @@ class Quantity(Generic[T]):
     value: Callable[[T], Any]
     column: str = ""
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Key and unit: the name of the attribute, and in JSON and CSV."""
         return head(self.key, self.unit)
@@ -124,7 +124,7 @@ class Measured:
         the law; it closes the balance only where the step is small enough.
         """
         mass, speed = self.chain.mass, self.chain.speed
-        common = 0.0 if self.chain.interfaces[-1].right == WALL else float(np.average(speed, weights=mass))
+        common = 0.0 if self.chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
         convertible = float(0.5 * np.sum(mass * (speed - common) ** 2))
         start, end = self.kinetic
         absorbed, friction = float(self.tally.dissipated.sum()), float(self.tally.friction_work.sum())

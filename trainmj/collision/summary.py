@@ -14,6 +14,7 @@ import numpy as np
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
+from trainmj.collision.limits import Criterion, judge
 from trainmj.collision.quantities import (
     BALANCE,
     COLLISION,
@@ -151,6 +152,8 @@ class Summary(Numbers):
         vehicles: likewise.
         balance: where energy and momentum went, the numbers of :data:`trainmj.collision.quantities.BALANCE`.
         columns: of :meth:`row`, by name, in its order; status and reason are not among them.
+        n_moving: how many of the first vehicles, and of the first interfaces, are the moving train's.
+        allowed: largest values that the scenario allows, by quantity or column.
     """
 
     status: Status
@@ -158,6 +161,13 @@ class Summary(Numbers):
     vehicles: tuple[VehicleMetrics, ...]
     balance: Numbers
     columns: Mapping[str, Column] = field(repr=False, compare=False)
+    n_moving: int = field(repr=False, compare=False)
+    allowed: Mapping[str, float] = field(repr=False, compare=False)
+
+    @property
+    def limits(self) -> tuple[Criterion, ...]:
+        """Every limit beside what was found: those of the scenario, then the strokes of stages."""
+        return judge(self)
 
     def row(self) -> dict[str, Any]:
         """Status, reason and every response by the name of its column: ``stroke_S1_M1_mm``, ``peak_device_M1_g``."""
@@ -182,6 +192,7 @@ class Summary(Numbers):
                 "interfaces": [i.as_dict() for i in self.interfaces],
                 "vehicles": [v.as_row() for v in self.vehicles],
                 "balance": self.balance.values,
+                "limits": [criterion.as_dict() for criterion in self.limits],
             }
         )
         return plain
@@ -226,6 +237,8 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
         vehicles,
         balance,
         columns_of(chain),
+        chain.n_moving,
+        chain.limits,
     )
 
 
@@ -235,7 +248,7 @@ def _interface(side: Side) -> InterfaceMetrics:
         name=side.name,
         device=side.device.name,
         stages=tuple(
-            StageUse(s.name, STAGE.value(s.stroke(side.stroke)), s.limit / MM if np.isfinite(s.limit) else None)
+            StageUse(s.name, STAGE.value(s.stroke(side.stroke)), s.limit / MM if s.limit < np.inf else None)
             for s in side.device.stages
         ),
         beyond_curve=side.beyond_curve,
