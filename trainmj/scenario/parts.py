@@ -11,7 +11,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from trainmj.files.either import Either
-from trainmj.files.parts import Notes, Part, Spelt, Title
+from trainmj.files.parts import Notes, Part, Positive, Spelt, Title
 
 RIGID_WALL = "rigid_wall"
 MAX_VEHICLES = 400
@@ -33,6 +33,11 @@ Key = Annotated[
     str,
     Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60),
     Spelt("must be a letter or _, then letters, digits and _"),
+]
+Response = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=120),
+    Spelt("must be a letter, then letters, digits and _"),
 ]
 Label = Annotated[
     str,
@@ -214,6 +219,12 @@ class Parts(Part, title="scenario file"):
     trains: dict[Key, TrainSpec] = Field(max_length=MAX_NAMES, description="trains and wagons, by name")
     collision: Collision = Field(description="who runs into whom")
     simulation: Simulation = Field(default=Simulation(), description="how it is computed")
+    limits: dict[Response, Positive] = Field(
+        default_factory=dict,
+        max_length=MAX_NAMES,
+        description="largest values allowed for the train under test, the moving one: of a quantity of its vehicles or "
+        "interfaces, or of one response by the name of its column",
+    )
 
     def curve_points(self, ref: CurveRef) -> tuple[list[float], list[float]]:
         """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import islice
 from typing import Any, Self
 
 from pydantic import PrivateAttr
 
-from trainmj.files.problems import Origins, refuse, validated
+from trainmj.errors import InputError
+from trainmj.files.problems import Origins, Problem, refuse, validated
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.paths import changed, find
 from trainmj.scenario.rules import broken_rules
@@ -56,6 +57,15 @@ class Scenario(Parts):
         """
         values, origins = changed(self._values, self._origins, self.parameters, changes)
         return type(self).from_values(values, origins)
+
+    def refusal(self, problems: Iterable[Problem]) -> InputError:
+        """The error that lists what is found wrong in this scenario later, with the place of each value."""
+        return refuse(problems, self._values, self._origins)
+
+    def paths(self, name: str) -> tuple[str, ...]:
+        """The paths that a parameter stands for; any other name stands for itself."""
+        paths = self.parameters.get(name, name)
+        return (paths,) if isinstance(paths, str) else tuple(paths)
 
     def locate(self, name: str) -> list[Any]:
         """The values that a path or parameter stands for now; None for a key that only has a default.

@@ -13,6 +13,7 @@ from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, new_table, print_table
 from trainmj.scenario import Scenario
 from trainmj.single import tables
+from trainmj.single.limits import limits_table
 from trainmj.units import MS
 
 if TYPE_CHECKING:
@@ -27,7 +28,9 @@ def print_summary(result: Result, summary: Summary) -> None:
     for quantity in TRAIN:
         value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
         console.print(f"{quantity.heading}: {value}, {quantity.meaning}", markup=False, highlight=False)
+    limits = summary.limits
     for table in (
+        *([limits_table(limits)] if limits else []),
         tables.interfaces(summary),
         tables.vehicles(summary),
         tables.energy(summary),

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Joint
+from trainmj.collision.block import Joint, Tally
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import UNSTABLE, summarise
 from trainmj.scenario import load
@@ -70,7 +70,7 @@ def standard_by_scipy() -> Iterator[Check]:
     result = run(load("b_type", {"simulation.step_ms": FINE_STEP_MS}))
     ours, theirs = result.tally, solve(result.chain, result.tally.time)
     c = result.chain
-    again = replace(ours, stroke_max=theirs.stroke)
+    again = Tally(**vars(ours) | {"stroke_max": theirs.stroke})
     TS = [summarise(replace(result, tally=t)).TS_mm for t in (ours, again)]
     strokes = furthest(ours.stroke_max, theirs.stroke, MM)
     peaks = furthest(ours.device_peak, theirs.acceleration)

@@ -1,0 +1,131 @@
+"""Limits that a scenario states: judged for the moving train, at the worst place, and shown everywhere."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+from builders import scenario
+from click.testing import CliRunner
+
+from trainmj.cli import main
+from trainmj.collision.chain import line_up
+from trainmj.collision.limits import Criterion
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import summarise
+from trainmj.errors import InputError
+from trainmj.scenario import load, save
+from trainmj.single.page import page_of_run
+
+CURVE = [(0, 0), (10, 800), (1000, 800)]
+
+
+def found_with(limits, **more):
+    case = scenario(CURVE, 80.0, partner="t", mass_t=[20, 30], speed_m_s=3.0, time_limit_s=0.3, **more)
+    return summarise(run(case.with_values({f"limits.{name}": value for name, value in limits.items()})))
+
+
+def test_a_quantity_is_judged_at_the_worst_vehicle_of_the_moving_train():
+    summary = found_with({"peak_device_acceleration_g": 2.0})
+    (criterion,) = summary.limits
+    own = {v.name: v.peak_device_acceleration_g for v in summary.vehicles if v.name.startswith("M")}
+    assert criterion.where == max(own, key=own.get)
+    assert criterion.found == own[criterion.where]
+    assert not criterion.kept
+    assert found_with({"peak_device_acceleration_g": 50.0}).limits[0].kept
+
+
+def test_the_partner_is_not_judged():
+    """The standing train ends faster than the moving one: only a limit between the two tells which is judged."""
+    summary = found_with({})
+    ends = {side: [v.final_speed_km_h for v in summary.vehicles if v.name[0] == side] for side in "MS"}
+    assert max(ends["M"]) < max(ends["S"])
+    limit = (max(ends["M"]) + max(ends["S"])) / 2
+    assert found_with({"final_speed_km_h": limit}).limits[0].kept
+
+
+def test_a_quantity_of_interfaces_and_a_single_response():
+    summary = found_with({"stroke_mm": 1.0, "stroke_M1_M2_mm": 1e4, "TS_mm": 10.0})
+    by_name = {c.name: c for c in summary.limits}
+    assert by_name["stroke_mm"].where == "S1-M1"
+    assert by_name["stroke_M1_M2_mm"].found == summary.interfaces[1].stroke_mm
+    assert by_name["stroke_M1_M2_mm"].title == "stroke M1-M2"
+    assert [c.kept for c in summary.limits] == [False, True, False]
+
+
+def test_stage_limits_are_judged_where_the_stage_is_used_most():
+    summary = summarise(run(load("b_type", {"collision.speed_km_h": 30})))
+    by_name = {c.name: c for c in summary.limits}
+    coupler = by_name["devices.coupler_c_d.stroke_limit_mm"]
+    strokes = {i.name: i.stroke_mm for i in summary.interfaces if i.device == "coupler_c_d"}
+    assert coupler.where == max(strokes, key=strokes.get)
+    anti_climber = by_name["devices.front.stages.anti_climber.stroke_limit_mm"]
+    assert anti_climber.found == summary.interfaces[0].stages[1].stroke_mm
+    assert not anti_climber.kept
+    assert len(summary.limits) == 5
+
+
+def test_a_value_that_is_not_a_number_is_not_kept():
+    summary = found_with({"mean_deceleration_g": 5.0})
+    vehicle = replace(summary.vehicles[1], values=summary.vehicles[1].values | {"mean_deceleration_g": math.nan})
+    broken = replace(summary, vehicles=(summary.vehicles[0], vehicle, *summary.vehicles[2:]))
+    assert broken.limits[0].where == "M2"
+    assert not broken.limits[0].kept
+    assert not Criterion("a", "a", "", math.inf, 1.0, "", 1).kept
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("mean_decelleration_g", "limits.mean_decelleration_g = 5: .* did you mean 'mean_deceleration_g'?"),
+        ("peak_device_acceleration_m_s2", "limits.peak_device_acceleration_m_s2 = 5: there is no quantity or response"),
+        ("stroke_M6_M7_mm", "limits.stroke_M6_M7_mm = 5: .* did you mean 'stroke_M5_M6_mm'"),
+        ("5_g", "limits.5_g = 5: must be a letter, then letters, digits and _"),
+    ],
+)
+def test_an_unknown_name_is_refused_with_its_place(tmp_path, name, message):
+    file = tmp_path / "mine.yaml"
+    file.write_text(f"builds_on: b_type\nlimits:\n  {name}: 5\n")
+    with pytest.raises(InputError, match=f"mine.yaml:3:3: {message}"):
+        line_up(load(file))
+
+
+@pytest.mark.parametrize("value", [0, -1, math.nan, "5 g"])
+def test_a_limit_is_a_number_above_0(value):
+    with pytest.raises(InputError, match=r"limits\.TS_mm"):
+        load("b_type", {"limits.TS_mm": value})
+
+
+def test_a_scenario_without_limits_shows_no_verdict(tmp_path):
+    case = scenario(CURVE, 80.0, partner="t", speed_m_s=3.0, time_limit_s=0.3)
+    result = run(case)
+    summary = summarise(result)
+    assert summary.limits == ()
+    assert "not all are kept" not in page_of_run(result, summary, tmp_path / "result.nc").html()
+    save(case, tmp_path / "train.yaml")
+    said = CliRunner().invoke(main, ["run", str(tmp_path / "train.yaml")])
+    assert said.exit_code == 0
+    assert "allowed     %" not in said.output
+
+
+def test_limits_are_on_the_terminal_in_json_and_in_the_report(tmp_path):
+    words = ["run", "b_type_wall", "--set", "limits.TS_mm=1000"]
+    said = CliRunner().invoke(main, words)
+    assert said.exit_code == 0, "how a collision ends decides the exit code, not its limits"
+    (line,) = (line for line in said.output.splitlines() if line.startswith("TS  "))
+    assert "1000 mm" in line
+    assert "FAIL" in line
+    spoken = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)
+    assert [set(c) for c in spoken["limits"]] == [{"name", "where", "found", "limit", "unit", "kept"}] * 6
+    ts = next(c for c in spoken["limits"] if c["name"] == "TS_mm")
+    assert ts | {"found": 0} == {"name": "TS_mm", "where": "", "found": 0, "limit": 1000, "unit": "mm", "kept": False}
+    assert ts["found"] == spoken["criteria"]["TS_mm"]
+    out = tmp_path / "out"
+    done = CliRunner().invoke(main, [*words, "--out", str(out), "--figures", "none", "--report"])
+    assert done.exit_code == 0
+    assert json.loads((out / "summary.json").read_text())["limits"] == spoken["limits"]
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "5 of 6" in page
+    assert "not all are kept" in page
