@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import os
+import shutil
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import mujoco
 import numba
@@ -22,6 +27,8 @@ from trainmj.collision.device import Envelope
 from trainmj.collision.model import build, check_integrator
 from trainmj.collision.simulation import run, start
 from trainmj.errors import EngineError
+
+ROOT = Path(__file__).parents[1]
 
 ENVELOPES = (
     envelope([(0, 0), (10, 1000), (500, 1000)], 200, 50),
@@ -441,3 +448,29 @@ def test_a_run_whose_law_was_replaced_is_an_error(standard):
         mujoco.set_mjcb_passive(None)
         with pytest.raises(EngineError, match="device law was not called"):
             run(standard)
+
+
+@pytest.mark.thorough
+def test_an_edited_law_is_compiled_afresh(tmp_path):
+    """Breaks if numba's cache on disk, which watches the kernel's file only, serves the law as it was before an edit."""
+    shutil.copytree(ROOT / "trainmj", tmp_path / "trainmj", ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in ("mjcf", "scenarios"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    code = (
+        "import trainmj; from trainmj.collision.identity import identity; "
+        "r = trainmj.run(trainmj.load('b_type_wall')); print(trainmj.summarise(r).TS_mm, identity()['law'])"
+    )
+
+    def ask() -> tuple[float, str]:
+        environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1"}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        stroke, law = done.stdout.split()
+        return float(stroke), law
+
+    before = ask()
+    assert ask() == before, "the second process takes the compiled law from disk"
+    law = tmp_path / "trainmj" / "collision" / "law" / "crush.py"
+    law.write_text(law.read_text().replace("return crush, stroke - crush", "return 0.9 * crush, stroke - 0.9 * crush"))
+    after = ask()
+    assert after[0] > 1.02 * before[0]
+    assert after[1] != before[1]

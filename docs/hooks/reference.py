@@ -8,6 +8,7 @@ from typing import Any
 import api
 import commands
 import fields
+import responses
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
@@ -17,6 +18,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/sweep-file.md": fields.sweep_page,
     "reference/study-file.md": fields.study_page,
     "reference/targets-file.md": fields.targets_page,
+    "reference/responses.md": responses.page,
     "reference/python.md": api.page,
     "reference/python-study.md": api.study_page,
 }

@@ -1,0 +1,109 @@
+"""One table of quantities: what stands in it appears everywhere, and nothing else is needed for that."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from trainmj.collision.chain import line_up
+from trainmj.collision.quantities import columns_of, groups, ordered
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import summarise
+from trainmj.scenario import load
+
+ROOT = Path(__file__).parents[1]
+
+MADE_UP = '''
+def _secondary_impact_speed(m: Measured) -> Array:
+    """(n_vehicle,) half of the change of speed, as if an occupant met the seat in front at that [m/s]."""
+    return np.abs(m.tally.speed - m.chain.speed) / 2
+
+
+VEHICLE = (
+    *VEHICLE,
+    Quantity(
+        "secondary_impact_speed", "m/s", 2, "secondary\\nimpact", "speed of an occupant against the seat in front",
+        _secondary_impact_speed, "impact_speed",
+    ),
+)  # fmt: skip
+'''
+"""What somebody adds to quantities.py, behind its table of vehicles."""
+
+
+@pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t", "en15227_c1"])
+def test_columns_are_known_before_a_collision_is_computed(name):
+    """Breaks if a row has a value that its chain's columns do not announce, or in another order."""
+    scenario = load(name, {"simulation.time_limit_s": 0.05})
+    columns = columns_of(line_up(scenario))
+    row = summarise(run(scenario)).row()
+    assert list(row) == ["status", "reason", *columns]
+    assert [c.name for c in ordered(columns.values())] == list(columns), "one chain is in the order of tables already"
+
+
+def test_columns_of_trains_of_different_length_make_one_table():
+    """M10 stands behind M2, and the longer train's columns among those of the shorter one."""
+    short, long = (columns_of(line_up(load("b_type", {"trains.b_type.vehicles": n, "trains.b_type.mass_t": 33})))
+                   for n in (3, 11))  # fmt: skip
+    names = [c.name for c in ordered([*short.values(), *long.values()])]
+    assert names == list(long), "every column of three vehicles is one of eleven"
+    assert names.index("peak_device_M2_g") < names.index("peak_device_M10_g") < names.index("peak_device_S1_g")
+
+
+def test_names_are_unique_and_columns_carry_their_unit():
+    columns = columns_of(line_up(load("b_type")))
+    assert columns["final_speed_M1_km_h"].unit == "km/h"
+    assert columns["stroke_S1_M1_anti_climber_mm"].title == "stroke S1-M1 anti climber"
+    for quantities in groups().values():
+        assert len({q.name for q in quantities}) == len(quantities)
+        assert all(q.meaning and q.heading for q in quantities)
+
+
+@pytest.mark.thorough
+def test_a_response_that_is_added_in_one_file_appears_everywhere(tmp_path):
+    """Breaks if a second place must be told of a response, or reads its unit from its name: m/s ends in s."""
+    package = tmp_path / "trainmj"
+    shutil.copytree(ROOT / "trainmj", package, ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in ("mjcf", "scenarios", "docs"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    table = package / "collision" / "quantities.py"
+    text = table.read_text()
+    at = text.index("TRAIN: tuple")
+    table.write_text(f"{text[:at]}{MADE_UP}\n{text[at:]}")
+
+    def trainmj(*words: str) -> str:
+        environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1", "COLUMNS": "80"}
+        command = [sys.executable, "-m", "trainmj", *words]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    screen = trainmj("run", "b_type_wall", "--out", "run", "--report", "--figures", "none")
+    assert "secondary" in screen
+    assert "m/s" in screen
+    plain = json.loads((tmp_path / "run" / "summary.json").read_text())
+    found = plain["vehicles"][0]["secondary_impact_speed_m_per_s"]
+    assert 12.5 / 3.6 / 2 < found < 2.0, "half of 12.5 km/h and of the rebound"
+    assert pd.read_csv(tmp_path / "run" / "vehicles.csv")["secondary_impact_speed_m_per_s"][0] == pytest.approx(found)
+    page = (tmp_path / "run" / "report.html").read_text()
+    assert "secondary impact" in page
+
+    trainmj("sweep", "b_type_wall", "--vary", "mass_t=30,33", "--out", "sweep", "--report")
+    assert pd.read_csv(tmp_path / "sweep" / "results.csv")["impact_speed_M1_m_per_s"][1] == pytest.approx(found)
+    vary = ("--vary", "mass_t=30,33", "--responses", "impact_speed_M1_m_per_s")
+    trainmj("sweep", "b_type_wall", *vary, "--out", "one", "--report")
+    assert "impact speed M1" in (page := (tmp_path / "one" / "report.html").read_text())
+    assert "m/s" in page
+
+    code = "import sys; sys.path.insert(0, 'docs/hooks'); import responses; print(responses.page())"
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    docs = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
+    ).stdout
+    assert "| `secondary_impact_speed_m_per_s` | `impact_speed_M1_m_per_s` | m/s |" in docs
