@@ -452,7 +452,7 @@ def test_a_run_whose_law_was_replaced_is_an_error(standard):
 
 @pytest.mark.thorough
 def test_an_edited_law_is_compiled_afresh(tmp_path):
-    """Breaks if numba's cache on disk, which watches the kernel's file only, serves the law as it was before an edit."""
+    """Breaks if numba's cache on disk, which watches one file only, serves the law as it was before an edit."""
     shutil.copytree(ROOT / "trainmj", tmp_path / "trainmj", ignore=shutil.ignore_patterns("__pycache__"))
     for folder in ("mjcf", "scenarios"):
         (tmp_path / folder).symlink_to(ROOT / folder)
