@@ -6,6 +6,7 @@ import signal
 import sqlite3
 import subprocess
 import time
+from contextlib import closing
 
 import numpy as np
 import pandas as pd
@@ -14,8 +15,10 @@ from click.testing import CliRunner
 from forked import Forked, forked
 
 import trainmj
+from trainmj.cases.engine import Computed, Local
 from trainmj.cases.store import Store
 from trainmj.cli import main
+from trainmj.files.folder import held
 from trainmj.sweep.plan import grid_values
 
 FAST = ["--set", "simulation.step_ms=0.5"]
@@ -103,7 +106,7 @@ def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tm
         ("scenario: b_type\nvary: {mass_t: '30,33'}\ntogether: {mass_t: [30]}\n", ["mass_t", "twice"]),
         ("scenario: b_type\ncases: none.csv\n", ["none.csv", "there is no such file"]),
         ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {uniform: [3, 1]}}}\n", ["uniform", "lower"]),
-        ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {}}}\n", ["mass_t", "exactly one"]),
+        ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {}}}\n", ["mass_t", "needs uniform, normal or choice"]),
         ("scenario: b_type\nsample: {count: 0, factors: {mass_t: {uniform: [1, 3]}}}\n", ["count", "at least 1"]),
         ("scenario: b_type\nvary: {mass_t: '30,33'}\nhistories: [2]\n", ["no case 2", "last is 1"]),
         ("scenario: b_type\nvary: {mass_t: '1:2:900000', speed_km_h: '1:2:900000'}\n", ["cases, more than"]),
@@ -156,7 +159,7 @@ def test_a_sweep_ends_with_a_line_a_csv_and_an_sqlite_file(undisturbed):
     with sqlite3.connect(folder / "results.sqlite") as db:
         about = dict(db.execute("SELECT key, value FROM about"))
     assert "b_type" in about["scenario"]
-    assert {"version_trainmj", "version_mujoco", "fingerprint", "seed"} <= set(about)
+    assert {"version_trainmj", "version_mujoco", "version_law", "values", "seed"} <= set(about)
 
 
 def test_a_row_of_a_sweep_is_the_single_run(undisturbed):
@@ -209,27 +212,27 @@ def test_parquet_holds_the_same_table(tmp_path):
 def test_more_columns_than_sqlite_holds_are_refused_with_the_cure(tmp_path):
     with Store(tmp_path / "results.sqlite") as store:
         with pytest.raises(trainmj.InputError, match="--responses"):
-            store.add([(0, {f"column_{k}": 1.0 for k in range(2100)})])
-        store.add([(0, {"status": "over"})])
+            store.add([(0, {f"column_{k}": 1.0 for k in range(2100)})], {})
+        store.add([(0, {"status": "over"})], {})
         assert store.finished() == {0}
 
 
 # nothing is lost
 
 
-def test_killed_ten_times_and_resumed_the_table_is_the_same(undisturbed, tmp_path):
+def test_killed_ten_times_and_gone_on_with_the_table_is_the_same(undisturbed, tmp_path):
     """After so much processor time, which other work on the machine does not shorten."""
 
     def sweep(folder, seconds=0.0):
         def prepare():
-            trainmj.sweep.run.COMMIT_EVERY = 0.01
+            trainmj.cases.runner.COMMIT_EVERY = 0.01
             trainmj.collision.batch.run_chains.__defaults__ = (
                 0,
                 8,
             )  # few side by side, so that they end one after the other
             signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process without a word
 
-        return forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", folder, "--resume", prepare=prepare)
+        return forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", folder, prepare=prepare)
 
     before = os.times()
     assert sweep("whole").returncode == 0
@@ -258,21 +261,20 @@ def _finished(file):
 
 
 def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
-    with Store(tmp_path / "results.sqlite"):
-        pass
     plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33,36"})
     asked = []
 
-    def engine(cases):
-        for number, _ in cases:
-            asked.append(number)
-            yield number, {"status": "over", "reason": "", "TS_mm": float(number)}
-            if number == 1 and len(asked) == 2:
-                raise KeyboardInterrupt
+    class Counting(Local):
+        def __call__(self, cases):
+            for number, _ in cases:
+                asked.append(number)
+                yield Computed(number, {"status": "over", "reason": "", "TS_mm": float(number)}, {})
+                if number == 1 and len(asked) == 2:
+                    raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        trainmj.run_sweep(plan, tmp_path, resume=True, engine=engine)
-    outcome = trainmj.run_sweep(plan, tmp_path, resume=True, engine=engine)
+        trainmj.run_sweep(plan, tmp_path, engine=Counting(plan.scenario))
+    outcome = trainmj.run_sweep(plan, tmp_path, engine=Counting(plan.scenario))
     assert asked == [0, 1, 2], "a case that ended before the interruption was computed twice, or one was left out"
     assert (outcome.cases, outcome.computed) == (3, 1)
 
@@ -287,37 +289,108 @@ def test_control_c_stops_cleanly_and_says_how_to_go_on(undisturbed, tmp_path):
     process.send(signal.SIGINT)
     ended = process.ended()
     assert ended.returncode == 130, ended.stderr
-    assert "--resume" in ended.stderr
+    assert ended.stderr == f"Stopped. What was finished is in {tmp_path}; the same command goes on.\n"
     assert "Traceback" not in ended.stderr
 
 
-def test_a_sweep_is_not_overwritten_nor_mixed_with_another(undisturbed, tmp_path):
+def test_a_finished_sweep_has_nothing_to_do_and_another_one_is_refused_with_what_differs(undisturbed):
     folder, _ = undisturbed
     before = csv_of(folder)
-    assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", folder), "--resume")
-    assert said_no(trainmj_sweep("b_type", *CASES, "--out", folder, "--resume"), "the scenario has changed")
-    assert said_no(trainmj_sweep("b_type", *CASES[:2], *FAST, "--out", folder, "--resume"), "cases or responses")
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", folder)
+    assert done.returncode == 0
+    assert "All 120 cases were there, 30 failed" in done.stdout
+    other = [
+        (("--set", "collision.speed_km_h=30"), "collision.speed_km_h 25 then, 30 now"),
+        (("--vary", "speed_km_h=30"), 'speed_km_h not stated then, ["30"] now'),
+        (("--responses", "TS_mm"), "responses * then, TS_mm now"),
+    ]
+    for more, said in other:
+        assert said_no(trainmj_sweep("b_type", *CASES, *FAST, *more, "--out", folder), said.replace('"', ""), "--fresh")
+    fewer = trainmj_sweep("b_type", *CASES[:3], "mass_t=30,33", *FAST, "--out", folder)
+    assert said_no(fewer, "mass_t [30, 33, 36, -1] then, [30, 33] now")
     assert csv_of(folder) == before
 
 
-def test_another_version_does_not_go_on_with_a_sweep(undisturbed, tmp_path, monkeypatch):
-    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33"})
+def test_fresh_takes_away_what_a_sweep_left_and_nothing_else(tmp_path):
+    few = ("b_type", "--vary", "mass_t=30,33", *FAST, "--out", tmp_path)
+    assert trainmj_sweep(*few, "--histories", "0,1", "--report").returncode == 0
+    for name in ("notes.txt", "case_7.nc"):
+        (tmp_path / name).write_text("mine")
+    wall = (*few, "--set", "collision.partner=rigid_wall")
+    assert said_no(trainmj_sweep(*wall), "collision.partner b_type then, rigid_wall now")
+    done = trainmj_sweep(*wall, "--fresh", "--histories", "1")
+    assert done.returncode == 0, done.stderr
+    left = {file.name for file in tmp_path.iterdir()}
+    assert left == {"results.sqlite", "results.csv", "case_1.nc", "notes.txt", "case_7.nc"}
+    assert trainmj.summarise(trainmj.load_result(tmp_path / "case_1.nc")).TS_mm == trainmj.read_table(tmp_path).TS_mm[1]
+
+
+def test_fresh_starts_over_from_a_damaged_file(tmp_path):
+    (tmp_path / "results.sqlite").write_bytes(b"not a database at all" * 100)
+    assert trainmj_sweep("b_type", "--vary", "mass_t=30,33", *FAST, "--out", tmp_path, "--fresh").returncode == 0
+
+
+def test_a_table_can_be_read_while_it_is_written(tmp_path):
+    """In the middle of a commit a reader waits for its end, and says so if that does not come."""
+    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:40"})
+    seen = []
+
+    def look(finished):
+        if finished:
+            seen.append(len(trainmj.read_table(tmp_path)))
+            assert seen[-1] == finished
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("trainmj.cases.runner.COMMIT_EVERY", 0.0)
+        trainmj.run_sweep(plan, tmp_path, progress=look)
+    assert len(set(seen)) > 10
+    with closing(sqlite3.connect(tmp_path / "results.sqlite")) as writer, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("trainmj.cases.store._PATIENCE", 0.1)
+        writer.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(trainmj.InputError, match="is being written by another process"):
+            trainmj.read_table(tmp_path)
+
+
+def test_what_a_killed_process_left_half_written_is_taken_back_by_a_reader(tmp_path):
+    def prepare():
+        def killed(self, progress):
+            self._db.execute("PRAGMA cache_spill = 1")
+            self._db.execute("PRAGMA cache_size = 1")
+            self._db.execute("BEGIN IMMEDIATE")
+            self._db.execute("DELETE FROM results")
+            self._db.executemany(
+                'INSERT INTO results ("case", status) VALUES (?, ?)', [(n, "x" * 4000) for n in range(500)]
+            )
+            os.kill(os.getpid(), signal.SIGKILL)
+
+        trainmj.cases.store.Store.arrange = killed
+
+    words = ("sweep", "b_type", "--vary", "mass_t=30,33", *FAST, "--out", tmp_path)
+    assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL
+    assert (tmp_path / "results.sqlite-journal").stat().st_size > 0
+    assert list(trainmj.read_table(tmp_path).status) == ["over", "over"]
+
+
+def test_a_table_knows_what_its_columns_are(tmp_path):
+    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"trains.b_type.vehicles": "1,3"})
     trainmj.run_sweep(plan, tmp_path)
-    monkeypatch.setattr("trainmj.sweep.run.versions", lambda: {"mujoco": "9.9"})
-    with pytest.raises(trainmj.InputError, match=r"version_mujoco was 4\.\S+ .* 9\.9"):
-        trainmj.run_sweep(plan, tmp_path, resume=True)
+    table = trainmj.read_table(tmp_path)
+    columns = table.attrs["columns"]
+    assert list(table.columns) == ["trains.b_type.vehicles", "status", "reason", *columns]
+    assert (columns["final_speed_S3_km_h"].unit, columns["final_speed_S3_km_h"].digits) == ("km/h", 2)
+    ran = trainmj.run_cases(plan.scenario, pd.DataFrame({"trains.b_type.vehicles": [1, 3]}))
+    assert ran.attrs["columns"] == columns
+    assert list(ran.columns) == list(table.columns)
 
 
-def test_two_sweeps_do_not_write_to_one_file(tmp_path):
-    with Store(tmp_path / "results.sqlite"):
-        assert said_no(
-            forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "another sweep"
-        )
+def test_two_sweeps_do_not_write_to_one_folder(tmp_path):
+    with held(tmp_path):
+        assert said_no(forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", tmp_path), "another trainmj")
 
 
 def test_a_damaged_file_is_said_to_be_one(tmp_path):
     (tmp_path / "results.sqlite").write_bytes(b"not a database at all" * 100)
-    assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume"), "damaged or no SQLite")
+    assert said_no(trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path), "damaged or no SQLite")
 
 
 def test_a_folder_that_cannot_be_made_is_refused_before_the_work(tmp_path):
@@ -333,7 +406,7 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
 
     done = forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", tmp_path, prepare=small)
     assert said_no(done, "results.sqlite", "finished cases are kept")
-    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--resume")
+    done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert csv_of(tmp_path) == csv_of(undisturbed[0])
 

@@ -1,22 +1,28 @@
-"""Sweeps on a Dask cluster: the same cases, the same code, the same table, on as many machines as there are.
+"""Cases on a Dask cluster: the same code, the same numbers, on as many machines as there are.
 
 A task is a handful of cases. Dask gives the tasks of a worker that dies to another one, so nothing is lost, and what
-has ended is in the sweep's file already.
+has ended is in the store already.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import asyncio
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any
 
-from trainmj.cases.table import Case, Engine, Row, case_rows
-from trainmj.errors import InputError
+from trainmj.cases.engine import Case, Computed, Engine, Local
+from trainmj.collision.identity import changes, identity
+from trainmj.errors import EngineError, InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 
 try:
-    from dask.distributed import Client, LocalCluster, as_completed
+    from dask.distributed import Client, LocalCluster, Security, as_completed
+    from distributed.client import FutureCancelledError
+    from distributed.comm.core import connect
+    from distributed.scheduler import KilledWorker
 except ImportError:
     raise InputError("--dask needs the package dask: pip install 'trainmj[dask]'") from None
 
@@ -25,66 +31,113 @@ CASES_PER_TASK = 32
 """Cases in one task: a task costs Dask about 2 ms, a collision ten."""
 
 _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
+_PATIENCE = 10.0  # for a scheduler that does not answer [s]
+_MAY_DIFFER = "platform"  # of the process that hands out the cases; not among the workers
+_LOST = (CancelledError, FutureCancelledError, KilledWorker, OSError)
+"""What Dask raises when the cluster is gone, or cases have killed their workers again and again."""
 
 
 @contextmanager
 def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
-    """An engine for :func:`trainmj.run_sweep` that computes on a cluster.
+    """An engine that computes on a cluster.
 
     Args:
         address: of a Dask scheduler ("tcp://host:8786"), or "local" for one worker per core of this machine.
         scenario: what the cases vary.
 
     Raises:
-        InputError: if there is no scheduler at the address.
+        InputError: if no scheduler answers at the address, or it has no workers or unsuitable ones.
     """
     if address == LOCAL:
         with LocalCluster(threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
             yield engine(client, scenario)
         return
     try:
-        client = Client(address, timeout=10)
-    except (OSError, ValueError) as error:
-        raise InputError(f"--dask {address}: there is no scheduler to reach at this address ({error})") from None
+        asyncio.run(asyncio.wait_for(_reach(address), _PATIENCE))  # a client would wait for ever for another service
+        client = Client(address, timeout=_PATIENCE)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"--dask {address}: no scheduler answers at this address ({error or 'timed out'})") from None
     with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError:
+            raise InputError(f"--dask {address}: the scheduler has no workers: start some first") from None
         yield engine(client, scenario)
 
 
+async def _reach(address: str) -> None:
+    comm = await connect(address, **Security().get_connection_args("client"))
+    await comm.close()
+
+
 def engine(client: Client, scenario: Scenario) -> Engine:
-    """An engine that computes with a Dask client of the caller's."""
-    text = to_yaml(scenario)
+    """An engine that computes with a Dask client of the caller's; waits for the first worker.
 
-    def compute(cases: Iterable[tuple[int, Case]]) -> Iterator[tuple[int, Row]]:
+    Raises:
+        InputError: if a worker has other versions than this process, or another processor than the other workers.
+    """
+    client.wait_for_workers(1)
+    return _Cluster(client, scenario)
+
+
+class _Cluster:
+    """The workers of a client."""
+
+    def __init__(self, client: Client, scenario: Scenario) -> None:
+        self._client = client
+        self._scenario = to_yaml(scenario)
+        workers = client.run(identity, on_error="return")
+        first = next((found for found in workers.values() if isinstance(found, dict)), {})
+        self.identity = identity() | {_MAY_DIFFER: first.get(_MAY_DIFFER, "")}
+        for worker, found in workers.items():
+            self._agree(worker, found)
+
+    def _agree(self, worker: str, found: Mapping[str, str] | Exception) -> None:
+        """Refuse a worker whose numbers would not belong to the others."""
+        if isinstance(found, Exception):
+            raise InputError(f"worker {worker}: trainmj cannot be used there ({found}): install the same version")
+        differs = "; ".join(changes(found, self.identity, ("there", "here")))
+        if differs:
+            raise InputError(f"worker {worker}: would compute other numbers: {differs}: make all machines alike")
+
+    def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
+        """Hand cases out and yield each as its task ends."""
         source = iter(cases)
+        tasks = iter(lambda: list(islice(source, CASES_PER_TASK)), [])
         running = as_completed([], with_results=True)
-        handed_out = 0
+        at_work = 0
+        try:
+            while True:
+                for task in islice(tasks, max(0, self._most() - at_work)):
+                    running.add(self._client.submit(compute, self._scenario, task, pure=False))
+                    at_work += 1
+                if not at_work:
+                    return
+                _, (worker, found, computed) = next(running)
+                at_work -= 1
+                self._agree(worker, found)
+                yield from computed
+        except _LOST as error:
+            said = str(error) or type(error).__name__
+            raise EngineError(
+                f"the cluster is gone ({said}); finished cases are kept: the same command goes on"
+            ) from None
 
-        def hand_out(most: int) -> None:
-            nonlocal handed_out
-            while handed_out < most and (chunk := list(islice(source, CASES_PER_TASK))):
-                running.add(client.submit(compute_chunk, text, chunk, pure=False))
-                handed_out += 1
-
-        hand_out(_ahead(client))
-        while handed_out:
-            _, rows = next(running)
-            handed_out -= 1
-            hand_out(_ahead(client))
-            yield from rows
-
-    return compute
+    def _most(self) -> int:
+        threads: int = sum(self._client.nthreads().values())
+        return max(1, threads) * _TASKS_PER_THREAD
 
 
-def compute_chunk(scenario: str, cases: list[tuple[int, dict[str, Any]]]) -> list[tuple[int, Row]]:
+def compute(scenario: str, cases: list[tuple[Any, dict[str, Any]]]) -> tuple[str, dict[str, str], list[Computed]]:
     """Compute some cases in a worker, on one thread.
 
     Args:
         scenario: as YAML text.
-        cases: number and changes of each.
+        cases: key and changes of each.
+
+    Returns:
+        The worker's address, its identity, and the cases.
     """
-    return list(case_rows(from_yaml(scenario), cases, threads=1))
+    from dask.distributed import get_worker
 
-
-def _ahead(client: Client) -> int:
-    threads: int = sum(client.nthreads().values())
-    return max(1, threads) * _TASKS_PER_THREAD
+    return get_worker().address, identity(), list(Local(from_yaml(scenario), threads=1)(cases))

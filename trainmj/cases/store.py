@@ -1,7 +1,8 @@
-"""Results of a sweep in one SQLite file, which survives whatever stops the process that writes it.
+"""Finished cases in one SQLite file, which survives whatever stops the process that writes it.
 
-Table ``results`` has a row for each finished case: its number, the values it changes, its responses, units in the
-names. Table ``about`` has the scenario, versions, seed and fingerprint. A transaction is complete or absent.
+Table ``results`` has a row for each finished case: its key, then its values by column name, units in the names. Table
+``about`` says what they were computed from, and in ``columns`` what the responses are, as JSON. A transaction is
+complete or absent. The folder is held by who writes (:func:`trainmj.files.folder.held`); anybody may read meanwhile.
 """
 
 from __future__ import annotations
@@ -9,45 +10,58 @@ from __future__ import annotations
 import csv
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
+from trainmj.cases.engine import Key, Row
+from trainmj.cases.origin import Origin, in_words
 from trainmj.errors import InputError, OutputError
 from trainmj.files.atomic import replacing
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from trainmj.collision.quantities import Column
+
 FILE = "results.sqlite"
 CASE = "case"
+KEY = "key"
+_COLUMNS = "columns"
 _MOST_COLUMNS = 1990  # SQLite allows 2000
+_PATIENCE = 30.0  # of those who write and read for each other [s]
 
 
 class Store:
-    """The file of one sweep, held by one process at a time.
+    """Finished cases.
 
     Args:
         file: the SQLite file; made if it is not there.
+        key: name of the first column. The key of a case is a number if it is "case", otherwise text.
 
     Raises:
-        OutputError: if the file cannot be opened, is damaged, or another sweep is writing to it.
+        OutputError: if the file cannot be opened or is damaged.
     """
 
-    def __init__(self, file: Path) -> None:
-        """Open or make the file and hold it."""
+    def __init__(self, file: Path, key: str = CASE) -> None:
+        """Open or make the file."""
         self.file = file
+        self._key = key
+        self._numbered = key == CASE
+        first = f'"{key}" INTEGER PRIMARY KEY' if self._numbered else f'"{key}" TEXT PRIMARY KEY'
         try:
-            self._db = sqlite3.connect(file, timeout=1.0, isolation_level=None)
-            self._db.execute("PRAGMA locking_mode = EXCLUSIVE")
+            self._db = sqlite3.connect(file, timeout=_PATIENCE, isolation_level=None)
             self._db.execute("PRAGMA synchronous = NORMAL")
-            self._db.execute("BEGIN EXCLUSIVE")
+            self._db.execute("BEGIN IMMEDIATE")
             self._db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
-            self._db.execute(f'CREATE TABLE IF NOT EXISTS results ("{CASE}" INTEGER PRIMARY KEY)')
+            self._db.execute(f"CREATE TABLE IF NOT EXISTS results ({first})")
             self._db.execute("COMMIT")
+            self._names = self._read_names()
+            self._known = read_columns(self.about())
         except sqlite3.Error as error:
             raise self._trouble(error) from None
-        self._columns = self._read_columns()
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -55,94 +69,152 @@ class Store:
 
     def __exit__(self, *_: object) -> None:
         """Close the file."""
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
         self._db.close()
 
+    def __len__(self) -> int:
+        """How many cases there are."""
+        return int(self._db.execute("SELECT count(*) FROM results").fetchone()[0])
+
     def about(self) -> dict[str, str]:
-        """What the file says of its sweep; empty for a new one."""
+        """What the file says of its cases; empty for a new one."""
         return dict(self._db.execute("SELECT key, value FROM about"))
 
     def describe(self, about: Mapping[str, str]) -> None:
-        """State what the sweep is."""
-        self._write([("INSERT OR REPLACE INTO about VALUES (?, ?)", list(about.items()))])
+        """State what the cases are computed from."""
+        self._write([_stated(about)])
 
-    def finished(self) -> set[int]:
-        """Numbers of the cases that are in the file."""
-        return {number for (number,) in self._db.execute(f'SELECT "{CASE}" FROM results')}
+    def agree(self, origin: Origin) -> None:
+        """See that the cases in the file are of this origin; state it in a new file.
 
-    def columns(self) -> list[str]:
-        """Names of the columns."""
-        return list(self._columns)
+        Raises:
+            InputError: naming what has changed.
+        """
+        there = self.about()
+        if not there:
+            self.describe(origin.about())
+            return
+        changed = origin.new_identity(there) + origin.new_input(there)
+        if changed:
+            raise InputError(
+                f"{self.file}: holds other results: {in_words(changed)}: run it as it was, take another folder, "
+                "or start over with --fresh"
+            )
+
+    def finished(self) -> set[Any]:
+        """Keys of the cases that are in the file."""
+        return {key for (key,) in self._db.execute(f'SELECT "{self._key}" FROM results')}
+
+    def columns(self) -> dict[str, Column]:
+        """The responses by column name, in the order of one table."""
+        return dict(self._known)
+
+    def names(self) -> list[str]:
+        """Names of all columns, that of the key first."""
+        return list(self._names)
 
     def column(self, name: str) -> list[Any]:
-        """All values of a column, in the order of the cases; empty if there is none of that name."""
-        if name not in self._columns:
+        """All values of a column, in the order of the keys; empty if there is none of that name."""
+        if name not in self._names:
             return []
-        return [value for (value,) in self._db.execute(f'SELECT {_quoted(name)} FROM results ORDER BY "{CASE}"')]
+        return [value for (value,) in self._db.execute(f'SELECT {_quoted(name)} FROM results ORDER BY "{self._key}"')]
 
-    def add(self, rows: Sequence[tuple[int, Mapping[str, Any]]]) -> None:
+    def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
+        """The rows of those keys that are in the file, without what is no number."""
+        found: dict[Key, Row] = {}
+        names = self.names()[1:]
+        for key in keys:
+            values = self._db.execute(f'SELECT * FROM results WHERE "{self._key}" = ?', (key,)).fetchone()
+            if values is not None:
+                found[key] = {n: v for n, v in zip(names, values[1:], strict=True) if v is not None}
+        return found
+
+    def add(self, rows: Sequence[tuple[Key, Mapping[str, Any]]], columns: Mapping[str, Column]) -> None:
         """Add finished cases in one transaction.
+
+        Args:
+            rows: key and values of each.
+            columns: what is known of the values that are responses, by name.
 
         Raises:
             InputError: if they have more columns than SQLite can hold.
             OutputError: if they cannot be written; none of them is in the file then.
         """
         names = list(dict.fromkeys(name for _, row in rows for name in row))
-        new = [name for name in names if name not in self._columns]
-        if len(self._columns) + len(new) > _MOST_COLUMNS:
+        known = self._known | {name: columns[name] for name in names if name in columns}
+        new = _in_order([name for name in names if name not in self._names], known)
+        if len(self._names) + len(new) > _MOST_COLUMNS:
             raise InputError(
-                f"the table would have {len(self._columns) + len(new)} columns and SQLite holds 2000: "
+                f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
                 "choose some with --responses, as in --responses 'TS_mm,TAMA_g,stroke_*'"
             )
         kinds = {name: value for _, row in reversed(rows) for name, value in row.items()}
-        alter = [(f"ALTER TABLE results ADD COLUMN {_quoted(n)} {_kind(kinds[n])}", [()]) for n in new]
+        statements = [(f"ALTER TABLE results ADD COLUMN {_quoted(n)}{self._kind(kinds[n])}", [()]) for n in new]
+        if len(known) > len(self._known):
+            known = {name: known[name] for name in _in_order(list(known), known)}
+            statements.append(_stated({_COLUMNS: json.dumps({name: c._asdict() for name, c in known.items()})}))
         marks = ", ".join("?" * (len(names) + 1))
-        columns = ", ".join(map(_quoted, [CASE, *names]))
-        values = [(number, *(_stored(row.get(name)) for name in names)) for number, row in rows]
-        self._write([*alter, (f"INSERT INTO results ({columns}) VALUES ({marks})", values)])
-        self._columns |= dict.fromkeys(new)
+        heads = ", ".join(map(_quoted, [self._key, *names]))
+        values = [(key, *(_stored(row.get(name)) for name in names)) for key, row in rows]
+        self._write([*statements, (f"INSERT OR REPLACE INTO results ({heads}) VALUES ({marks})", values)])
+        self._names |= dict.fromkeys(new)
+        self._known = known
 
-    def arrange(self, names: Sequence[str]) -> None:
-        """Put the columns in a fixed order, whatever order the cases ended in.
+    def clear(self) -> None:
+        """Take all cases out, and what is said of them."""
+        self._write([("DELETE FROM results", [()]), ("DELETE FROM about", [()])])
+        self._known = {}
+
+    def arrange(self, first: Sequence[str]) -> None:
+        """Put the columns in a fixed order, whatever order the cases ended in: these, then the responses.
 
         Args:
-            names: all columns but the number of the case.
+            first: columns that are no responses, but the key.
         """
-        order = [CASE, *names]
-        if order == self.columns():
+        there = self._names
+        order = [self._key, *first, *(name for name in self._known if name in there)]
+        if order == self.names():
             return
         kinds = {row[1]: row[2] for row in self._db.execute("PRAGMA table_info(results)")}
-        made = ", ".join(f"{_quoted(n)} {kinds[n]}" + (" PRIMARY KEY" if n == CASE else "") for n in order)
-        columns = ", ".join(map(_quoted, order))
+        made = ", ".join(f"{_quoted(n)} {kinds[n]}" + (" PRIMARY KEY" if n == self._key else "") for n in order)
+        heads = ", ".join(map(_quoted, order))
         self._write(
             [
                 (f"CREATE TABLE arranged ({made})", [()]),
-                (f'INSERT INTO arranged SELECT {columns} FROM results ORDER BY "{CASE}"', [()]),
+                (f'INSERT INTO arranged SELECT {heads} FROM results ORDER BY "{self._key}"', [()]),
                 ("DROP TABLE results", [()]),
                 ("ALTER TABLE arranged RENAME TO results", [()]),
             ]
         )
-        self._columns = self._read_columns()
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """The column names, then every row in the order of the cases."""
-        cursor = self._db.execute(f'SELECT * FROM results ORDER BY "{CASE}"')
-        yield tuple(column[0] for column in cursor.description)
-        yield from cursor
+        self._names = self._read_names()
 
     def write_csv(self, file: Path) -> None:
-        """Write the table as CSV, row by row.
+        """Write the table as CSV, in the order of the keys, row by row.
 
         Raises:
             OutputError: if the file cannot be written.
         """
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
-                csv.writer(out).writerows(self.rows())
+                table = csv.writer(out)
+                table.writerow(self.names())
+                table.writerows(self._db.execute(f'SELECT * FROM results ORDER BY "{self._key}"'))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
 
-    def _read_columns(self) -> dict[str, None]:
+    def _read_names(self) -> dict[str, None]:
         return {row[1]: None for row in self._db.execute("PRAGMA table_info(results)")}
+
+    def _kind(self, value: Any) -> str:
+        """The type of a column; where nobody but trainmj reads it there is none, so that -0.0 stays what it is."""
+        if not self._numbered:
+            return ""
+        if isinstance(value, (bool, int)):
+            return " INTEGER"
+        return " REAL" if isinstance(value, float) else " TEXT"
 
     def _write(self, statements: Sequence[tuple[str, Sequence[Any]]]) -> None:
         try:
@@ -151,55 +223,134 @@ class Store:
                 self._db.executemany(statement, values)
             self._db.execute("COMMIT")
         except sqlite3.Error as error:
+            raise self._trouble(error) from None
+        finally:
             if self._db.in_transaction:
                 self._db.execute("ROLLBACK")
-            raise self._trouble(error) from None
 
     def _trouble(self, error: sqlite3.Error) -> OutputError:
         text = str(error)
         if "locked" in text:
-            return OutputError(
-                f"{self.file}: another sweep is writing to this file: wait for it, or take another folder"
-            )
+            return OutputError(f"{self.file}: another process is using this file: wait for it, or take another folder")
         if "full" in text:
             return OutputError(
-                f"{self.file}: the disk is full; finished cases are kept: make room and go on with --resume"
+                f"{self.file}: the disk is full; finished cases are kept: make room, and the same command goes on"
             )
-        if "not a database" in text or "malformed" in text:
-            return OutputError(f"{self.file}: is damaged or no SQLite file ({text}): take another folder")
+        if _damaged(error):
+            return OutputError(
+                f"{self.file}: is damaged or no SQLite file ({text}): take another folder, or start over with --fresh"
+            )
         return OutputError(f"{self.file}: cannot be written ({text}); finished cases are kept")
+
+
+def key_of(*content: Any) -> str:
+    """A key that changes with any of the content, which JSON can hold."""
+    return sha256(json.dumps(content, default=str).encode()).hexdigest()[:32]
+
+
+def remove(file: Path, others: Iterable[str]) -> None:
+    """Remove a store and other files beside it, as far as they are there.
+
+    Args:
+        file: of the store.
+        others: names of files in its folder.
+
+    Raises:
+        OutputError: if one cannot be removed.
+    """
+    for name in (file.name, f"{file.name}-journal", *others):
+        try:
+            (file.parent / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(f"{file.parent / name}: cannot be removed ({error.strerror})") from None
+
+
+def read_about(file: Path) -> dict[str, str]:
+    """What a store says of its cases; empty if there is none or it is damaged."""
+    try:
+        with closing(_reading(file)) as db:
+            return dict(db.execute("SELECT key, value FROM about"))
+    except sqlite3.Error:
+        return {}
+
+
+def _reading(file: Path) -> sqlite3.Connection:
+    """For reading: who may write also takes back what a process left half written when it was killed."""
+    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=rw", timeout=_PATIENCE, uri=True)
+
+
+def read_columns(about: Mapping[str, str]) -> dict[str, Column]:
+    """What a store says of its responses, by column name."""
+    if _COLUMNS not in about:
+        return {}
+    from trainmj.collision.quantities import Column
+
+    said: dict[str, dict[str, Any]] = json.loads(about[_COLUMNS])
+    return {name: Column(**{**column, "place": tuple(column["place"])}) for name, column in said.items()}
 
 
 def read_table(folder: str | Path) -> pd.DataFrame:
     """The results of a sweep, finished or not, a row for each case.
 
     Args:
-        folder: where the sweep wrote.
+        folder: where the sweep wrote, or is writing.
+
+    Returns:
+        The rows that are there. ``table.attrs["columns"]`` says of each response by column name what it is: title,
+        unit, meaning and so on, as a :class:`trainmj.collision.quantities.Column`.
 
     Raises:
-        InputError: if there is no sweep.
+        InputError: if there is no sweep, its file is damaged, or another process does not let go of it.
     """
-    import pandas as pd
+    return read_sweep(Path(folder))[0]
 
-    file = Path(folder) / FILE
+
+def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
+    """The table of a sweep as :func:`read_table` gives it, and what its store says about it."""
+    import pandas as pd
+    from pandas.errors import DatabaseError
+
+    file = folder / FILE
     if not file.is_file():
         raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
-    with sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True) as db:
-        return pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
+    try:
+        with closing(_reading(file)) as db:
+            db.execute("BEGIN")  # both from one moment
+            about = dict(db.execute("SELECT key, value FROM about"))
+            table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
+        columns = read_columns(about)
+    except (sqlite3.Error, DatabaseError) as error:
+        if "locked" in str(error):
+            raise InputError(f"{file}: is being written by another process: try again in a moment") from None
+        raise InputError(f"{file}: is not the file of a sweep, or damaged ({error})") from None
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(f"{file}: is damaged, or was changed by hand ({error})") from None
+    first = [name for name in table if name not in columns]
+    table = table[[*first, *(name for name in columns if name in table)]]
+    table.attrs["columns"] = columns
+    return table, about
+
+
+def _in_order(names: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
+    """Names that are no responses, then the responses in the order of one table."""
+    from trainmj.collision.quantities import ordered
+
+    responses = ordered(columns[name] for name in names if name in columns)
+    return [*(name for name in names if name not in columns), *(column.name for column in responses)]
+
+
+def _stated(about: Mapping[str, str]) -> tuple[str, list[Any]]:
+    return "INSERT OR REPLACE INTO about VALUES (?, ?)", list(about.items())
+
+
+def _damaged(error: sqlite3.Error) -> bool:
+    return any(word in str(error) for word in ("not a database", "malformed", "no such"))
 
 
 def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _kind(value: Any) -> str:
-    if isinstance(value, (bool, int)):
-        return "INTEGER"
-    return "REAL" if isinstance(value, float) else "TEXT"
-
-
 def _stored(value: Any) -> Any:
     """A value as SQLite holds it; lists and groups as JSON, NaN as NULL."""
-    if isinstance(value, (list, dict)):
-        return json.dumps(value)
-    return value
+    return json.dumps(value) if isinstance(value, (list, dict)) else value

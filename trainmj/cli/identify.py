@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import takes_figures, takes_threads
+from trainmj.cli.options import going_on, takes_figures, takes_fresh, takes_threads
 from trainmj.cli.report import takes_report
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("targets")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
-@click.option("--resume", is_flag=True, help="Use the trials in the folder; none of them is simulated again.")
+@takes_fresh
 @takes_threads
 @takes_figures
 @takes_report
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def identify(
     targets: str,
     out: Path,
-    resume: bool,
+    fresh: bool,
     threads: int,
     figures: tuple[Format, ...],
     figure_width: Width,
@@ -40,7 +40,7 @@ def identify(
 
     TARGETS is a targets file, or the name of one that ships with trainmj, such as b_type. The folder gets the values
     found as a scenario, how well the data determine them, and every deviation. The result depends on the file alone:
-    a search that was stopped goes on with --resume to the same end.
+    whatever stops a search, the same command goes on to the same end.
 
     Exit code: 0 when done, 1 if a bar that the file states is not kept, 2 for wrong input.
     """
@@ -51,14 +51,17 @@ def identify(
     from trainmj.identification.run import identify as find
 
     line = screen.Screen()
-    try:
-        found = find(plan, out, threads, resume, line.watch, line.trials, figures, figure_width)
-    except KeyboardInterrupt:
-        line.stop()
-        click.echo(f"Stopped. What was computed is in {out}; the same command with --resume goes on.", err=True)
-        sys.exit(130)
-    finally:
-        line.stop()
+    with going_on(out, fresh, line):
+        found = find(
+            plan,
+            out,
+            threads=threads,
+            fresh=fresh,
+            watch=line.watch,
+            progress=line.trials,
+            figures=figures,
+            width=figure_width,
+        )
     if with_report:
         from trainmj.identification import page
 

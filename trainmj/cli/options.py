@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
@@ -59,6 +61,39 @@ takes_threads = click.option(
     help="Native threads; all cores by default. The numbers do not depend on it.",
 )
 """The option --threads."""
+
+
+takes_fresh = click.option(
+    "--fresh", is_flag=True, help="Start over: remove what this command left in the folder, and nothing else."
+)
+"""The option --fresh. Without it a command goes on with what is in its folder."""
+
+
+class Shown(Protocol):
+    """What shows on the terminal how a command gets on."""
+
+    def stop(self) -> None:
+        """Take it away."""
+
+
+@contextmanager
+def going_on(out: Path, fresh: bool, shown: Shown) -> Iterator[None]:
+    """Work that can be stopped and gone on with: on Ctrl-C say how, and end with exit code 130.
+
+    Args:
+        out: the folder that keeps what is finished.
+        fresh: whether --fresh was given, which would start over again.
+        shown: taken away at the end.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        shown.stop()
+        command = "the same command without --fresh" if fresh else "the same command"
+        click.echo(f"Stopped. What was finished is in {out}; {command} goes on.", err=True)
+        sys.exit(130)
+    finally:
+        shown.stop()
 
 
 def load_scenario(scenario: str, changes: dict[str, Any]) -> Scenario:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -11,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trainmj.cli.options import load_scenario, split_assignment, takes_scenario, takes_threads
+from trainmj.cli.options import going_on, load_scenario, split_assignment, takes_fresh, takes_scenario, takes_threads
 from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
-    from trainmj.cases.table import Engine
+    from trainmj.cases.engine import Engine
     from trainmj.sweep.plan import Plan
 
 
@@ -29,9 +28,7 @@ if TYPE_CHECKING:
     help="Vary a value: FROM:TO:COUNT (20:50:9) or a list (30,33,36). Several make a full grid.",
 )
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
-@click.option(
-    "--resume", is_flag=True, help="Go on with the sweep in the folder; finished cases are not computed again."
-)
+@takes_fresh
 @takes_threads
 @click.option(
     "--responses", metavar="NAMES", help="Columns wanted, with commas between; * stands for any part of a name."
@@ -45,7 +42,7 @@ def sweep(
     changes: dict[str, Any],
     vary: tuple[str, ...],
     out: Path,
-    resume: bool,
+    fresh: bool,
     threads: int,
     responses: str | None,
     histories: str | None,
@@ -56,7 +53,7 @@ def sweep(
     """Compute many cases of a scenario, one row for each.
 
     SCENARIO may also be a sweep file, which states the cases itself. Results are kept as they come, in
-    results.sqlite and at the end results.csv; whatever stops a sweep, --resume goes on.
+    results.sqlite and at the end results.csv; whatever stops a sweep, the same command goes on.
     """
     from trainmj.output.console import Progress
     from trainmj.sweep import plan
@@ -80,13 +77,8 @@ def sweep(
     if histories is not None:
         cases = replace(cases, histories=tuple(_numbers(histories)))
     write_parquet = _parquet_writer() if parquet else None
-    with Progress(len(cases)) as progress, _engine(dask, cases) as engine:
-        try:
-            outcome = run_sweep(cases, out, threads, resume, engine, progress)
-        except KeyboardInterrupt:
-            progress.stop()
-            click.echo(f"Stopped. What was finished is in {out}; the same command with --resume goes on.", err=True)
-            sys.exit(130)
+    with Progress(len(cases)) as progress, going_on(out, fresh, progress), _engine(dask, cases) as engine:
+        outcome = run_sweep(cases, out, threads=threads, fresh=fresh, engine=engine, progress=progress)
     if write_parquet is not None:
         write_parquet(out)
     print_outcome(outcome)

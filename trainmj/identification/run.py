@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.cases.table import responses_of
-from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import Chain, line_up
+from trainmj.cases.engine import Local
+from trainmj.cases.origin import Origin
+from trainmj.cases.store import KEY, Store, remove
+from trainmj.cases.table import no_number
 from trainmj.collision.identity import identity
+from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
 from trainmj.files.folder import held
@@ -23,24 +24,29 @@ from trainmj.identification.found import BASE, FOUND, Found, found_yaml
 from trainmj.identification.misfit import Misfit
 from trainmj.identification.plan import Identification
 from trainmj.identification.search import Place, Progress, Watch, search
-from trainmj.identification.store import FILE, TrialStore
 from trainmj.identification.trials import Trials
 from trainmj.identification.uncertainty import Uncertainty, uncertainty
 from trainmj.identification.unknowns import Point, rounded
-from trainmj.output.style import Format, Width, save, styled
-from trainmj.scenario import Scenario, to_yaml
+from trainmj.output.style import FORMATS, Format, Width, save, styled
+from trainmj.scenario import to_yaml
 
 if TYPE_CHECKING:
     import pandas as pd
 
+FILE = "trials.sqlite"
+SUMMARY = "summary.json"
+
+_TABLES = ("fit", "residuals", "parameters", "correlations", "directions", "search")
+_FIGURES = ("residuals", "correlations", "search")
 _DIGITS = 6  # of the values found
 
 
 def identify(
     plan: Identification,
     folder: str | Path,
+    *,
     threads: int = 0,
-    resume: bool = False,
+    fresh: bool = False,
     watch: Watch = lambda progress: None,
     progress: Callable[[int], None] = lambda trials: None,
     figures: Sequence[Format] = ("png",),
@@ -48,31 +54,32 @@ def identify(
 ) -> Found:
     """Find the values of an identification and write what there is to know of them into a folder.
 
-    Every trial is kept in the folder as it ends; whatever stops the search, with resume the same one goes on and ends
-    at the same values. The result depends on the targets file alone, not on threads or interruptions.
+    Every trial is kept in the folder as it ends; whatever stops the search, the same one goes on and ends at the same
+    values. The result depends on the targets file alone, not on threads or interruptions.
 
     Args:
         plan: what is sought.
         folder: made if it is not there.
         threads: native threads; 0 for all cores.
-        resume: use the trials in the folder; without any there, begin.
+        fresh: start over: remove what an identification left in the folder, but the scenario that it began with.
         watch: told of each generation and iteration.
         progress: told how many trials were just finished.
         figures: formats in which figures are drawn; none for no figures.
         width: of figures.
 
     Raises:
-        InputError: if trials are there and resume is not asked for, or they are of another scenario; if a response
-            does not exist, or the start values cannot be simulated.
+        InputError: if a response does not exist, or the start values cannot be simulated; if the folder has trials
+            of another scenario, or of other versions; the message says what differs.
         OutputError: if the folder or a file cannot be written, or another process writes there.
     """
     began = time.monotonic()
     with held(folder) as folder:
-        if (folder / FILE).exists() and not resume:
-            raise InputError(f"{folder}: has an identification already: go on with --resume, or take another folder")
         _check_start(plan, threads)
-        with TrialStore(folder / FILE) as store:
-            store.agree(_about(plan.scenario))
+        if fresh:
+            figures_there = [f"{name}.{form}" for name in _FIGURES for form in FORMATS]
+            remove(folder / FILE, [FOUND, SUMMARY, "report.html", *(f"{t}.csv" for t in _TABLES), *figures_there])
+        with Store(folder / FILE, KEY) as store:
+            store.agree(Origin("identification", plan.scenario))
             there = len(store)
             trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
             place, way = search(plan, trials, watch)
@@ -125,16 +132,10 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
         BASE: to_yaml(base),
         FOUND: found_yaml(base, plan.unknowns.changes(found.point.value), BASE, title),
     }
-    for name, table in (
-        ("fit", found.fit),
-        ("residuals", found.residuals),
-        ("parameters", found.parameters),
-        ("correlations", found.correlations),
-        ("directions", found.directions),
-        ("search", pd.DataFrame(found.way, columns=Progress._fields)),
-    ):
-        texts[f"{name}.csv"] = table.to_csv(index=False, float_format="%.9g")
-    texts["summary.json"] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
+    for name in _TABLES[:-1]:
+        texts[f"{name}.csv"] = _csv(getattr(found, name))
+    texts["search.csv"] = _csv(pd.DataFrame(found.way, columns=Progress._fields))
+    texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
     for file, text in texts.items():
         write_bytes(folder / file, text.encode())
     with styled(width):
@@ -142,30 +143,28 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
             save(picture, folder / name, formats)
 
 
+def _csv(table: pd.DataFrame) -> str:
+    return table.to_csv(index=False, float_format="%.9g")
+
+
 def _check_start(plan: Identification, threads: int) -> None:
     """Refuse start values that cannot be simulated in every case, and responses that do not exist."""
     changes = plan.unknowns.changes(plan.unknowns.start().value)
     cases = [*plan.fitted.cases, *plan.held_out.cases]
-
-    def chains() -> Iterator[tuple[int, Chain]]:
-        for n, case in enumerate(cases):
-            try:
-                chain = line_up(plan.scenario.with_values({**changes, **case}))
-            except InputError as error:
-                raise InputError(f"start values, case {dict(case)}: {error}") from None
-            yield n, chain
-
-    rows = {n: responses_of(summary) for n, summary in run_chains(chains(), threads)}
-    for n, case in enumerate(cases):
-        row = rows[n]
-        if row["status"] == "unstable":
-            raise InputError(f"start values, case {dict(case)}: unstable: {row['reason']}")
+    made = ({**changes, **case} for case in cases)
+    for number, row, columns in sorted(Local(plan.scenario, threads)(enumerate(made)), key=lambda case: case.key):
+        said = f"the case {dict(cases[number])}"
+        if row["status"] in FAILED:
+            raise InputError(f"start values, {said}: {row['status']}: {row['reason']}")
         for target in plan.targets:
             for column in target.terms:
-                if column not in row or column in ("status", "reason"):
-                    offered = set(row) - {"status", "reason"}
-                    rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, offered)}"
-                    raise plan.problem(rule, "targets", target.name, "response")
+                rule = ""
+                if column not in columns:
+                    rule = f"there is no response {column!r} in {said}{close_match(column, columns)}"
+                elif not np.isfinite(row[column]):
+                    rule = no_number(column, plan.scenario)
+                if rule:
+                    raise plan.source.error(rule, "targets", target.name, "response")
 
 
 def _final(plan: Identification, place: Place) -> Point:
@@ -173,22 +172,6 @@ def _final(plan: Identification, place: Place) -> Point:
     values = plan.unknowns.point(place.unit).value
     point = plan.unknowns.solved(np.array([rounded(v, _DIGITS) for v in values]))
     return point._replace(value=np.array([rounded(v, _DIGITS + 2) for v in point.value]))
-
-
-def _about(scenario: Scenario) -> dict[str, str]:
-    """What all trials depend on: the scenario, the versions, and what the law makes of it."""
-    try:
-        chain = line_up(scenario)
-        ((_, summary),) = run_chains([(0, chain)], 1)
-        numbers = json.dumps(responses_of(summary))
-    except InputError as error:
-        numbers = str(error)
-    return {
-        "format": "trainmj identification 1",
-        "scenario": to_yaml(scenario),
-        **{f"version_{name}": version for name, version in identity().items()},
-        "what the simulation gives": hashlib.sha256(numbers.encode()).hexdigest(),
-    }
 
 
 def _summary(plan: Identification, point: Point, known: Uncertainty, fit: pd.DataFrame) -> dict[str, Any]:

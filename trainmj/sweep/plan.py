@@ -5,30 +5,33 @@ The case of a number depends on the plan alone, so a sweep can stop and go on, a
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from trainmj.cases.table import WHOLE, check_columns
+from trainmj.cases.table import STATUS, check_columns
+from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
 from trainmj.files.problems import Problem, from_pydantic, refuse
 from trainmj.files.source import Source, read_source
-from trainmj.files.tables import read_given
-from trainmj.files.text import FORMULA, HIDDEN, beside
+from trainmj.files.tables import read_beside
+from trainmj.files.text import FORMULA, HIDDEN
 from trainmj.files.yaml import read_value, read_yaml
-from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
 from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
 MAX_CASES = 10_000_000
+_RESULTS = {"case", *STATUS, *(q.head_of() for q in (*TRAIN, *COLLISION, *BALANCE) if q.column)}
 _WORD = 2**63  # whole numbers from here on have no place in an SQLite file
+_SHORT = 60  # characters of values that are said in full
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class Plan:
         if double:  # SQLite does not tell capitals from small letters in the heads of a table
             raise InputError(f"{min(double)}: is varied twice")
         for name in names:
-            if name == "case" or name in WHOLE:
+            if name in _RESULTS:
                 raise InputError(f"{name}: is a column of the results: give the parameter another name")
         check_columns(self.scenario, names)
         for block in self.blocks:
@@ -91,10 +94,13 @@ class Plan:
         return ((n, self.case(n)) for n in range(len(self)) if n not in left_out)
 
     @property
-    def fingerprint(self) -> str:
-        """Changes with anything that a result depends on: scenario, cases and columns."""
-        content = [to_yaml(self.scenario), [dict(block) for block in self.blocks], self.responses]
-        return hashlib.sha256(json.dumps(content, default=list).encode()).hexdigest()
+    def inputs(self) -> dict[str, Any]:
+        """What the rows depend on beside the scenario: the values of each name, how they are crossed, the columns."""
+        return {
+            "values": {name: _in_words(values) for block in self.blocks for name, values in block.items()},
+            "blocks": [list(block) for block in self.blocks],
+            "responses": ", ".join(self.responses),
+        }
 
 
 def plan_of(
@@ -186,13 +192,7 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
 def _table(source: Source, name: str) -> dict[str, list[Any]]:
     """Columns of a CSV file of cases."""
     said = source.said("cases")
-    path = beside(source.folder, name, said)
-    if path is None:
-        raise InputError(f"{said}: there is no such file beside it")
-    try:
-        table = read_given(path)
-    except InputError as error:
-        raise InputError(f"{said}: {error}") from None
+    table = read_beside(source.folder, name, said)
     if table.size > MAX_VALUES:
         raise InputError(f"{said}: has {table.size} cells, more than {MAX_VALUES}")
     for column in table:
@@ -212,6 +212,12 @@ def _check_values(name: str, values: Sequence[Any]) -> None:
                 f"{name} = {ascii(value)[:60]}: must be printable text that does not begin with {' '.join(FORMULA)}, "
                 "which a spreadsheet takes for a formula"
             )
+
+
+def _in_words(values: Sequence[Any]) -> str:
+    """Values in full if they are few, otherwise their number and what changes with any of them."""
+    text = json.dumps(list(values), default=str)
+    return text if len(text) <= _SHORT else f"{len(values)} values {sha256(text.encode()).hexdigest()[:12]}"
 
 
 def _length(block: Mapping[str, Sequence[Any]]) -> int:

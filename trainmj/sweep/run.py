@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from trainmj.cases.store import CASE, FILE, Store
-from trainmj.cases.table import FAILED, REFUSED, Engine, Row, case_rows, chosen, ordered
-from trainmj.collision.identity import identity
+from trainmj.cases.engine import Computed, Engine, Local, Row
+from trainmj.cases.origin import Origin
+from trainmj.cases.runner import fill
+from trainmj.cases.store import FILE, Store, read_about, remove
+from trainmj.cases.table import STATUS, chosen
 from trainmj.collision.simulation import run
+from trainmj.collision.status import FAILED
 from trainmj.errors import InputError
 from trainmj.files.folder import held
-from trainmj.scenario import to_yaml
 from trainmj.sweep.plan import Plan
 
-COMMIT_EVERY = 0.5
-"""Longest time that finished cases wait to be written [s]."""
-
-_MOST_WAITING = 500  # cases written in one transaction
-
-_MAY_CHANGE = ("version_python", "version_platform")  # the nodes of a cluster may differ
+_LEFT = ("results.csv", "results.parquet", "report.html")
+_HISTORIES = "histories"
 
 
 @dataclass(frozen=True)
@@ -50,45 +47,85 @@ class Outcome:
 def run_sweep(
     plan: Plan,
     folder: str | Path,
+    *,
     threads: int = 0,
-    resume: bool = False,
+    fresh: bool = False,
     engine: Engine | None = None,
     progress: Callable[[int], None] = lambda finished: None,
 ) -> Outcome:
     """Compute the cases of a plan and keep them in a folder.
 
     The folder gets results.sqlite, written as cases end, and at the end results.csv and the histories asked for.
-    Whatever stops a sweep, what is in the file stays; with resume the rest is computed and the table is the same.
+    Whatever stops a sweep, what is in the file stays; the same plan goes on, and the table is the same.
 
     Args:
         plan: scenario and cases.
         folder: made if it is not there.
         threads: native threads; 0 for all cores.
-        resume: go on with the sweep in the folder; without one there, begin.
+        fresh: start over: remove what a sweep left in the folder.
         engine: computes the cases; by default this process.
         progress: called with the number of finished cases of all.
 
     Raises:
-        InputError: if a sweep is there and resume is not asked for, or it is another one.
+        InputError: if the folder has the results of another plan, or of other versions; the message says what differs.
         OutputError: if the folder or file cannot be written, or another process writes there; what was finished is
             kept.
     """
     began = time.monotonic()
+    engine = engine or Local(plan.scenario, threads)
     with held(folder) as folder:
-        if (folder / FILE).exists() and not resume:
-            raise InputError(f"{folder}: has a sweep already: go on with --resume, or take another folder")
-        with Store(folder / FILE) as store:
-            _agree(store, plan)
+        file = folder / FILE
+        if fresh:
+            histories = {*plan.histories, *_histories_in(read_about(file))}
+            remove(file, [*_LEFT, *map(_history, histories)])
+        with Store(file) as store:
+            store.agree(Origin("sweep", plan.scenario, plan.inputs, engine.identity))
+            store.describe(_further(plan, store.about()))
             finished = store.finished()
-            progress(len(finished))
-            compute = engine or (lambda cases: case_rows(plan.scenario, cases, threads))
-            _compute(plan, store, compute(plan.cases(left_out=finished)), len(finished), progress)
-            store.arrange([*plan.names, *ordered(set(store.columns()) - {CASE, *plan.names})])
+            progress(there := len(finished))
+            fill(store, engine, plan.cases(left_out=finished), _keeper(plan), lambda n: progress(there + n))
+            store.arrange([*plan.names, *STATUS])
             store.write_csv(folder / "results.csv")
             failed = _failures(store)
         write_histories(plan, folder)
-        computed, seconds = len(plan) - len(finished), time.monotonic() - began
-        return Outcome(folder, len(plan), computed, len(failed), next(iter(failed), ""), seconds)
+        return Outcome(
+            folder, len(plan), len(plan) - there, len(failed), next(iter(failed), ""), time.monotonic() - began
+        )
+
+
+def _further(plan: Plan, about: Mapping[str, str]) -> dict[str, str]:
+    """What the file says of a sweep for those who read it, and of what it leaves beside the file."""
+    histories = sorted({*plan.histories, *_histories_in(about)})
+    said = {"cases": len(plan), "varied": plan.names, "seed": plan.seed, _HISTORIES: histories}
+    return {name: json.dumps(value) for name, value in said.items()}
+
+
+def _histories_in(about: Mapping[str, str]) -> set[int]:
+    """Numbers of the cases whose histories a sweep has written."""
+    try:
+        return {int(number) for number in json.loads(about.get(_HISTORIES, "[]"))}
+    except (TypeError, ValueError):
+        return set()  # nothing that a sweep has written
+
+
+def _history(number: int) -> str:
+    return f"case_{number}.nc"
+
+
+def _keeper(plan: Plan) -> Callable[[Computed], Row]:
+    """What is kept of a case: the values it changes, its status, and the responses that the plan asks for."""
+    wanted: dict[tuple[str, ...], list[str]] = {}
+
+    def keep(computed: Computed) -> Row:
+        names = tuple(computed.row)
+        if names not in wanted:
+            double = set(names) & set(plan.names)
+            if double:
+                raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
+            wanted[names] = chosen(names, plan.responses) if computed.columns else list(names)
+        return plan.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
+
+    return keep
 
 
 def _failures(store: Store) -> list[str]:
@@ -97,64 +134,10 @@ def _failures(store: Store) -> list[str]:
     return [f"case {n}, {status}: {reason}" for n, (status, reason) in enumerate(ends) if status in FAILED]
 
 
-def _compute(
-    plan: Plan, store: Store, rows: Iterator[tuple[int, Row]], finished: int, progress: Callable[[int], None]
-) -> None:
-    """Take rows as they come and write them in transactions, also when something stops the work."""
-    waiting: list[tuple[int, dict[str, Any]]] = []
-    written = time.monotonic()
-    keep: dict[tuple[str, ...], list[str]] = {}
-    try:
-        for number, row in rows:
-            names = tuple(row)
-            if names not in keep:
-                keep[names] = list(names) if row["status"] == REFUSED else chosen(names, plan.responses)
-            waiting.append((number, plan.case(number) | {name: row[name] for name in keep[names]}))
-            finished += 1
-            if len(waiting) == _MOST_WAITING or time.monotonic() - written > COMMIT_EVERY:
-                batch, waiting = waiting, []
-                store.add(batch)
-                written = time.monotonic()
-                progress(finished)
-    except KeyboardInterrupt:
-        if waiting:
-            store.add(waiting)
-        raise
-    if waiting:
-        store.add(waiting)
-    progress(finished)
-
-
-def _agree(store: Store, plan: Plan) -> None:
-    """See that the sweep in the file is this one; write what it is if the file is new."""
-    mine = {
-        "format": "trainmj sweep 1",
-        "fingerprint": plan.fingerprint,
-        "scenario": to_yaml(plan.scenario),
-        "cases": str(len(plan)),
-        "varied": json.dumps(plan.names),
-        "seed": json.dumps(plan.seed),
-        **{f"version_{name}": version for name, version in identity().items()},
-    }
-    there = store.about()
-    if not there:
-        store.describe(mine)
-        return
-    changed = [key for key in mine if key not in _MAY_CHANGE and there.get(key) != mine[key]]
-    if not changed:
-        return
-    cure = "run it as it was, or take another folder"
-    for key, what in (("scenario", "the scenario has changed"), ("fingerprint", "the cases or responses have changed")):
-        if key in changed:
-            raise InputError(f"{store.file}: {what} since this sweep began: {cure}")
-    key = changed[0]
-    raise InputError(f"{store.file}: {key} was {there.get(key)} when this sweep began and is {mine[key]} now: {cure}")
-
-
 def write_histories(plan: Plan, folder: Path) -> None:
     """Compute the cases whose histories are wanted once more and save them as case_NUMBER.nc, unless refused."""
     for number in plan.histories:
-        file = folder / f"case_{number}.nc"
+        file = folder / _history(number)
         if file.exists():
             continue
         try:

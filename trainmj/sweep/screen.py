@@ -8,15 +8,16 @@ from trainmj.sweep.run import Outcome
 
 def print_outcome(outcome: Outcome) -> None:
     """The last line of a sweep."""
+    cases = f"{outcome.cases} case{'s' if outcome.cases > 1 else ''}"
     there = outcome.cases - outcome.computed
-    rate = outcome.computed / outcome.seconds if outcome.seconds > 0 else 0.0
-    console = new_console()
-    cases = f"{outcome.cases} case{'s' if outcome.cases > 1 else ''}" + (f" ({there} were there)" if there else "")
-    console.print(
-        f"{cases}, {outcome.failed} failed, {outcome.seconds:.1f} s, {rate:.0f} collisions a second; "
-        f"written to {outcome.folder}",
-        markup=False,
-        soft_wrap=True,
-    )
+    if not outcome.computed:
+        said = f"All {cases} were there, {outcome.failed} failed"
+    else:
+        rate = outcome.computed / outcome.seconds
+        said = f"{cases}{f' ({there} were there)' if there else ''}, {outcome.failed} failed, "
+        said += f"{outcome.seconds:.1f} s, {rate:.0f} collisions a second"
+    lines = [f"{said}; written to {outcome.folder}"]
     if outcome.first_failure:
-        console.print(f"The first that failed: {outcome.first_failure}", markup=False, soft_wrap=True)
+        lines.append(f"The first that failed: {outcome.first_failure}")
+    for line in lines:
+        new_console().print(line, markup=False, soft_wrap=True)

@@ -1,0 +1,90 @@
+"""What computes cases: this process here, or a cluster in :mod:`trainmj.cases.cluster`."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.identity import identity
+from trainmj.collision.status import Kind
+from trainmj.errors import InputError
+from trainmj.scenario import Scenario
+
+if TYPE_CHECKING:
+    from trainmj.collision.quantities import Column
+
+Key = int | str
+"""What a caller knows a case by."""
+
+Case = Mapping[str, Any]
+"""New values by parameter or path."""
+
+Row = dict[str, Any]
+"""Status, reason and responses of a case by column name; the responses are missing where the case was refused."""
+
+
+class Computed(NamedTuple):
+    """A case that has been computed or refused.
+
+    Attributes:
+        key: the caller's.
+        row: status, reason and responses.
+        columns: of the responses, by name.
+    """
+
+    key: Any
+    row: Row
+    columns: Mapping[str, Column]
+
+
+class Engine(Protocol):
+    """Computes cases."""
+
+    @property
+    def identity(self) -> Mapping[str, str]:
+        """What computes them, as in :func:`trainmj.collision.identity.identity`."""
+
+    def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
+        """Compute cases and yield each as it ends, in any order.
+
+        Args:
+            cases: key and changes of each; taken as they are needed.
+        """
+
+
+class Local:
+    """Computes cases in this process.
+
+    Args:
+        scenario: what the cases vary.
+        threads: native threads; 0 for all cores. The numbers do not depend on it.
+    """
+
+    def __init__(self, scenario: Scenario, threads: int = 0) -> None:
+        """Nothing is computed yet."""
+        self._scenario = scenario
+        self._threads = threads
+        self.identity: Mapping[str, str] = identity()
+
+    def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
+        """Compute cases; one that breaks a rule is a row with its reason."""
+        from trainmj.collision.batch import run_chains  # takes MuJoCo and numba with it
+
+        refused: deque[Computed] = deque()
+
+        def chains() -> Iterator[tuple[Any, Chain]]:
+            for key, changes in cases:
+                try:
+                    chain = line_up(self._scenario.with_values(changes))
+                except InputError as error:
+                    refused.append(Computed(key, {"status": Kind.REFUSED.value, "reason": str(error)}, {}))
+                else:
+                    yield key, chain
+
+        for key, summary in run_chains(chains(), self._threads):
+            yield Computed(key, summary.row(), summary.columns)
+            while refused:
+                yield refused.popleft()
+        yield from refused

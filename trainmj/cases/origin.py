@@ -1,0 +1,90 @@
+"""What finished cases were computed from, and in what that differs from now."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from trainmj.collision import identity
+from trainmj.files.text import printable
+from trainmj.files.yaml import parse
+from trainmj.scenario import Scenario, to_yaml
+
+_VERSION = "version_"
+_SCENARIO = "scenario"
+_MOST_SAID = 4  # differences in one message
+_LONGEST = 60  # characters of a value in a message
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What the numbers of a folder depend on: where all of it is the same, they may be used again.
+
+    Attributes:
+        task: what computes them, such as sweep.
+        scenario: what the cases vary.
+        inputs: what else they depend on, as JSON can hold it; a mapping is compared key by key.
+        identity: the code, packages and machine that compute them.
+    """
+
+    task: str
+    scenario: Scenario
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    identity: Mapping[str, str] = field(default_factory=identity.identity)
+
+    def about(self) -> dict[str, str]:
+        """As a store keeps it."""
+        return {
+            "format": f"trainmj {self.task} 2",
+            _SCENARIO: to_yaml(self.scenario),
+            **{name: json.dumps(value, default=str) for name, value in self.inputs.items()},
+            **{f"{_VERSION}{name}": text for name, text in self.identity.items()},
+        }
+
+    def new_identity(self, about: Mapping[str, str]) -> list[str]:
+        """What computes differently from then: ``numba 0.60.0 then, 0.61.2 now``."""
+        return identity.changes(versions_in(about), self.identity)
+
+    def new_input(self, about: Mapping[str, str]) -> list[str]:
+        """What the input has changed since then: ``collision.speed_km_h 25 then, 30 now``."""
+        now = self.about()
+        found: list[str] = []
+        if about.get(_SCENARIO) != now[_SCENARIO]:
+            found += differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO)[0], self.scenario.values())
+        for name in self.inputs:
+            then, here = json.loads(about.get(name, "null")), json.loads(now[name])
+            both = isinstance(then, dict) and isinstance(here, dict)
+            found += differences(then, here, "" if both else name)
+        return found
+
+
+def versions_in(about: Mapping[str, str]) -> dict[str, str]:
+    """The identity that a store says of its numbers."""
+    return {name.removeprefix(_VERSION): text for name, text in about.items() if name.startswith(_VERSION)}
+
+
+def in_words(changes: list[str]) -> str:
+    """The first of some changes in one line."""
+    more = len(changes) - _MOST_SAID
+    return "; ".join(changes[:_MOST_SAID]) + (f"; and {more} more" if more > 0 else "")
+
+
+def differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
+    """Where two nested values differ: ``curves.buffer.force_kN.1 250 then, 260 now``."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        for key in {**then, **now}:
+            yield from differences(then.get(key), now.get(key), f"{path}.{key}".removeprefix("."))
+    elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
+        for n, pair in enumerate(zip(then, now, strict=True)):
+            yield from differences(*pair, f"{path}.{n}")
+    elif then != now:
+        yield f"{path} {_said(then)} then, {_said(now)} now"
+
+
+def _said(value: Any) -> str:
+    if value is None:
+        return "not stated"
+    text = printable(value if isinstance(value, str) else json.dumps(value, default=str, ensure_ascii=False))
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."

@@ -1,0 +1,74 @@
+"""Compute the cases that a store lacks and keep each as it ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from trainmj.cases.engine import Case, Computed, Engine, Key, Row
+from trainmj.cases.store import Store
+from trainmj.collision.quantities import Column
+
+COMMIT_EVERY = 0.5
+"""Longest time that finished cases wait to be written [s]."""
+
+_MOST_WAITING = 500  # cases written in one transaction
+
+
+def fill(
+    store: Store,
+    engine: Engine,
+    cases: Iterable[tuple[Any, Case]],
+    keep: Callable[[Computed], Row] = lambda computed: computed.row,
+    progress: Callable[[int], None] = lambda finished: None,
+) -> None:
+    """Compute cases and write them as they end, also when something stops the work.
+
+    Args:
+        store: where they are kept.
+        engine: computes them.
+        cases: key and changes of each; taken as they are needed.
+        keep: what is kept of a case.
+        progress: called with the number of cases written now, as they are.
+
+    Raises:
+        OutputError: if they cannot be written; those written before stay.
+    """
+    waiting: list[tuple[Key, Row]] = []
+    columns: dict[str, Column] = {}
+    written, finished = time.monotonic(), 0
+
+    def write() -> None:
+        nonlocal waiting, written, finished
+        if waiting:
+            store.add(waiting, columns)
+        finished += len(waiting)
+        waiting, written = [], time.monotonic()
+        progress(finished)
+
+    try:
+        for computed in engine(cases):
+            waiting.append((computed.key, keep(computed)))
+            if not columns.keys() >= computed.columns.keys():
+                columns |= computed.columns
+            if len(waiting) == _MOST_WAITING or time.monotonic() - written > COMMIT_EVERY:
+                write()
+    finally:
+        write()
+
+
+def rows_of(
+    store: Store,
+    engine: Engine,
+    cases: Mapping[Any, Case],
+    keep: Callable[[Computed], Row] = lambda computed: computed.row,
+    progress: Callable[[int], None] = lambda finished: None,
+) -> dict[Any, Row]:
+    """The rows of cases by key, as the store keeps them; those that it lacks are computed first."""
+    found = store.read(cases)
+    missing = {key: case for key, case in cases.items() if key not in found}
+    if missing:
+        fill(store, engine, missing.items(), keep, progress)
+        found |= store.read(missing)
+    return found
