@@ -4,13 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from twins import plan, rows, scenario, values
 
 from trainmj.errors import InputError
-from trainmj.identification import identification_of, load_targets
+from trainmj.identification import load_targets, targets_of
 from trainmj.identification.data import observations
-from trainmj.identification.file import DataPart
-from trainmj.identification.run import identify
+from trainmj.identification.file import DataPart, TableData
 from trainmj.identification.sums import parse_sum, value_of
 from trainmj.scenario import save
 
@@ -45,18 +45,18 @@ def folder(tmp_path_factory):
         ({"parameter": {}}, "parameter: unknown key; did you mean 'parameters'?"),
         ({"parameters__k__bound": [1, 2]}, "parameters.k.bound: unknown key; did you mean 'bounds'?"),
         ({"parameters__k__bounds": [5]}, "parameters.k.bounds: must have at least 2 entries"),
-        ({"parameters__k__bounds": [400, 20]}, r"bounds: must be a lower and a higher one, as in \[20, 100\]"),
-        ({"parameters__k__bounds": [0, 400]}, "bounds: must be greater than 0 on a log scale; the lower one is 0"),
+        ({"parameters__k__bounds": [400, 20]}, "bounds: must be a lower and a higher value: 400 is not below 20"),
+        ({"parameters__k__bounds": [0, 400]}, "bounds: must be above 0 on a log scale; the lower one is 0"),
         ({"parameters__k__bounds": [1, float("nan")]}, r"parameters.k.bounds.1 = nan: must be a finite number"),
         ({"parameters__k__start": 900}, "parameters.k.start = 900: must be within the bounds, 20 to 400"),
-        ({"parameters__x": K}, "is set by the parameter k already"),
+        ({"parameters__x": K}, "is set by the parameter k too: leave one of them out"),
         (
             {"parameters__k": {**K, "bounds": [1, 2]}},
-            "bounds: leave out the 80 that the scenario has now: widen them, or state a start",
+            "bounds: must include the 80 that the scenario has now: widen them, or state a start",
         ),
         (
             {"parameters__k": {**K, "sets": "devices.coupler.stifness", "start": 80}},
-            "k: at its start: .*stifness = 80.0: unknown key",
+            "k: at the start: .*stifness = 80.0: unknown key",
         ),
         ({"parameters__k__sets": "devices.copler.stiffness_kN_per_mm"}, "did you mean 'coupler'?"),
         (
@@ -64,13 +64,16 @@ def folder(tmp_path_factory):
             "must lead to a number, not to a list: choose one of its 4, as in curves.buffer.force_kN.3",
         ),
         ({"parameters__k__sets": "trains.t.front"}, "must lead to a number, not to 'front'"),
-        ({"parameters__f10__sets": "curves.buffer.stroke_mm.1"}, "f10: at its start: .*must be more than"),
-        ({"parameters__k__sets": []}, "parameters.k.sets: must have at least 1 entries"),
+        ({"parameters__f10__sets": "curves.buffer.stroke_mm.1"}, "f10: at the start: .*must be more than"),
+        ({"parameters__k__sets": []}, "parameters.k.sets: must have at least 1 entry"),
         ({"parameters__k__sets": [5]}, "parameters.k.sets.0"),
         ({"data__tests__rows": [{"M": [1]}]}, "tests"),
-        ({"data__tests__rows": None, "data__tests__table": []}, "table: must name at least one table"),
+        ({"data__tests__rows": None, "data__tests__table": []}, "data.tests.table: must have at least 1 entry"),
         ({"parameters__k__sets": {"path": "mass_t", "factor": 0}}, "sets.factor = 0: must not be 0"),
-        ({"parameters__k__sets": {"path": "mass_t"}}, "is set by a parameter that is sought: a case cannot set it too"),
+        (
+            {"parameters__k__sets": {"path": "mass_t"}},
+            "set by the parameter ., which is sought: a case cannot",
+        ),
         (
             {"parameters__b": {"curve": "curves.bufer"}},
             "must be the path of a curve with points; did you mean 'curves.buffer'",
@@ -83,25 +86,31 @@ def folder(tmp_path_factory):
         ({"parameters__b": 5}, "parameters.b = 5: must be a group of keys and values"),
         ({"parameters__b": {"curve": "curves.buffer", "slope": 3}}, "unknown key; did you mean 'slopes'"),
         ({"parameters__b": {"curve": "curves.buffer", "slopes": 1}}, "parameters.b.slopes = 1: must be greater than 1"),
-        ({"parameters__b": {"curve": "curves.tube"}}, "is sought whole, and curves.tube.force_kN.0 by tube besides"),
+        (
+            {"parameters__b": {"curve": "curves.tube"}},
+            "overlaps curves.tube.force_kN.0, which the parameter tube sets",
+        ),
         (
             {
                 "parameters__tube": None,
                 "parameters__b": {"curve": "curves.tube"},
                 "set": {"curves.tube.force_kN.1": 820},
             },
-            "is fixed under set by curves.tube.force_kN.1: leave it out there",
+            "curves.tube overlaps curves.tube.force_kN.1, which the key set sets: leave one",
         ),
         (
             WHOLE | {"parameters__c2": {"curve": "curves.buffer"}},
-            "parameters.c2.curve = 'curves.buffer': is sought by the parameter b already",
+            "parameters.c2.curve = 'curves.buffer': curves.buffer is set by the parameter b too",
         ),
         (
             WHOLE | {"parameters__b_10mm": K, "parameters__k": None},
             "has a force called b_10mm, as another parameter is",
         ),
         (WHOLE | {"parameters__tube__above": "b"}, "parameters.tube.above = 'b': is a curve: name a single value"),
-        (WHOLE | {"set": {"curves.buffer.force_kN.3": 0}}, "is fixed under set by curves.buffer.force_kN.3"),
+        (
+            WHOLE | {"set": {"curves.buffer.force_kN.3": 0}},
+            "overlaps curves.buffer.force_kN.3, which the key set sets",
+        ),
         (
             WHOLE | {"constraints__energy__of": "curves.tube"},
             "by = 'b': seeks the curve curves.buffer: name a parameter",
@@ -112,7 +121,7 @@ def folder(tmp_path_factory):
         ),
         (
             WHOLE | {"data__tests__set": {"curves.buffer.force_kN.2": 400}},
-            "is set by a parameter that is sought: a case cannot set it too",
+            "set by the parameter ., which is sought: a case cannot",
         ),
         ({"parameters__k__sets": {"way": "mass_t"}}, "parameters.k.sets.path: is missing"),
         ({"parameters__f30__above": "f1O"}, "above = 'f1O': there is no parameter of this name; did you mean 'f10'?"),
@@ -130,16 +139,22 @@ def folder(tmp_path_factory):
         ),
         ({"targets__s1__response": "stroke +"}, r"response = 'stroke \+': must be a name, or a sum such as"),
         ({"targets__s1__response": "eval(1)"}, "must be a name, or a sum such as"),
-        ({"targets__s1__tolerance": 0}, "targets.s1.tolerance = 0: must be a number above 0"),
+        ({"targets__s1__tolerance": 0}, "targets.s1.tolerance = 0: must be greater than 0"),
         ({"targets__s1__tolerance": "0 %"}, "must be more than 0 %"),
         (
             {"targets__s1__tolerance": "much"},
-            "targets.s1.tolerance = 'much': must be a number above 0, .* or a part such as 1 %",
+            "targets.s1.tolerance = 'much': must be a number above 0, .* or a percentage such as 1 %",
         ),
         ({"targets__s1__weight": -1}, "weight = -1: must be at least 0"),
         ({"targets__s9": {"response": "TS_mm", "tolerance": 1}}, "targets.s9: has no value: name it under values"),
         ({"targets__s1": None}, "data.tests.values.s1 = 's1': there is no target of this name"),
-        ({"data__tests__rows": None}, "data.tests: needs either table or rows"),
+        ({"data__tests__rows": None}, "data.tests: needs table or rows"),
+        ({"data__tests__table": "a.csv"}, "data.tests.rows: does not go with table: leave one of them out"),
+        ({"parameters__k": {"bounds": [1, 2]}}, "parameters.k: needs sets and bounds, or curve"),
+        (
+            {"parameters__k__curve": "curves.tube"},
+            "k.curve = 'curves.tube': does not go with sets: leave one",
+        ),
         ({"data__tests__cases__M": "mas_t"}, "data.tests.cases.M = 'mas_t'.*did you mean 'mass_t'?"),
         ({"data__tests__cases__Q": "mass_t"}, "data.tests: cases: there is no column 'Q'"),
         ({"data__tests__values__s1": "s_1"}, r"values.s1 = 's_1': there is no column 's_1'; did you mean 's1'?"),
@@ -147,8 +162,8 @@ def folder(tmp_path_factory):
         ({"data__tests__set": {"devices.coupler.stiffness_kN_per_mm": 33}}, "a case cannot set it too"),
         ({"data__tests__where": {"M": 31}}, "where.M: no row has the value 31"),
         ({"data__tests__leave_out": {"W": 31}}, "leave_out: there is no column 'W'"),
-        ({"set": {"devices.coupler.stiffness_kN_per_mm": 70}}, "is fixed under set: leave it out there"),
-        ({"set": {"simulation.step_ms": -1}}, "set: .*must be at least"),
+        ({"set": {"devices.coupler.stiffness_kN_per_mm": 70}}, "is set by the key set too: leave one of them out"),
+        ({"set": {"simulation.step_ms": -1}}, "set.simulation.step_ms = -1: .*must be at least"),
         ({"method__seed": -1}, "method.seed = -1: must be at least 0"),
         ({"method__explore__step_ms": 5}, "step_ms = 5: must be at most 2"),
         ({"method__refin": {}}, "method.refin: unknown key; did you mean 'refine'?"),
@@ -157,15 +172,15 @@ def folder(tmp_path_factory):
 )
 def test_mistakes_are_said(folder, changes, message):
     with pytest.raises(InputError) as error:
-        identification_of(values(**changes), folder)
+        targets_of(values(**changes), folder)
     assert re.search(message, str(error.value)), str(error.value)
 
 
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        ({"table": "tabel.csv"}, "there is no such file; did you mean 'table.csv'?"),
-        ({"table": "table3_devices_vs_D"}, "there is no such file; known: bad.csv"),  # it ships, elsewhere
+        ({"table": "tabel.csv"}, "there is no such file beside it; did you mean 'table.csv'?"),
+        ({"table": "table3_devices_vs_D"}, "there is no such file beside it; known: bad.csv"),  # it ships, elsewhere
         ({"table": "../table.csv"}, "must be in the folder"),
         ({"table": ["table.csv", "short.csv"]}, "has no row for the case D = 20, M = 30"),
         ({"table": ["table.csv", "no_case.csv"]}, "has no column 'D', by which the tables are joined"),
@@ -183,11 +198,11 @@ def test_mistakes_are_said(folder, changes, message):
 def test_mistakes_in_tables_are_said(folder, part, message):
     given = {"cases": {"D": "empty_stroke_mm", "M": "mass_t"}, "values": {"s": "stroke"}} | part
     with pytest.raises(InputError, match=message):
-        observations("x", DataPart.model_validate(given), folder)
+        observations("x", TypeAdapter(DataPart).validate_python(given), folder)
 
 
 def test_tables_are_joined_and_chosen_by_their_cases(folder):
-    part = DataPart(
+    part = TableData(
         table=["table.csv", "other.csv"],
         cases={"D": "empty_stroke_mm", "M": "mass_t"},
         values={"e": "energy - 10 * force", "s": "stroke"},
@@ -198,12 +213,12 @@ def test_tables_are_joined_and_chosen_by_their_cases(folder):
 
 
 def test_an_empty_cell_is_no_value(folder):
-    part = DataPart(table="table.csv", cases={"D": "a", "M": "b"}, values={"s": "stroke"})
+    part = TableData(table="table.csv", cases={"D": "a", "M": "b"}, values={"s": "stroke"})
     assert [o.wanted for o in observations("x", part, folder)] == [10.0, 30.0]
 
 
 def test_rows_are_taken_by_a_list_of_values(folder):
-    part = DataPart(table="table.csv", where={"M": [33], "D": [20, 35]}, values={"f": "force"})
+    part = TableData(table="table.csv", where={"M": [33], "D": [20, 35]}, values={"f": "force"})
     assert [o.wanted for o in observations("x", part, folder)] == [2]
 
 
@@ -258,21 +273,20 @@ def test_equal_cases_of_several_tables_are_simulated_once(tmp_path):
 
 
 def test_a_response_that_does_not_exist_is_said_before_the_search(tmp_path):
-    mine = plan(tmp_path, values(targets__s1__response="stroke_S1_M1"))
     with pytest.raises(
         InputError, match=r"targets.s1.response = 'stroke_S1_M1': there is no response.*'stroke_S1_M1_mm'"
     ):
-        identify(mine, tmp_path / "out", threads=1)
+        plan(tmp_path, values(targets__s1__response="stroke_S1_M1"))
 
 
 def test_start_values_that_cannot_be_simulated_are_refused(tmp_path):
     given = values(parameters__c__bounds=[20, 1e6], parameters__c__start=1e6)
-    with pytest.raises(InputError, match=r"start values, case .*step_ms = 0.5: must be at most"):
-        identify(plan(tmp_path, given), tmp_path / "out", threads=1)
+    with pytest.raises(InputError, match=r"start values, the case .*step_ms = 0.5: must be at most"):
+        plan(tmp_path, given)
 
 
 def test_files_of_other_kinds_are_told_apart():
-    with pytest.raises(InputError, match="is no targets file"):
+    with pytest.raises(InputError, match="is not a targets file, which states scenario, parameters"):
         load_targets("scenarios/b_type.yaml")
     with pytest.raises(InputError, match="there is no such file or shipped targets file; did you mean 'b_type'"):
         load_targets("b_typ")

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 import trainmj
-from trainmj.identification import Identification, identification_of
+from trainmj.identification import Identification, targets_of
 from trainmj.scenario import Scenario
 
 SCENARIO: dict[str, Any] = {
@@ -108,4 +108,4 @@ def values(**changes: Any) -> dict[str, Any]:
 def plan(folder: Any, given: Mapping[str, Any]) -> Identification:
     """The identification of plain values, its scenario beside it."""
     trainmj.scenario.save(scenario(), folder / "train.yaml")
-    return identification_of(given, folder)
+    return targets_of(given, folder)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 
 @dataclass(frozen=True)
@@ -15,13 +16,28 @@ class Spelt:
     rule: str
 
 
-Number = Annotated[float, Field(ge=-1e100, le=1e100, allow_inf_nan=False)]  # sums and squares stay finite
+LARGEST = 1e100  # sums and squares stay finite
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 Name = Annotated[
     str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40), Spelt("must be a letter, then letters, digits and _")
 ]
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 Title = Annotated[str, Field(max_length=200)]
 Notes = Annotated[str, Field(max_length=20_000)]
+
+
+def _rising(bounds: list[float]) -> list[float]:
+    low, high = bounds
+    if not low < high:
+        values = {"low": f"{low:g}", "high": f"{high:g}"}
+        raise PydanticCustomError("bounds", "must be a lower and a higher value: {low} is not below {high}", values)
+    return bounds
+
+
+Bounds = Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidator(_rising)]
+"""A lower and a higher value."""
 
 
 class Part(BaseModel):

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trainmj.errors import InputError
-from trainmj.files.text import HIDDEN, read_text
+from trainmj.errors import InputError, close_match
+from trainmj.files.text import HIDDEN, beside, read_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +21,37 @@ def read_back(file: Path) -> pd.DataFrame:
     """A table as trainmj wrote it; a column that is not all numbers stays text."""
     with file.open(newline="", encoding="utf-8") as lines:
         return _table(csv.reader(lines))
+
+
+def find_table(folder: Path, name: str, said: str) -> Path:
+    """The CSV file that an input file names; it must be beside that file, or below.
+
+    Args:
+        folder: of the file that names it.
+        name: as it stands there.
+        said: where it stands, for messages.
+
+    Raises:
+        InputError: if there is no such file, or the name leads out of the folder.
+    """
+    path = beside(folder, name, said)
+    if path is None:
+        known = close_match(name, [path.name for path in folder.glob("*.csv")])
+        raise InputError(f"{said}: there is no such file beside it{known}")
+    return path
+
+
+def read_beside(folder: Path, name: str, said: str) -> pd.DataFrame:
+    """The table in a CSV file that an input file names, as :func:`find_table` finds it.
+
+    Raises:
+        InputError: if there is none that can be read.
+    """
+    path = find_table(folder, name, said)
+    try:
+        return read_given(path)
+    except InputError as error:
+        raise InputError(f"{said}: {error}") from None
 
 
 def read_given(file: Path) -> pd.DataFrame:

@@ -12,7 +12,7 @@ values for them, and tables that are held out to check. docs/identification.md e
 """
 
 from trainmj.identification.found import Found
-from trainmj.identification.plan import Identification, identification_of, load_targets
+from trainmj.identification.plan import Identification, load_targets, targets_of
 from trainmj.identification.run import identify
 
-__all__ = ["Found", "Identification", "identification_of", "identify", "load_targets"]
+__all__ = ["Found", "Identification", "identify", "load_targets", "targets_of"]

@@ -6,15 +6,16 @@ A table is a CSV file beside the targets file, or rows in the file itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.tables import read_given
-from trainmj.files.text import FORMULA, beside
-from trainmj.identification.file import LARGEST, DataPart
+from trainmj.files.parts import LARGEST
+from trainmj.files.tables import read_beside
+from trainmj.files.text import FORMULA
+from trainmj.identification.file import RowsData, TableData
 from trainmj.identification.sums import Sum, parse_sum, value_of
 
 Row = dict[str, Any]
@@ -37,7 +38,7 @@ class Observation:
     wanted: float
 
 
-def observations(name: str, part: DataPart, folder: Path) -> list[Observation]:
+def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Observation]:
     """The observations that one entry of the targets file states; empty cells are left out.
 
     Args:
@@ -72,30 +73,20 @@ def observations(name: str, part: DataPart, folder: Path) -> list[Observation]:
     return found
 
 
-def _rows(part: DataPart, folder: Path) -> list[Row]:
-    if part.rows is not None:
+def _rows(part: TableData | RowsData, folder: Path) -> list[Row]:
+    if isinstance(part, RowsData):
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
         return [{head: row.get(head) for head in heads} for row in part.rows]
-    names = [part.table] if isinstance(part.table, str) else part.table or []
-    if not names:
-        raise InputError("table: must name at least one table")
-    tables = [_read(name, folder) for name in names]
-    joined = tables[0]
-    for name, table in zip(names[1:], tables[1:], strict=True):
-        joined = _joined(joined, table, list(part.cases), name)
-    return joined
+    first, *others = [part.table] if isinstance(part.table, str) else part.table
+    rows = _read(first, folder)
+    for name in others:
+        rows = _joined(rows, _read(name, folder), list(part.cases), name)
+    return rows
 
 
 def _read(name: str, folder: Path) -> list[Row]:
     """Rows of a CSV file beside the targets file."""
-    said = f"table {name[:200]!a}"
-    path = beside(folder, name, said)
-    if path is None:
-        raise InputError(f"{said}: there is no such file{close_match(name, [p.name for p in folder.glob('*.csv')])}")
-    try:
-        table = read_given(path)
-    except InputError as error:
-        raise InputError(f"{said}: {error}") from None
+    table = read_beside(folder, name, f"table {name[:200]!a}")
     return [dict(zip(map(str, table.columns), row, strict=True)) for row in table.itertuples(index=False, name=None)]
 
 
@@ -123,7 +114,7 @@ def _said(by: Sequence[str], key: Sequence[Any]) -> str:
     return ", ".join(f"{column} = {value}" for column, value in zip(by, key, strict=True))
 
 
-def _chosen(part: DataPart, rows: Sequence[Row]) -> list[Row]:
+def _chosen(part: TableData | RowsData, rows: Sequence[Row]) -> list[Row]:
     """The rows that where and leave_out choose."""
     heads = set(rows[0])
     for key, conditions in (("where", part.where), ("leave_out", part.leave_out)):
@@ -193,8 +184,3 @@ def cases_of(found: Sequence[Observation]) -> tuple[list[Mapping[str, Any]], lis
 def _plain(value: Any) -> Any:
     """33 and 33.0 are one case."""
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
-def targets_in(found: Sequence[Observation]) -> Iterator[str]:
-    """Names of the targets that have an observation, each once."""
-    yield from dict.fromkeys(o.target for o in found)

@@ -5,36 +5,32 @@ Names of parameters, targets and data are the user's; a response is a sum of col
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
-from trainmj.files.parts import Name, Notes, Part, Seed, Title
-
-LARGEST = 1e100  # sums and squares stay finite
-_PERCENT = re.compile(r"^\s*\d{1,9}(\.\d{1,9})?\s*%\s*$")
-
-Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
-Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
-
-
-def _amount(value: Any) -> Any:
-    percent = isinstance(value, str) and _PERCENT.match(value)
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if percent or (number and 0 < value <= LARGEST):
-        return value
-    raise PydanticCustomError("amount", "must be a number above 0, in the unit of the response, or a part such as 1 %")
-
-
-Amount = Annotated[float | str, BeforeValidator(_amount)]
-"""In the unit of the response, or "1 %" of the value that is wanted."""
+from trainmj.files.either import Either
+from trainmj.files.parts import Bounds, Name, Notes, NotNegative, Number, Part, Positive, Seed, Spelt, Title
+from trainmj.files.problems import Path
 
 MAX_PARAMETERS = 200
 MAX_VALUES = 10_000
+
+_AMOUNT = "a number above 0, in the unit of the response, or a percentage such as 1 %"
+
+Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
+Amount = Annotated[
+    Positive | Annotated[str, Field(pattern=r"^\s*[0-9]{1,9}(\.[0-9]{1,9})?\s*%\s*$"), Spelt(f"must be {_AMOUNT}")],
+    Either(said=_AMOUNT),
+]
+"""In the unit of the response, or "1 %" of the value that is wanted."""
+
+
+def absolute(amount: Amount, wanted: float) -> float:
+    """An amount in the unit of the response: itself, or its part of the value that is wanted."""
+    if isinstance(amount, str):
+        return float(amount.strip().removesuffix("%")) / 100.0 * abs(wanted)
+    return amount
 
 
 class SetPart(Part):
@@ -45,33 +41,41 @@ class SetPart(Part):
     offset: Number = Field(default=0.0, description="value at a parameter of 0")
 
 
-def _kind(value: Any) -> str:
-    return "name" if isinstance(value, str) else "list" if isinstance(value, list) else "points"
-
-
-_One = Annotated[Annotated[str, Tag("name")] | Annotated[SetPart, Tag("points")], Discriminator(_kind)]
+_SET = "a path or parameter of the scenario, or a group with one under path"
+OneSet = Annotated[str | SetPart, Either(said=_SET)]
 Sets = Annotated[
-    Annotated[str, Tag("name")]
-    | Annotated[SetPart, Tag("points")]
-    | Annotated[list[_One], Field(min_length=1, max_length=100), Tag("list")],
-    Discriminator(_kind),
+    str | SetPart | Annotated[list[OneSet], Field(min_length=1, max_length=100)],
+    Either(said=f"{_SET}, or a list of these"),
 ]
 
 
 class ParameterPart(Part):
-    """A value that is sought, and what it sets."""
+    """A single value that is sought, and what it sets."""
 
     sets: Sets = Field(
         description="parameter or path of the scenario, or several; each may have a factor and an offset"
     )
-    bounds: Annotated[list[Number], Field(min_length=2, max_length=2, description="lowest and highest value")]
+    bounds: Bounds = Field(description="lowest and highest value")
     start: Number | None = Field(default=None, description="by default the value that the scenario has now")
     scale: Literal["linear", "log"] = Field(default="linear", description="log for a value that may span decades")
     above: str | None = Field(default=None, description="another parameter that this one never falls below")
     gap: NotNegative = Field(default=0.0, description="by how much it stays above")
-    unit: Annotated[str, Field(pattern=r"^([A-Za-z][A-Za-z0-9 /^.]*)?$", max_length=20)] | None = Field(
-        default=None, description="by default from the end of the path's name"
-    )
+    unit: (
+        Annotated[
+            str,
+            Field(pattern=r"^([A-Za-z][A-Za-z0-9 /^.]*)?$", max_length=20),
+            Spelt("must be a letter, then letters, digits, spaces and / ^ ."),
+        ]
+        | None
+    ) = Field(default=None, description="by default from the end of the path's name")
+
+    def listed(self) -> list[tuple[Path, SetPart]]:
+        """Everything that it sets, each with its place below the parameter."""
+        if isinstance(self.sets, list):
+            given: list[tuple[Path, str | SetPart]] = [(("sets", n), one) for n, one in enumerate(self.sets)]
+        else:
+            given = [(("sets",), self.sets)]
+        return [(at, SetPart(path=one) if isinstance(one, str) else one) for at, one in given]
 
 
 class CurvePart(Part):
@@ -83,16 +87,6 @@ class CurvePart(Part):
     )
 
 
-def _sought(value: Any) -> str:
-    curve = "curve" in value if isinstance(value, dict) else isinstance(value, CurvePart)
-    return "[curve]" if curve else "[value]"
-
-
-Sought = Annotated[
-    Annotated[ParameterPart, Tag("[value]")] | Annotated[CurvePart, Tag("[curve]")], Discriminator(_sought)
-]
-
-
 class AreaPart(Part):
     """An equality that every trial meets: the area under a curve, by one of the parameters."""
 
@@ -101,7 +95,9 @@ class AreaPart(Part):
     to_mm: Positive = Field(description="stroke at which it ends [mm]")
     area_kJ: Positive = Field(description="the area, an energy [kJ]")
     by: str = Field(description="the parameter that is solved for, and so no longer sought; or the curve that is bent")
-    tolerance: Amount = Field(default="0.1 %", description="what a miss counts where that parameter ends at a bound")
+    tolerance: Amount = Field(
+        default="0.1 %", description="deviation that counts as one where that parameter ends at a bound"
+    )
 
 
 class BarsPart(Part):
@@ -123,17 +119,11 @@ class TargetPart(Part):
     bars: BarsPart = Field(default=BarsPart(), description="what the fit must keep")
 
 
-class DataPart(Part):
-    """Where values come from: a table with a row for each case, or several joined by the columns of the cases."""
-
-    table: str | list[str] | None = Field(default=None, description="CSV file beside this one")
-    rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] | None = Field(
-        default=None, description="the rows themselves, instead of a table"
-    )
+class _Data(Part):
     where: dict[str, Any] = Field(
-        default_factory=dict, description="rows taken, by values of columns; a list for any of them"
+        default_factory=dict, description="rows that are used, by values of columns; a list for any of them"
     )
-    leave_out: dict[str, Any] = Field(default_factory=dict, description="rows not taken, likewise")
+    leave_out: dict[str, Any] = Field(default_factory=dict, description="rows that are left out, likewise")
     cases: dict[str, str] = Field(default_factory=dict, description="column: parameter or path of the scenario")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case of this table")
     values: Annotated[dict[Name, str], Field(min_length=1)] = Field(
@@ -141,12 +131,31 @@ class DataPart(Part):
     )
 
 
+class TableData(_Data):
+    """Values in a CSV table with a row for each case, or in several tables joined by the columns of the cases."""
+
+    table: Annotated[
+        str | Annotated[list[str], Field(min_length=1)], Either(said="the name of a CSV file, or a list of names")
+    ] = Field(description="CSV file beside this one, or several")
+
+
+class RowsData(_Data):
+    """Values in the targets file itself."""
+
+    rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] = Field(
+        description="a group for each case, its columns by name"
+    )
+
+
+DataPart = Annotated[TableData | RowsData, Either()]
+
+
 class ExplorePart(Part):
     """The search everywhere between the bounds: a covariance matrix adaptation evolution strategy (CMA-ES)."""
 
-    trials: Annotated[int, Field(ge=0, le=10_000_000, description="of each search, at most; 0 for none")] = 2000
+    trials: Annotated[int, Field(ge=0, le=10_000_000, description="most trials of each search; 0 for none")] = 2000
     searches: Annotated[
-        int, Field(ge=1, le=100, description="of their own random numbers, side by side: valleys are many")
+        int, Field(ge=1, le=100, description="searches side by side, each with random numbers of its own")
     ] = 1
     population: Annotated[int, Field(ge=4, le=10_000)] | None = Field(
         default=None, description="trials of a generation, one batch; by default from the number of parameters"
@@ -157,56 +166,69 @@ class ExplorePart(Part):
     )
     slope_ratio: Annotated[float, Field(gt=1, le=1e6)] | None = Field(
         default=None,
-        description="of neighbours in a curve that counts as one standard deviation, while exploring only; none: any",
+        description="ratio of neighbouring slopes of a curve that counts as one standard deviation while exploring; "
+        "by default any ratio is as good",
     )
     cases: Annotated[int, Field(ge=1, le=MAX_VALUES)] | None = Field(
-        default=None, description="that are simulated while exploring, spread over all of them; by default all"
+        default=None, description="how many cases are simulated while exploring, spread over all; by default all"
     )
-    step_ms: Step | None = Field(default=None, description="while exploring [ms]; by default the scenario's")
+    step_ms: Step | None = Field(default=None, description="step while exploring [ms]; by default the scenario's")
 
 
 class RefinePart(Part):
     """The refinement: least squares by a trust region, derivatives by differences."""
 
-    iterations: Annotated[int, Field(ge=0, le=10_000, description="at most; 0 for none")] = 30
-    starts: Annotated[int, Field(ge=1, le=100, description="best searches whose ends are refined")] = 1
+    iterations: Annotated[int, Field(ge=0, le=10_000, description="most iterations; 0 for none")] = 30
+    starts: Annotated[int, Field(ge=1, le=100, description="how many searches are refined, the best first")] = 1
     difference: Annotated[float, Field(ge=1e-6, le=0.1, description="for derivatives, as part of the range")] = 2e-3
-    step_ms: Step | None = Field(default=None, description="of the refinement [ms]; by default the scenario's")
+    step_ms: Step | None = Field(default=None, description="step of the refinement [ms]; by default the scenario's")
 
 
 class FinishPart(Part):
     """A second refinement in a higher norm, which makes the largest deviations smaller and all others larger."""
 
     norm: Annotated[float, Field(gt=2, le=32, description="exponent of the deviations")] = 8.0
-    iterations: Annotated[int, Field(ge=1, le=10_000, description="at most")] = 20
+    iterations: Annotated[int, Field(ge=1, le=10_000, description="most iterations")] = 20
 
 
 class MethodPart(Part):
-    """How long and how finely is searched."""
+    """How long and how finely to search."""
 
     seed: Seed = Field(default=0, description="of the exploration")
     explore: ExplorePart = Field(default=ExplorePart(), description="the search everywhere between the bounds")
     refine: RefinePart = Field(default=RefinePart(), description="the refinement by least squares")
     finish: FinishPart | None = Field(
-        default=None, description="a second refinement that makes the largest misses smaller"
+        default=None, description="a second refinement that makes the largest deviations smaller"
     )
     bar_weight: NotNegative = Field(default=10.0, description="residual of a value that is a whole bars.each beyond it")
 
 
-class TargetsFile(Part):
+class TargetsFile(Part, title="targets file"):
     """A targets file: which values of a scenario are sought so that its responses meet which values."""
 
     title: Title = Field(default="", description="one line that heads every output")
     notes: Notes = Field(default="", description="where the numbers come from, and the like")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
-    parameters: Annotated[dict[Name, Sought], Field(min_length=1, max_length=MAX_PARAMETERS)] = Field(
-        description="values and curves that are sought, by name"
-    )
+    parameters: Annotated[
+        dict[Name, Annotated[ParameterPart | CurvePart, Either()]], Field(min_length=1, max_length=MAX_PARAMETERS)
+    ] = Field(description="values and curves that are sought, by name")
     constraints: dict[Name, AreaPart] = Field(default_factory=dict, description="equalities that every trial meets")
     targets: Annotated[dict[Name, TargetPart], Field(min_length=1)] = Field(
         description="responses that have values to meet, by name"
     )
     data: Annotated[dict[Name, DataPart], Field(min_length=1)] = Field(description="the values, table by table")
     held_out: dict[Name, DataPart] = Field(default_factory=dict, description="likewise; reported, never fitted")
-    method: MethodPart = Field(default=MethodPart(), description="how long and how finely is searched")
+    method: MethodPart = Field(default=MethodPart(), description="how long and how finely to search")
+
+    def singles(self) -> dict[str, ParameterPart]:
+        """The parameters that are single values."""
+        return {name: part for name, part in self.parameters.items() if isinstance(part, ParameterPart)}
+
+    def curves(self) -> dict[str, CurvePart]:
+        """The parameters that are curves."""
+        return {name: part for name, part in self.parameters.items() if isinstance(part, CurvePart)}
+
+    def tables(self) -> list[tuple[Path, TableData | RowsData]]:
+        """Every entry of data and held_out, with its place."""
+        return [((key, name), part) for key in ("data", "held_out") for name, part in getattr(self, key).items()]

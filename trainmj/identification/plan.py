@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import accumulate
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
+from trainmj.collision.chain import line_up
 from trainmj.collision.device import Array
-from trainmj.errors import InputError
-from trainmj.files.problems import Origins, Problem, refuse, validated
-from trainmj.files.resources import shipped_files
-from trainmj.files.yaml import find_file, read_yaml
+from trainmj.collision.quantities import columns_of
+from trainmj.errors import InputError, close_match
+from trainmj.files.problems import Problem
+from trainmj.files.source import Source, read_source
 from trainmj.identification.data import Observation, cases_of, observations
-from trainmj.identification.file import Amount, CurvePart, TargetPart, TargetsFile
-from trainmj.identification.rules import broken_rules, member_name, settings_of, start_of, unit_of_path
+from trainmj.identification.file import TargetPart, TargetsFile, absolute
+from trainmj.identification.rules import broken_rules
+from trainmj.identification.sought import unknowns_of
 from trainmj.identification.sums import Sum, parse_sum
-from trainmj.identification.unknowns import Area, Rise, Setting, Unknown, Unknowns, curve_points
-from trainmj.scenario import Scenario, load
-from trainmj.scenario.files import find_beside
-from trainmj.units import unit_of
+from trainmj.identification.unknowns import Unknowns
+from trainmj.scenario import Scenario
+from trainmj.scenario.files import scenario_of
 
 _ENDING = ".targets.yaml"
 
@@ -43,10 +43,6 @@ class Target:
     terms: Sum
     unit: str
     part: TargetPart
-
-    def amount(self, amount: Amount | None, wanted: float) -> float | None:
-        """An amount in the unit of the response; None where none is stated."""
-        return None if amount is None else absolute(amount, wanted)
 
 
 @dataclass(frozen=True)
@@ -74,21 +70,26 @@ class Sample:
     bar: Array
 
     @classmethod
-    def of(cls, found: list[Observation], targets: tuple[Target, ...]) -> Sample:
+    def of(cls, found: Sequence[Observation], targets: tuple[Target, ...]) -> Sample:
         """The arrays of observations."""
         cases, case = cases_of(found)
         place = {t.name: k for k, t in enumerate(targets)}
-        of = [targets[place[o.target]] for o in found]
-        bars = [t.amount(t.part.bars.each, o.wanted) for t, o in zip(of, found, strict=True)]
+        parts = [targets[place[o.target]].part for o in found]
+        wanted = [o.wanted for o in found]
         return cls(
             tuple(found),
             tuple(cases),
             np.array(case, dtype=int),
             np.array([place[o.target] for o in found], dtype=int),
-            np.array([o.wanted for o in found]),
-            np.array([absolute(t.part.tolerance, o.wanted) for t, o in zip(of, found, strict=True)]),
-            np.array([t.part.weight for t in of]),
-            np.array([np.inf if bar is None else bar for bar in bars]),
+            np.array(wanted),
+            np.array([absolute(part.tolerance, value) for part, value in zip(parts, wanted, strict=True)]),
+            np.array([part.weight for part in parts]),
+            np.array(
+                [
+                    np.inf if part.bars.each is None else absolute(part.bars.each, value)
+                    for part, value in zip(parts, wanted, strict=True)
+                ]
+            ),
         )
 
     def __len__(self) -> int:
@@ -120,8 +121,7 @@ class Identification:
         targets: in the order of the file.
         fitted: what the search sees.
         held_out: what it does not.
-        values: the plain values of the file, for messages.
-        origins: where each of them stands.
+        source: the file, for messages.
     """
 
     spec: TargetsFile
@@ -130,8 +130,7 @@ class Identification:
     targets: tuple[Target, ...]
     fitted: Sample
     held_out: Sample
-    values: Mapping[str, Any] = field(repr=False)
-    origins: Origins = field(repr=False)
+    source: Source = field(repr=False)
 
     @property
     def title(self) -> str:
@@ -160,17 +159,6 @@ class Identification:
         rows = np.asarray(responses)[..., sample.case, :]
         return np.asarray(np.sum(rows * mix[sample.target], axis=-1))
 
-    def problem(self, rule: str, *path: str | int) -> InputError:
-        """The error that says what is wrong with a value of the file."""
-        return refuse([Problem(path, rule)], self.values, self.origins)
-
-
-def absolute(amount: Amount, wanted: float) -> float:
-    """An amount in the unit of the response: itself, or its part of the value that is wanted."""
-    if isinstance(amount, str):
-        return float(amount.strip().removesuffix("%")) / 100.0 * abs(wanted)
-    return amount
-
 
 def load_targets(file: str | Path) -> Identification:
     """Read a targets file, or one that ships with trainmj by its name.
@@ -181,127 +169,51 @@ def load_targets(file: str | Path) -> Identification:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    path = find_file(file, str(file).removesuffix(_ENDING), shipped_files(_ENDING), "targets file")
-    values, origins = read_yaml(path)
-    if "targets" not in values and {"devices", "trains", "builds_on", "collision", "factors"} & set(values):
-        raise InputError(
-            f"{path}: is no targets file: one states scenario, parameters, targets and data; see docs/identification.md"
-        )
-    return identification_of(values, path.parent, origins)
+    return _checked(read_source(file, _ENDING, "targets file"))
 
 
-def identification_of(
-    values: Mapping[str, Any], folder: str | Path = ".", origins: Origins | None = None
-) -> Identification:
+def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identification:
     """Check plain values, keys as in a targets file, and make the identification.
 
     Args:
         values: nested dicts, lists, strings and numbers.
         folder: where files named in it are.
-        origins: where each value comes from, for messages.
 
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    origins, folder = origins or {}, Path(folder)
-    spec = validated(TargetsFile, values, origins)
-    scenario = _scenario(spec, folder, values, origins)
+    return _checked(Source(values, Path(folder)))
+
+
+def _checked(source: Source) -> Identification:
+    spec = source.checked(TargetsFile)
+    scenario = scenario_of(source, spec.scenario, spec.set)
     problems: list[Problem] = []
-    samples = []
-    for key in ("data", "held_out"):
-        found: list[Observation] = []
-        for name, part in getattr(spec, key).items():
-            if (part.table is None) == (part.rows is None):
-                problems.append(Problem((key, name), "needs either table or rows"))
-                continue
-            try:
-                found += observations(name, part, folder)
-            except InputError as error:
-                problems.append(Problem((key, name), str(error)))
-        samples.append(found)
-    problems += broken_rules(spec, scenario, *samples)
-    if problems:
-        raise refuse(problems, values, origins)
-    targets = tuple(_target(name, part) for name, part in spec.targets.items())
-    unknowns = _unknowns(spec, scenario)
-    fitted, held_out = (Sample.of(found, targets) for found in samples)
-    return Identification(spec, scenario, unknowns, targets, fitted, held_out, values, origins)
+    found: dict[str | int, list[Observation]] = {"data": [], "held_out": []}
+    for at, part in spec.tables():
+        try:
+            found[at[0]] += observations(str(at[1]), part, source.folder)
+        except InputError as error:
+            problems.append(Problem(at, str(error)))
+    fitted, held_out = found.values()
+    source.refuse([*problems, *broken_rules(spec, scenario, fitted, held_out)])
+    unknowns = unknowns_of(spec, scenario)
+    start = scenario.with_values(unknowns.changes(unknowns.start().value))
+    targets = tuple(_target(name, part, [*fitted, *held_out], start, source) for name, part in spec.targets.items())
+    samples = Sample.of(fitted, targets), Sample.of(held_out, targets)
+    return Identification(spec, scenario, unknowns, targets, *samples, source)
 
 
-def _scenario(spec: TargetsFile, folder: Path, values: Mapping[str, Any], origins: Origins) -> Scenario:
-    where = origins.get(("scenario",))
-    said = f"{f'{where}: ' if where else ''}scenario = {spec.scenario[:200]!a}"
-    scenario = load(find_beside(folder, spec.scenario, said))
-    try:
-        return scenario.with_values(spec.set) if spec.set else scenario
-    except InputError as error:
-        raise refuse([Problem(("set",), str(error))], values, origins) from None
-
-
-def _target(name: str, part: TargetPart) -> Target:
+def _target(name: str, part: TargetPart, found: Sequence[Observation], start: Scenario, source: Source) -> Target:
+    """A target, its response looked up in the first case that has a value for it."""
     terms = parse_sum(part.response)
-    return Target(name, terms, unit_of(next(iter(terms))), part)
-
-
-def _unknowns(spec: TargetsFile, scenario: Scenario) -> Unknowns:
-    points = {
-        name: curve_points(scenario.values(), part.curve)
-        for name, part in spec.parameters.items()
-        if isinstance(part, CurvePart)
-    }
-    sizes = [points[name][0].size - 2 if name in points else 1 for name in spec.parameters]
-    places = dict(zip(spec.parameters, accumulate(sizes, initial=0), strict=False))  # of a curve, of its first member
-    parameters: list[Unknown] = []
-    rises: dict[str, Rise] = {}
-    for name, part in spec.parameters.items():
-        if isinstance(part, CurvePart):
-            stroke, force = points[name]
-            members = tuple(range(places[name], places[name] + stroke.size - 2))
-            rises[name] = Rise(name, members, stroke, float(force[0]), float(force[-1]), part.slopes)
-            parameters += _inner(name, part, stroke, force)
-            continue
-        settings = settings_of(part, scenario)
-        parameters.append(
-            Unknown(
-                name,
-                unit_of_path(settings[0].path) if part.unit is None else part.unit,
-                part.bounds[0],
-                part.bounds[1],
-                part.scale == "log",
-                start_of(settings, scenario) if part.start is None else part.start,
-                None if part.above is None else places[part.above],
-                part.gap,
-                settings,
-            )
-        )
-    areas = tuple(
-        Area(
-            name,
-            c.of,
-            c.from_mm,
-            c.to_mm,
-            c.area_kJ,
-            rises[c.by].widest(c.from_mm, c.to_mm) if c.by in rises else places[c.by],
-            absolute(c.tolerance, c.area_kJ),
-        )
-        for name, c in spec.constraints.items()
-    )
-    return Unknowns(scenario, tuple(parameters), areas, tuple(rises.values()))
-
-
-def _inner(name: str, part: CurvePart, stroke: Array, force: Array) -> list[Unknown]:
-    """The inner forces of a curve that is sought as a whole, by the strokes at which they are."""
-    return [
-        Unknown(
-            member_name(name, stroke[k]),
-            "kN",
-            float(force[0]),
-            float(force[-1]),
-            False,
-            float(np.clip(force[k], force[0], force[-1])),
-            None,
-            0.0,
-            (Setting(f"{part.curve}.force_kN.{k}", 1.0, 0.0),),
-        )
-        for k in range(1, stroke.size - 1)
-    ]
+    case = next(o.case for o in found if o.target == name)
+    try:
+        columns = columns_of(line_up(start.with_values(case)))
+    except InputError as error:
+        raise InputError(f"start values, the case {dict(case)}: {error}") from None
+    for column in terms:
+        if column not in columns:
+            rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, columns)}"
+            raise source.error(rule, "targets", name, "response")
+    return Target(name, terms, columns[next(iter(terms))].unit, part)

@@ -2,194 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from trainmj.collision.device import Array
 from trainmj.errors import InputError, close_match
 from trainmj.files.problems import Path, Problem
 from trainmj.identification.data import Observation
-from trainmj.identification.file import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, SetPart, TargetsFile
+from trainmj.identification.file import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, TargetsFile, absolute
+from trainmj.identification.sought import member_name, settings_of, start_of, start_values
 from trainmj.identification.sums import parse_sum
-from trainmj.identification.unknowns import Setting, curve_points
+from trainmj.identification.unknowns import curve_points
 from trainmj.scenario import Scenario
-from trainmj.units import unit_of
+from trainmj.scenario.files import refused
 
 
 def broken_rules(
     spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation], held_out: Sequence[Observation]
 ) -> Iterator[Problem]:
     """Every rule that the parts of a targets file break between them."""
-    parameters = [*_parameters(spec, scenario), *_curves(spec, scenario)]
-    yield from parameters or _starts(spec, scenario)
+    sought = [*_singles(spec, scenario), *_curves(spec, scenario), *_set_twice(spec, scenario)]
+    yield from sought or _starts(spec, scenario)
     yield from _order(spec)
     yield from _constraints(spec, scenario)
     yield from _targets(spec)
     yield from _data(spec, scenario)
     yield from _percentages(spec, [*fitted, *held_out])
-    if fitted and not parameters:
+    if fitted and not sought:
         yield from _enough(spec, scenario, fitted)
     for key, found in (("data", fitted), ("held_out", held_out)):
         if len(found) > MAX_VALUES:
             yield Problem((key,), f"states {len(found)} values, more than {MAX_VALUES}")
 
 
-def settings_of(part: ParameterPart, scenario: Scenario) -> tuple[Setting, ...]:
-    """The places that a parameter sets; a short name of the scenario stands for all of its paths."""
-    settings = []
-    for one in part.sets if isinstance(part.sets, list) else [part.sets]:
-        given = SetPart(path=one) if isinstance(one, str) else one
-        paths = scenario.parameters.get(given.path, given.path)
-        settings += [
-            Setting(path, given.factor, given.offset) for path in ([paths] if isinstance(paths, str) else paths)
-        ]
-    return tuple(settings)
-
-
-def member_name(curve: str, stroke_mm: float) -> str:
-    """What an inner force of a curve that is sought as a whole is called."""
-    return f"{curve}_{stroke_mm:g}mm"
-
-
-def unit_of_path(path: str) -> str:
-    """The unit at the end of a path, or before the number of a point."""
-    return next((unit for key in reversed(path.split(".")) if (unit := unit_of(key))), "")
-
-
-def _alone(spec: TargetsFile) -> dict[str, ParameterPart]:
-    """The parameters that are single values."""
-    return {name: part for name, part in spec.parameters.items() if isinstance(part, ParameterPart)}
-
-
-def _whole(spec: TargetsFile) -> dict[str, CurvePart]:
-    """The parameters that are curves."""
-    return {name: part for name, part in spec.parameters.items() if isinstance(part, CurvePart)}
-
-
-def _parameters(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
-    owner: dict[str, str] = {}
-    for name, part in _alone(spec).items():
+def _singles(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
+    for name, part in spec.singles().items():
         at: Path = ("parameters", name)
         low, high = part.bounds
-        if not low < high:
-            yield Problem((*at, "bounds"), f"must be a lower and a higher one, as in [{min(low, high):g}, 100]")
-            continue
-        if part.scale == "log" and low <= 0:
-            yield Problem((*at, "bounds"), f"must be greater than 0 on a log scale; the lower one is {low:g}")
-            continue
-        if part.start is not None and not low <= part.start <= high:
-            yield Problem((*at, "start"), f"must be within the bounds, {low:g} to {high:g}")
-            continue
-        broken = list(_settings(at, part, scenario, part.start is None))
+        broken = list(_sets(at, part, scenario))
         yield from broken
+        if part.scale == "log" and low <= 0:
+            yield Problem((*at, "bounds"), f"must be above 0 on a log scale; the lower one is {low:g}")
         if broken:
             continue
-        settings = settings_of(part, scenario)
-        start = start_of(settings, scenario) if part.start is None else part.start
-        if not low <= start <= high:
-            yield Problem(
-                (*at, "bounds"), f"leave out the {start:g} that the scenario has now: widen them, or state a start"
-            )
-            continue
-        for path in (s.path for s in settings):
-            if path in owner:
-                yield Problem((*at, "sets"), f"{path} is set by {_by(owner[path], name)} already")
-            owner[path] = name
-            if path in spec.set:
-                yield Problem((*at, "sets"), f"{path} is fixed under set: leave it out there")
+        start = start_of(part, scenario)
+        if start is None:
+            stated = settings_of(part, scenario)[0].path.rpartition(".")[2]
+            yield Problem(at, f"needs a start: the scenario states no {stated} there")
+        elif not low <= start <= high and part.start is not None:
+            yield Problem((*at, "start"), f"must be within the bounds, {low:g} to {high:g}")
+        elif not low <= start <= high:
+            rule = f"must include the {start:g} that the scenario has now: widen them, or state a start"
+            yield Problem((*at, "bounds"), rule)
 
 
-def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
-    known = [f"curves.{curve}" for curve in scenario.curves]
-    paths = {s.path: name for name, part in _alone(spec).items() for s in settings_of(part, scenario)}
-    seen: dict[str, str] = {}
-    total = len(spec.parameters)
-    for name, part in _whole(spec).items():
-        at: Path = ("parameters", name)
-        try:
-            if not isinstance(found := scenario.locate(part.curve)[0], dict):
-                raise TypeError(_kind(found))
-            stroke, force = curve_points(scenario.values(), part.curve)
-        except (LookupError, TypeError, ValueError, InputError):
-            yield Problem((*at, "curve"), f"must be the path of a curve with points{close_match(part.curve, known)}")
-            continue
-        total += stroke.size - 3
-        if stroke.size < 3:
-            yield Problem((*at, "curve"), "has no points between its first and its last one: state the strokes wanted")
-        elif not force[0] < force[-1]:
-            rule = f"must rise: its last force ({force[-1]:g} kN) is not above its first one ({force[0]:g} kN)"
-            yield Problem((*at, "curve"), rule)
-        if part.curve in seen:
-            yield Problem((*at, "curve"), f"is sought by the parameter {seen[part.curve]} already")
-        seen[part.curve] = name
-        for path, owner in paths.items():
-            if path.startswith(f"{part.curve}."):
-                yield Problem((*at, "curve"), f"is sought whole, and {path} by {owner} besides: leave one of them out")
-        for path in spec.set:
-            if _within(path, part.curve) or _within(part.curve, path):
-                yield Problem((*at, "curve"), f"is fixed under set by {path}: leave it out there")
-        for u in stroke[1:-1]:
-            if member_name(name, u) in spec.parameters:
-                rule = f"has a force called {member_name(name, u)}, as another parameter is: choose another name"
-                yield Problem(at, rule)
-    if total > MAX_PARAMETERS:
-        yield Problem(("parameters",), f"are {total}, the forces of curves counted, more than {MAX_PARAMETERS}")
-
-
-def _starts(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
-    """What is wrong with the start values, by parameter where one is wrong by itself."""
-    starts = {name: _at_start(part, scenario) for name, part in _alone(spec).items()}
-    rule = _refused({path: value for changes in starts.values() for path, value in changes.items()}, scenario)
-    if rule is None:
-        return
-    alone = {name: _refused(changes, scenario) for name, changes in starts.items()}
-    wrong = [Problem(("parameters", name), f"at its start: {rule}") for name, rule in alone.items() if rule is not None]
-    yield from wrong or [Problem(("parameters",), f"at their start: {rule}")]
-
-
-def _at_start(part: ParameterPart, scenario: Scenario) -> dict[str, float]:
-    settings = settings_of(part, scenario)
-    start = start_of(settings, scenario) if part.start is None else part.start
-    return {s.path: s.factor * start + s.offset for s in settings}
-
-
-def _refused(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
-    try:
-        scenario.with_values(changes)
-    except InputError as error:
-        return str(error)
-    return None
-
-
-def start_of(settings: Sequence[Setting], scenario: Scenario) -> float:
-    """The value of a parameter that the scenario has now, read from the first place that it sets."""
-    first = settings[0]
-    return (float(scenario.locate(first.path)[0]) - first.offset) / first.factor
-
-
-def _by(owner: str, name: str) -> str:
-    return "this parameter" if owner == name else f"the parameter {owner}"
-
-
-def _settings(at: Path, part: ParameterPart, scenario: Scenario, start: bool) -> Iterator[Problem]:
-    """What is wrong with the places that a parameter sets; the first one must have a value if the start is not said."""
-    stated = part.sets if isinstance(part.sets, list) else [part.sets]
-    for n, one in enumerate(stated):
-        where: Path = (*at, "sets", n) if isinstance(part.sets, list) else (*at, "sets")
-        path, factor = (one, 1.0) if isinstance(one, str) else (one.path, one.factor)
-        if factor == 0:
+def _sets(at: Path, part: ParameterPart, scenario: Scenario) -> Iterator[Problem]:
+    """What is wrong with the places that a parameter sets."""
+    for place, one in part.listed():
+        where = (*at, *place)
+        if one.factor == 0:
             yield Problem((*where, "factor"), "must not be 0")
         try:
-            values = scenario.locate(path)
+            values = scenario.locate(one.path)
         except InputError as error:
             yield Problem(where, str(error))
             continue
-        if n == 0 and start and values[0] is None:
-            yield Problem(at, f"needs a start: the scenario states no {path.rpartition('.')[2]} there")
         for value in values:
             if value is not None and (isinstance(value, bool) or not isinstance(value, (int, float))):
-                yield Problem(where, f"must lead to a number, not to {_kind(value)}{_inside(path, value)}")
+                yield Problem(where, f"must lead to a number, not to {_kind(value)}{_inside(one.path, value)}")
 
 
 def _kind(value: Any) -> str:
@@ -203,41 +85,97 @@ def _inside(path: str, value: Any) -> str:
     return f": choose one of {', '.join(map(str, value))}" if isinstance(value, dict) and value else ""
 
 
+def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
+    total = len(spec.parameters)
+    for name, part in spec.curves().items():
+        at: Path = ("parameters", name)
+        points = _points(part.curve, scenario)
+        if points is None or not isinstance(scenario.locate(part.curve)[0], dict):
+            known = close_match(part.curve, [f"curves.{curve}" for curve in scenario.curves])
+            yield Problem((*at, "curve"), f"must be the path of a curve with points{known}")
+            continue
+        stroke, force = points
+        total += stroke.size - 3
+        if stroke.size < 3:
+            yield Problem((*at, "curve"), "has no points between its first and its last one: state the strokes wanted")
+        elif not force[0] < force[-1]:
+            rule = f"must rise: its last force ({force[-1]:g} kN) is not above its first one ({force[0]:g} kN)"
+            yield Problem((*at, "curve"), rule)
+        for member in (member_name(name, u) for u in stroke[1:-1]):
+            if member in spec.parameters:
+                yield Problem(at, f"has a force called {member}, as another parameter is: choose another name")
+    if total > MAX_PARAMETERS:
+        yield Problem(("parameters",), f"are {total}, the forces of curves counted, more than {MAX_PARAMETERS}")
+
+
+def _points(path: str, scenario: Scenario) -> tuple[Array, Array] | None:
+    """Strokes and forces of the curve at a path; None if there is none."""
+    try:
+        return curve_points(scenario.values(), path)
+    except (LookupError, TypeError, ValueError):
+        return None
+
+
+def _set_twice(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
+    """Values that two parameters set, or a parameter and ``set``."""
+    owners = {path: "the key set" for name in spec.set for path in scenario.paths(name)}
+    for name, part in spec.parameters.items():
+        key, paths = _sought(part, scenario)
+        for path in paths:
+            for other, owner in owners.items():
+                if _overlap(path, other):
+                    twice = f"is set by {owner} too" if path == other else f"overlaps {other}, which {owner} sets"
+                    yield Problem(("parameters", name, key), f"{path} {twice}: leave one of them out")
+            owners[path] = f"the parameter {name}"
+
+
+def _sought(part: ParameterPart | CurvePart, scenario: Scenario) -> tuple[str, list[str]]:
+    """The paths that a parameter sets, and the key that says so."""
+    if isinstance(part, CurvePart):
+        return "curve", [part.curve]
+    return "sets", [s.path for s in settings_of(part, scenario)]
+
+
+def _overlap(path: str, other: str) -> bool:
+    """Whether one of two paths is, or leads into, the other."""
+    return f"{path}.".startswith(f"{other}.") or f"{other}.".startswith(f"{path}.")
+
+
+def _starts(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
+    """Start values that the scenario refuses."""
+    starts = {name: start_values(part, scenario) for name, part in spec.singles().items()}
+    for problem in refused(("parameters",), starts, scenario):
+        yield Problem(problem.path, f"at the start: {problem.rule}")
+
+
 def _order(spec: TargetsFile) -> Iterator[Problem]:
     solved = {c.by for c in spec.constraints.values()}
-    alone = _alone(spec)
-    for name, part in alone.items():
+    singles = spec.singles()
+    for name, part in singles.items():
         at: Path = ("parameters", name, "above")
         if part.above is None:
             if "gap" in part.model_fields_set:
                 yield Problem(("parameters", name, "gap"), "needs above: the parameter that this one stays above")
-            continue
-        below = alone.get(part.above)
-        if part.above in _whole(spec):
+        elif part.above in spec.curves():
             yield Problem(at, "is a curve: name a single value")
-        elif below is None:
-            yield Problem(at, f"there is no parameter of this name{close_match(part.above, alone)}")
+        elif part.above not in singles:
+            yield Problem(at, f"there is no parameter of this name{close_match(part.above, singles)}")
         elif part.above in solved:
             yield Problem(at, "is solved from a constraint, after this one: name a parameter that is sought")
-        elif _in_circle(name, alone):
+        elif name in _below(part.above, singles):
             yield Problem(at, "leads back to this parameter: break the circle")
-        elif part.bounds[1] < below.bounds[1] + part.gap:
-            yield Problem(
-                ("parameters", name, "bounds"),
-                f"must reach up to {below.bounds[1] + part.gap:g}, so that there is room above {part.above} at its "
-                "upper bound",
-            )
+        elif part.bounds[1] < (least := singles[part.above].bounds[1] + part.gap):
+            rule = f"must reach up to {least:g}, so that there is room above {part.above} at its upper bound"
+            yield Problem(("parameters", name, "bounds"), rule)
 
 
-def _in_circle(name: str, alone: Mapping[str, ParameterPart]) -> bool:
-    seen = {name}
-    above = alone[name].above
-    while above is not None and above in alone:
-        if above in seen:
-            return above == name
-        seen.add(above)
-        above = alone[above].above
-    return False
+def _below(name: str | None, singles: dict[str, ParameterPart]) -> list[str]:
+    """A parameter, the one that it stays above, and so on, each once."""
+    found: list[str] = []
+    while name in singles and name not in found:
+        found.append(name)
+        name = singles[name].above
+    return found
 
 
 def _constraints(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
@@ -251,26 +189,26 @@ def _constraints(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         owner[c.by] = name
         if c.from_mm >= c.to_mm:
             yield Problem((*at, "to_mm"), f"must be more than from_mm ({c.from_mm:g})")
-        try:
-            stroke, _ = curve_points(scenario.values(), c.of)
-        except (LookupError, TypeError, ValueError):
+        points = _points(c.of, scenario)
+        if points is None:
             known = [f"curves.{curve}" for curve in scenario.curves]
             yield Problem((*at, "of"), f"must be the path of a curve{close_match(c.of, known)}")
             continue
+        stroke, _ = points
         if c.to_mm > stroke[-1]:
             yield Problem((*at, "to_mm"), f"must be within the curve, which ends at {stroke[-1]:g} mm")
-        bent = _whole(spec).get(c.by)
+        bent = spec.curves().get(c.by)
         if bent is not None and bent.curve != c.of:
             yield Problem((*at, "by"), f"seeks the curve {bent.curve}: name a parameter that the area of {c.of} is of")
         elif bent is not None and not np.any((stroke[1:-1] > c.from_mm) & (stroke[1:-1] < c.to_mm)):
             yield Problem((*at, "by"), "has no point between from_mm and to_mm that could meet the area")
-    if spec.parameters and set(owner) >= set(spec.parameters) and not _whole(spec):
+    if set(owner) >= set(spec.parameters) and not spec.curves():
         yield Problem(("constraints",), "leave no parameter to be sought: each of them is solved from a constraint")
 
 
 def _targets(spec: TargetsFile) -> Iterator[Problem]:
     fitted = {target for part in spec.data.values() for target in part.values}
-    used = fitted | {target for part in spec.held_out.values() for target in part.values}
+    used = {target for _, part in spec.tables() for target in part.values}
     for name, part in spec.targets.items():
         at: Path = ("targets", name)
         try:
@@ -284,66 +222,47 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
 
 
 def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
-    sought = {
-        path
-        for part in _alone(spec).values()
-        for one in (part.sets if isinstance(part.sets, list) else [part.sets])
-        for path in _paths(one if isinstance(one, str) else one.path, scenario)
-    }
-    whole = [part.curve for part in _whole(spec).values()]
-    for key in ("data", "held_out"):
-        for name, part in getattr(spec, key).items():
-            at: Path = (key, name)
-            places = [((*at, "cases", column), place) for column, place in part.cases.items()]
-            places += [((*at, "set", place), place) for place in part.set]
-            for where, place in places:
-                try:
-                    scenario.locate(place)
-                except InputError as error:
-                    yield Problem(where, str(error))
-                    continue
-                for path in _paths(place, scenario):
-                    if path in sought or any(_within(path, curve) or _within(curve, path) for curve in whole):
-                        yield Problem(where, "is set by a parameter that is sought: a case cannot set it too")
-            for place in set(part.cases.values()) & set(part.set):
-                yield Problem((*at, "set", place), "is set by a column of cases too: leave one of them out")
-            for target in part.values:
-                if target not in spec.targets:
-                    yield Problem(
-                        (*at, "values", target), f"there is no target of this name{close_match(target, spec.targets)}"
-                    )
+    sought = {path: name for name, part in spec.parameters.items() for path in _sought(part, scenario)[1]}
+    for at, part in spec.tables():
+        columns: list[tuple[Path, str]] = [((*at, "cases", column), place) for column, place in part.cases.items()]
+        for where, place in [*columns, *(((*at, "set", place), place) for place in part.set)]:
+            try:
+                scenario.locate(place)
+            except InputError as error:
+                yield Problem(where, str(error))
+                continue
+            taken = [sought[s] for path in scenario.paths(place) for s in sought if _overlap(path, s)]
+            if taken:
+                yield Problem(where, f"is set by the parameter {taken[0]}, which is sought: a case cannot set it too")
+        for place in set(part.cases.values()) & set(part.set):
+            yield Problem((*at, "set", place), "is set by a column of cases too: leave one of them out")
+        for target in part.values:
+            if target not in spec.targets:
+                rule = f"there is no target of this name{close_match(target, spec.targets)}"
+                yield Problem((*at, "values", target), rule)
     for name in set(spec.data) & set(spec.held_out):
         yield Problem(("held_out", name), "is the name of an entry in data: choose another")
 
 
-def _within(path: str, group: str) -> bool:
-    return f"{path}.".startswith(f"{group}.")
-
-
-def _paths(place: str, scenario: Scenario) -> Iterable[str]:
-    paths = scenario.parameters.get(place, place)
-    return [paths] if isinstance(paths, str) else paths
-
-
 def _percentages(spec: TargetsFile, found: Sequence[Observation]) -> Iterator[Problem]:
-    """A part of nothing is no tolerance."""
+    """A percentage of 0 is no tolerance."""
     zero = {o.target: o.data for o in found if o.wanted == 0}
     for name, part in spec.targets.items():
         for key, amount in (("tolerance", part.tolerance), ("bars", part.bars.each)):
             if not isinstance(amount, str):
                 continue
-            if float(amount.strip().removesuffix("%")) == 0:
+            if absolute(amount, 1.0) == 0:
                 yield Problem(("targets", name, key), "must be more than 0 %")
             elif name in zero:
-                yield Problem(
-                    ("targets", name, key),
-                    f"is a part of the value, and {zero[name]} has one of 0: state it in the unit of the response",
+                rule = (
+                    f"is a percentage of the value, and {zero[name]} has one of 0: state it in the unit of the response"
                 )
+                yield Problem(("targets", name, key), rule)
 
 
 def _enough(spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation]) -> Iterator[Problem]:
-    inner = (curve_points(scenario.values(), part.curve)[0].size - 2 for part in _whole(spec).values())
-    sought = len(_alone(spec)) + sum(inner) - len({c.by for c in spec.constraints.values()})
+    inner = sum(curve_points(scenario.values(), part.curve)[0].size - 2 for part in spec.curves().values())
+    sought = len(spec.singles()) + inner - len({c.by for c in spec.constraints.values()})
     counted = sum(spec.targets[o.target].weight > 0 for o in fitted if o.target in spec.targets)
     if counted < sought:
         yield Problem(

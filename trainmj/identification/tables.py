@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.collision.device import Array
-from trainmj.identification.file import Amount
-from trainmj.identification.plan import Identification, Sample, Target, absolute
+from trainmj.identification.file import Amount, absolute
+from trainmj.identification.plan import Identification, Sample, Target
 from trainmj.identification.uncertainty import WIDE, Direction, Uncertainty
 from trainmj.identification.unknowns import Point
 

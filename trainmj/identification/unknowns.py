@@ -32,6 +32,10 @@ class Setting(NamedTuple):
     factor: float
     offset: float
 
+    def of(self, parameter: float) -> float:
+        """What the place gets."""
+        return self.factor * parameter + self.offset
+
 
 @dataclass(frozen=True)
 class Unknown:
@@ -239,7 +243,7 @@ class Unknowns:
     def changes(self, values: Array) -> dict[str, float]:
         """What a trial sets in the scenario, by path; to ten digits, so that a file can hold just that."""
         return {
-            s.path: rounded(s.factor * float(value) + s.offset, 10)
+            s.path: rounded(s.of(float(value)), 10)
             for p, value in zip(self.parameters, values, strict=True)
             for s in p.settings
         }

@@ -6,10 +6,10 @@ import math
 from pathlib import Path as FilePath
 from typing import Any
 
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError
 from trainmj.files.problems import Path
-from trainmj.files.tables import rows_given
-from trainmj.files.text import beside, read_text
+from trainmj.files.tables import find_table, rows_given
+from trainmj.files.text import read_text
 from trainmj.files.yaml import MOST_BYTES
 from trainmj.scenario.parts import MAX_POINTS
 
@@ -41,9 +41,7 @@ def read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: P
 def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float]]:
     """Points of a CSV file with columns stroke_mm and force_kN; others are left out."""
     said = f"{where}: file = {name[:200]!a}"
-    path = beside(folder, name, said)
-    if path is None:
-        raise InputError(f"{said}: there is no such file{close_match(name, [p.name for p in folder.glob('*.csv')])}")
+    path = find_table(folder, name, said)
     try:
         heads, *rows = rows_given(read_text(path, MOST_BYTES)) or [[]]
     except InputError as error:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from trainmj.files.either import Either
-from trainmj.files.parts import Number, Part
+from trainmj.files.parts import Bounds, Number, Part
 from trainmj.files.problems import Problem
 
 MAX_VALUES = 1_000_000
@@ -33,7 +33,7 @@ class Span(Part):
 class Uniform(Part):
     """A value that scatters evenly between two bounds."""
 
-    uniform: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(description="lowest and highest value")
+    uniform: Bounds = Field(description="lowest and highest value")
 
     def at(self, quantile: NDArray[np.float64]) -> list[Any]:
         """Values at quantiles (n,) between 0 and 1."""
@@ -133,8 +133,5 @@ def broken_rules(spec: SweepFile) -> Iterator[Problem]:
             ("sample", "count"), f"makes more than {MAX_VALUES} values with {len(spec.sample.factors)} factors"
         )
     for name, factor in (spec.sample.factors if spec.sample else {}).items():
-        at = ("sample", "factors", name)
-        if isinstance(factor, Uniform) and not factor.uniform[0] < factor.uniform[1]:
-            yield Problem((*at, "uniform"), "must be a lower and a higher bound")
-        elif isinstance(factor, Normal) and not factor.normal[1] > 0:
-            yield Problem((*at, "normal"), "must be a mean and a standard deviation above 0")
+        if isinstance(factor, Normal) and not factor.normal[1] > 0:
+            yield Problem(("sample", "factors", name, "normal"), "must be a mean and a standard deviation above 0")
