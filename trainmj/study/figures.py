@@ -6,7 +6,7 @@ Draw them under :func:`trainmj.output.style.styled`.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from trainmj.doe import Correlation, Factor, Space, Surrogate
 from trainmj.doe.arrays import FloatArray
 from trainmj.output.style import BLUE, GREY, ORANGE, figure, grid, set_width
+from trainmj.units import label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,16 +43,26 @@ def design(space: Space, points: FloatArray) -> Figure:
     return picture
 
 
-def responses(space: Space, points: FloatArray, values: FloatArray, labels: Sequence[str]) -> Figure:
+def responses(study: Study, points: FloatArray, values: FloatArray) -> Figure:
     """Responses (n, r) against each factor of the points (n, d)."""
-    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(labels))
-    axes = picture.subplots(len(labels), space.d, sharex="col", sharey="row", squeeze=False)
-    for k, label in enumerate(labels):
-        for i, factor in enumerate(space.factors):
-            axes[k, i].scatter(points[:, i], values[:, k], s=12, color=BLUE, zorder=3, clip_on=False)
-            if k == len(labels) - 1:
-                name_axis(axes[k, i], "x", factor)
-        axes[k, 0].set_ylabel(label)
+
+    def draw(axes: Axes, i: int, k: int) -> None:
+        axes.scatter(points[:, i], values[:, k], s=12, color=BLUE, zorder=3, clip_on=False)
+
+    return _responses_by_factor(study, draw)
+
+
+def _responses_by_factor(study: Study, draw: Callable[[Axes, int, int], None]) -> Figure:
+    """A panel for each response, down, and factor, across; drawn by their places."""
+    space = study.space
+    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(study.responses))
+    axes = picture.subplots(len(study.responses), space.d, sharex="col", sharey="row", squeeze=False)
+    for k, response in enumerate(study.responses):
+        for i in range(space.d):
+            draw(axes[k, i], i, k)
+        axes[k, 0].set_ylabel(response.label)
+    for i, factor in enumerate(space.factors):
+        name_axis(axes[-1, i], "x", factor)
     picture.align_ylabels(axes[:, 0])
     return picture
 
@@ -91,42 +102,34 @@ def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
         axes.text(k, i, f"{r:.2f}", ha="center", va="center", color=colour)
 
 
-def parity(values: FloatArray, predicted: FloatArray, labels: Sequence[str]) -> Figure:
+def parity(study: Study, values: FloatArray, predicted: FloatArray) -> Figure:
     """Each point predicted by the surrogate fitted without it, against its simulation; both (n, r)."""
-    picture, panels = grid(len(labels), 56.0)
-    for k, (axes, label) in enumerate(zip(panels, labels, strict=True)):
+    picture, panels = grid(len(study.responses), 56.0)
+    for k, (axes, response) in enumerate(zip(panels, study.responses, strict=True)):
         both = np.concatenate([values[:, k], predicted[:, k]])
         ends = np.array([both.min(), both.max()])
         ends += np.array([-0.05, 0.05]) * (np.ptp(ends) or 1.0)
         axes.plot(ends, ends, color=GREY, linewidth=0.8, zorder=2)
         axes.scatter(values[:, k], predicted[:, k], s=14, color=BLUE, zorder=3)
-        axes.set(xlim=ends, ylim=ends, title=label, xlabel="simulated", ylabel="predicted")
+        axes.set(xlim=ends, ylim=ends, title=response.label, xlabel="simulated", ylabel="predicted")
         axes.locator_params(nbins=5)
         axes.set_aspect("equal")
     picture.suptitle("Surrogates: points predicted from the others", x=0.01, ha="left")
     return picture
 
 
-def surfaces(study: Study, models: Mapping[str, Surrogate], points: FloatArray) -> Figure:
+def surfaces(study: Study, models: Sequence[Surrogate], points: FloatArray) -> Figure:
     """The surrogates: contours over two factors, or the effect of each factor with the others at their centre.
 
     Args:
         study: factors, responses and limits.
-        models: surrogate by name of the response.
+        models: surrogate of each response.
         points: where the design was simulated, (n, d).
     """
     space = study.space
     if space.d == 2 and not any(f.kind == "choice" for f in space.factors):
         return _contours(study, models, points)
-    picture = figure("column" if space.d == 1 else None, 13 + 36 * len(models))
-    axes = picture.subplots(len(models), space.d, sharex="col", sharey="row", squeeze=False)
-    for k, response in enumerate(study.responses):
-        for i, factor in enumerate(space.factors):
-            _effect(axes[k, i], space, i, models[response.name])
-            if k == len(models) - 1:
-                name_axis(axes[k, i], "x", factor)
-        axes[k, 0].set_ylabel(response.label)
-    picture.align_ylabels(axes[:, 0])
+    picture = _responses_by_factor(study, lambda axes, i, k: _effect(axes, space, i, models[k]))
     picture.suptitle("Surrogates, other factors at their centre", x=0.01, ha="left")
     return picture
 
@@ -139,13 +142,13 @@ def _effect(axes: Axes, space: Space, i: int, model: Surrogate) -> None:
     axes.plot(x[:, i], model.predict(x), style, color=BLUE)
 
 
-def _contours(study: Study, models: Mapping[str, Surrogate], points: FloatArray) -> Figure:
+def _contours(study: Study, models: Sequence[Surrogate], points: FloatArray) -> Figure:
     picture, panels = grid(len(study.responses), 56.0)
     first, second = study.space.factors
     a, b = np.meshgrid(np.linspace(first.lower, first.upper, _GRID), np.linspace(second.lower, second.upper, _GRID))
     x = np.stack([a.ravel(), b.ravel()], axis=1)
-    for axes, response in zip(panels, study.responses, strict=True):
-        z = models[response.name].predict(x).reshape(a.shape)
+    for axes, response, model in zip(panels, study.responses, models, strict=True):
+        z = model.predict(x).reshape(a.shape)
         if np.ptp(z) > 1e-12 * np.abs(z).max():
             lines = axes.contour(a, b, z, levels=7, cmap="viridis", linewidths=0.9)
             for text in axes.clabel(lines, fontsize=6, fmt="%g"):
@@ -168,10 +171,9 @@ def _contours(study: Study, models: Mapping[str, Surrogate], points: FloatArray)
 
 def name_axis(axes: Axes, which: str, factor: Factor) -> None:
     """Label an axis by a factor with its unit; a choice by its levels."""
-    label = f"{factor.name} ({factor.unit})" if factor.unit else factor.name
     spread = 0.03 * (factor.upper - factor.lower)
     settings: dict[str, Any] = {
-        f"{which}label": label,
+        f"{which}label": label(factor.name, factor.unit),
         f"{which}lim": (factor.lower - spread, factor.upper + spread),
     }
     axes.set(**settings)

@@ -1,6 +1,7 @@
 """The study file as checked parts: what each key may hold, before names are looked up in the scenario.
 
 Names of factors and responses are the user's; a response is a column of :func:`trainmj.run_cases` under a short name.
+Where there are several kinds of a thing, each kind is a part with just its keys.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from trainmj.files.either import Either
 from trainmj.files.parts import Name, Notes, Number, Part, Seed, Title
 
 MAX_POINTS = 5000
@@ -17,46 +19,99 @@ MAX_POINTS = 5000
 Resolution = dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]]
 
 
-class FactorPart(Part):
-    """What is varied, and which values of the scenario it sets."""
-
-    sets: str | list[str] = Field(description="parameter or path of the scenario, or several that get the same value")
-    bounds: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
-        default=None, description="lowest and highest value"
-    )
-    kind: Literal["continuous", "integer", "choice"] | None = Field(
-        default=None, description="by default a choice if it has levels, else continuous"
-    )
-    levels: Annotated[list[Any], Field(min_length=2, max_length=1000)] | None = Field(
-        default=None, description="values to choose from, instead of bounds"
+class _Factor(Part):
+    sets: Annotated[str | list[str], Either()] = Field(
+        description="parameter or path of the scenario, or several that get the same value"
     )
     unit: Annotated[str, Field(max_length=20)] | None = Field(
         default=None, description="by default from the end of the path's name"
     )
 
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """The parameters and paths that the factor sets."""
+        return (self.sets,) if isinstance(self.sets, str) else tuple(self.sets)
 
-class DesignPart(Part):
-    """Where to simulate."""
 
-    kind: Literal["optimal_latin_hypercube", "sobol", "full_factorial", "central_composite", "table"] = Field(
-        default="optimal_latin_hypercube", description="how the points are spread over the factors"
+class _Bounded(_Factor):
+    bounds: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(description="lowest and highest value")
+
+
+class ContinuousFactor(_Bounded):
+    """A value that is varied between bounds."""
+
+    kind: Literal["continuous"] = "continuous"
+
+
+class IntegerFactor(_Bounded):
+    """A whole number that is varied between bounds."""
+
+    kind: Literal["integer"]
+
+
+class ChoiceFactor(_Factor):
+    """A value that is chosen from several."""
+
+    kind: Literal["choice"] = "choice"
+    levels: Annotated[list[str | bool | int | float], Field(min_length=2, max_length=1000)] = Field(
+        description="values to choose from: numbers or text"
     )
-    n: Annotated[int, Field(ge=2, le=MAX_POINTS)] | None = Field(
-        default=None, description="points of a Latin hypercube or Sobol' sequence"
+
+
+FactorPart = Annotated[ContinuousFactor | IntegerFactor | ChoiceFactor, Either(by="kind")]
+
+
+class _Design(Part):
+    resolution: Resolution = Field(default_factory=dict, description="points are whole multiples of these, by factor")
+
+
+class LatinHypercube(_Design):
+    """Points that lie as far apart as possible, a level of its own for each in every factor."""
+
+    kind: Literal["optimal_latin_hypercube"] = "optimal_latin_hypercube"
+    n: Annotated[int, Field(ge=2, le=300)] = Field(description="points; a sobol design takes more")
+    seed: Seed = Field(default=0, description="of the search for the best spread")
+    placement: Literal["edge", "centre"] = Field(
+        default="edge", description="do the outer points lie on the bounds or inside?"
     )
-    seed: Seed | None = Field(default=None, description="of a Latin hypercube or Sobol' sequence")
-    placement: Literal["edge", "centre"] | None = Field(
-        default=None, description="do the outer points of a Latin hypercube lie on the bounds or inside?"
+
+
+class SobolSequence(_Design):
+    """Points of a scrambled Sobol' sequence; a power of two is spread best."""
+
+    kind: Literal["sobol"]
+    n: Annotated[int, Field(ge=2, le=MAX_POINTS)] = Field(description="points")
+    seed: Seed = Field(default=0, description="of the scrambling")
+
+
+class FullFactorial(_Design):
+    """Every combination of the levels of all factors."""
+
+    kind: Literal["full_factorial"]
+    levels: dict[str, Annotated[int, Field(ge=2, le=MAX_POINTS)]] = Field(
+        default_factory=dict, description="how many, by factor; required for a continuous one without a resolution"
     )
-    levels: dict[str, Annotated[int, Field(ge=2, le=MAX_POINTS)]] | None = Field(
-        default=None, description="levels of a full factorial, by factor"
+
+
+class CentralComposite(_Design):
+    """Corners, axis points and the centre, within the bounds."""
+
+    kind: Literal["central_composite"]
+    form: Literal["face", "inscribed"] = Field(
+        default="face", description="corners on the bounds, or drawn in so that all points lie on a sphere"
     )
-    form: Literal["face", "inscribed"] | None = Field(
-        default=None,
-        description="of a central composite: corners on the bounds, or drawn in so that all points lie on a sphere",
-    )
-    file: str | None = Field(default=None, description="CSV file of a table, a column for each factor")
-    resolution: Resolution = Field(default_factory=dict, description="points are whole multiples of these")
+
+
+class GivenPoints(Part):
+    """Points from a file."""
+
+    kind: Literal["table"]
+    file: str = Field(description="CSV file beside the study, a column for each factor")
+
+
+DesignPart = Annotated[
+    LatinHypercube | SobolSequence | FullFactorial | CentralComposite | GivenPoints, Either(by="kind")
+]
 
 
 class CorrelationPart(Part):
@@ -68,20 +123,35 @@ class CorrelationPart(Part):
     level: Annotated[float, Field(gt=0, lt=1)] = Field(default=0.95, description="of the confidence intervals")
 
 
-class SurrogatePart(Part):
-    """What stands in for the simulation of one response."""
-
-    kind: Literal["polynomial", "kriging"] = Field(
-        default="polynomial", description="kriging needs pip install 'trainmj[kriging]'"
-    )
-    order: Annotated[int, Field(ge=1, le=6)] | None = Field(default=None, description="of a polynomial")
-    terms: Annotated[list[Annotated[str, Field(max_length=200)]], Field(min_length=1, max_length=500)] | None = Field(
-        default=None, description="terms of a polynomial, such as D^2 and D*M, instead of its order"
-    )
+class _Polynomial(Part):
+    kind: Literal["polynomial"] = "polynomial"
     selection: Literal["none", "press", "bic"] = Field(
-        default="none", description="by what terms that do not help are dropped"
+        default="none", description="criterion by which terms that do not help are dropped"
     )
-    seed: Seed = Field(default=0, description="of the search for kriging's lengths")
+
+
+class FullPolynomial(_Polynomial):
+    """A polynomial with all terms up to an order."""
+
+    order: Annotated[int, Field(ge=1, le=6)] = Field(default=2, description="highest order of a term")
+
+
+class PolynomialOfTerms(_Polynomial):
+    """A polynomial with the terms that are listed."""
+
+    terms: Annotated[list[Annotated[str, Field(max_length=200)]], Field(min_length=1, max_length=500)] = Field(
+        description='such as "1", D, D^2 and D*M'
+    )
+
+
+class KrigingPart(Part):
+    """A Gaussian process; needs pip install 'trainmj[kriging]'."""
+
+    kind: Literal["kriging"]
+    seed: Seed = Field(default=0, description="of the search for the lengths")
+
+
+SurrogatePart = Annotated[FullPolynomial | PolynomialOfTerms | KrigingPart, Either(by="kind")]
 
 
 class CrossValidationPart(Part):
@@ -102,7 +172,7 @@ class ConstraintPart(Part):
     at_most: Number | None = Field(default=None, description="upper limit, in the unit of the response")
     at_least: Number | None = Field(default=None, description="lower limit")
     margin: Annotated[Number, Field(ge=0)] = Field(
-        default=0.0, description="how far the search on the surrogate stays inside the limits"
+        default=0.0, description="how far inside the limits the search on the surrogates stays"
     )
 
 
@@ -138,37 +208,77 @@ class OptimiserPart(Part):
 
     on: Literal["surrogate", "simulator", "both"] = Field(default="surrogate", description="what is searched")
     seed: Seed = Field(default=0, description="of the swarms")
-    resolution: Resolution = Field(default_factory=dict, description="designs are whole multiples of these")
+    resolution: Resolution = Field(default_factory=dict, description="designs are whole multiples of these, by factor")
     surrogate: SurrogateSwarm = Field(default=SurrogateSwarm(), description="the swarm on the surrogates")
     simulator: SimulatorSwarm = Field(default=SimulatorSwarm(), description="the swarm on the simulator")
 
 
-class WeightsPart(Part):
-    """How much each objective counts."""
+class EntropyWeights(Part):
+    """An objective counts the more, the more unevenly its values are spread."""
 
-    method: Literal["entropy", "equal", "own"] = Field(default="entropy", description="where the weights come from")
-    form: Literal["paper", "textbook"] | None = Field(
-        default=None, description="of entropy: as in the paper, or with 1/ln(n)"
+    method: Literal["entropy"] = "entropy"
+    normalised: bool = Field(
+        default=True,
+        description="are entropies divided by ln(n), their largest value? If not, the weights are nearly equal and "
+        "favour the objective that varies less",
     )
-    data: Literal["raw", "t_score", "min_max"] | None = Field(
-        default=None, description="how values are scaled for entropy"
-    )
-    of: Annotated[Literal["design", "front"] | None, Field(description="whose values the entropy is taken of")] = None
-    own: dict[str, Annotated[Number, Field(ge=0)]] | None = Field(default=None, description="own weights, by objective")
+    data: Literal["raw", "t_score", "min_max"] = Field(default="raw", description="how values are scaled before")
+    of: Literal["design", "front"] = Field(default="design", description="whose values the entropy is taken of")
 
 
-class DecisionPart(Part):
-    """How one design of the front is chosen."""
+class EqualWeights(Part):
+    """Every objective counts the same."""
 
-    method: Literal["weighted_sum", "topsis", "knee"] = Field(
-        default="topsis", description="by what designs are ranked"
+    method: Literal["equal"]
+
+
+class OwnWeights(Part):
+    """Weights of your own."""
+
+    method: Literal["own"]
+    own: dict[str, Annotated[Number, Field(ge=0)]] = Field(description="by objective; scaled to add up to 1")
+
+
+WeightsPart = Annotated[EntropyWeights | EqualWeights | OwnWeights, Either(by="method")]
+
+
+class _Decision(Part):
+    front: Literal["surrogate", "simulator"] | None = Field(
+        default=None, description="the front that is chosen from; by default the surrogates' if it is searched"
     )
-    normalisation: Literal["min_max", "max", "sum", "vector", "none"] | None = Field(
-        default=None, description="of the objectives in a weighted sum"
+
+
+class _Weighted(_Decision):
+    spread: Annotated[float, Field(gt=0, le=2)] = Field(
+        default=0.1, description="deviation of the random weights that the choice is tried with, as part of each"
     )
-    front: Literal["surrogate", "simulator"] | None = Field(default=None, description="the front that is chosen from")
-    spread: Annotated[float, Field(gt=0, le=2, description="deviation of random weights, as part of each")] = 0.1
     seed: Seed = Field(default=0, description="of the random weights")
+
+
+Normalisation = Literal["min_max", "max", "sum", "vector", "none"]
+
+
+class WeightedSum(_Weighted):
+    """The design with the smallest weighted sum of its objectives."""
+
+    method: Literal["weighted_sum"]
+    normalisation: Normalisation = Field(default="min_max", description="of the objectives")
+
+
+class Topsis(_Weighted):
+    """The design close to the best and far from the worst value of each objective."""
+
+    method: Literal["topsis"] = "topsis"
+    normalisation: Normalisation = Field(default="vector", description="of the objectives")
+
+
+class KneePoint(_Decision):
+    """The design where giving up a little of one objective stops gaining much of another; needs no weights."""
+
+    method: Literal["knee"]
+
+
+DecisionPart = Annotated[WeightedSum | Topsis | KneePoint, Either(by="method")]
 
 
 class CheckPart(Part):
@@ -177,11 +287,11 @@ class CheckPart(Part):
     set: dict[str, Any] = Field(default_factory=dict, description="values changed for the check, such as a finer step")
 
 
-class StudyFile(Part):
+class StudyFile(Part, title="study file"):
     """A study file: from a scenario with free values to one chosen and verified design."""
 
     title: Title = Field(default="", description="one line that heads every output")
-    notes: Notes = Field(default="", description="where the numbers come from, and the like")
+    notes: Notes = Field(default="", description="where the numbers come from, for example")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     factors: Annotated[dict[Name, FactorPart], Field(min_length=1, max_length=20, description="what is varied")]
@@ -192,7 +302,9 @@ class StudyFile(Part):
     correlation: CorrelationPart = Field(
         default=CorrelationPart(), description="how factors and responses are correlated"
     )
-    surrogates: dict[str, SurrogatePart] = Field(default_factory=dict, description="by response; default for the rest")
+    surrogates: dict[str, SurrogatePart] = Field(
+        default_factory=dict, description="what stands in for the simulation, by response; default for the rest"
+    )
     cross_validation: CrossValidationPart = Field(
         default=CrossValidationPart(), description="what the surrogates are compared with"
     )
@@ -202,6 +314,6 @@ class StudyFile(Part):
     ]
     constraints: dict[str, ConstraintPart] = Field(default_factory=dict, description="limits, by response")
     optimiser: OptimiserPart = Field(default=OptimiserPart(), description="where the front is searched, and how")
-    weights: WeightsPart = Field(default=WeightsPart(), description="how much each objective counts")
-    decision: DecisionPart = Field(default=DecisionPart(), description="how one design of the front is chosen")
+    weights: WeightsPart = Field(default=EntropyWeights(), description="how much each objective counts")
+    decision: DecisionPart = Field(default=Topsis(), description="how one design of the front is chosen")
     check: CheckPart = Field(default=CheckPart(), description="how the chosen design is simulated again")

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from trainmj.collision.chain import line_up
+from trainmj.collision.quantities import columns_of
 from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
@@ -18,9 +20,9 @@ from trainmj.files.source import Source, read_source
 from trainmj.files.text import beside
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.scenario.files import refused, scenario_of
-from trainmj.study.file import ConstraintPart, StudyFile
-from trainmj.study.rules import broken_rules, factor_of, targets_of
-from trainmj.units import head, label, unit_of
+from trainmj.study.file import GivenPoints, StudyFile
+from trainmj.study.rules import broken_rules, factor_of
+from trainmj.units import head, label
 
 _ENDING = ".study.yaml"
 
@@ -52,7 +54,7 @@ class Limit:
         response: what is limited.
         sign: 1 for at most, -1 for at least.
         value: the limit, in the unit of the response.
-        margin: how far inside the search on the surrogate stays.
+        margin: how far inside the search on the surrogates stays.
     """
 
     response: Response
@@ -102,8 +104,8 @@ class Study:
 
     @property
     def objectives(self) -> tuple[Response, ...]:
-        """The responses that are made small or large, (m,)."""
-        return tuple(self.response(name) for name in self.spec.objectives)
+        """The responses that are minimised or maximised, (m,)."""
+        return tuple(self.responses[k] for k in self._chosen)
 
     @property
     def maximise(self) -> tuple[bool, ...]:
@@ -114,33 +116,51 @@ class Study:
     def limits(self) -> tuple[Limit, ...]:
         """The constraints, each side by itself, (c,)."""
         return tuple(
-            limit for name, part in self.spec.constraints.items() for limit in _sides(self.response(name), part)
+            Limit(self.responses[self._place(name)], sign, value, part.margin)
+            for name, part in self.spec.constraints.items()
+            for sign, value in ((1, part.at_most), (-1, part.at_least))
+            if value is not None
         )
-
-    def response(self, name: str) -> Response:
-        """The response of a short name."""
-        return next(r for r in self.responses if r.name == name)
-
-    def problem(self, rule: str, *path: str | int) -> InputError:
-        """The error that says what is wrong with a value of the study's file."""
-        return self.source.error(rule, *path)
 
     @property
     def identity(self) -> list[Any]:
         """What every simulation depends on: the scenario, and what the factors set."""
         return [to_yaml(self.scenario), self.targets]
 
+    @property
+    def _chosen(self) -> list[int]:
+        return [self._place(name) for name in self.spec.objectives]
 
-def _sides(response: Response, part: ConstraintPart) -> list[Limit]:
-    sides = ((1, part.at_most), (-1, part.at_least))
-    return [Limit(response, sign, value, part.margin) for sign, value in sides if value is not None]
+    def _place(self, name: str) -> int:
+        """The place of a response among all."""
+        return next(k for k, r in enumerate(self.responses) if r.name == name)
+
+    def criteria(self, values: FloatArray) -> FloatArray:
+        """The objectives (n, m) among the responses (n, r)."""
+        return values[:, self._chosen]
+
+    def minimised(self, values: FloatArray) -> FloatArray:
+        """The objectives (n, m) among the responses (n, r), negative where they are maximised."""
+        return np.asarray(self.criteria(values) * np.where(self.maximise, -1.0, 1.0), dtype=np.float64)
+
+    def excess(self, values: FloatArray, margins: bool = False) -> FloatArray:
+        """How far the responses (n, r) are beyond each limit, less its margin if wanted, (n, c)."""
+        places = [self._place(limit.response.name) for limit in self.limits]
+        found = [
+            limit.excess(values[:, k], limit.margin * margins) for limit, k in zip(self.limits, places, strict=True)
+        ]
+        return np.stack(found, axis=1) if found else np.zeros((len(values), 0))
+
+    def problem(self, rule: str, *path: str | int) -> InputError:
+        """The error that says what is wrong with a value of the study's file."""
+        return self.source.error(rule, *path)
 
 
 def load_study(file: str | Path) -> Study:
     """Read a study file, or one that ships with trainmj by its name.
 
     Args:
-        file: path of a YAML file, or a name such as ``b_type`` for scenarios/b_type.study.yaml.
+        file: path of a YAML file, or a name such as ``b_type`` for b_type.study.yaml.
 
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
@@ -164,25 +184,33 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
 def _checked(source: Source) -> Study:
     spec = source.checked(StudyFile)
     scenario = scenario_of(source, spec.scenario, spec.set)
-    source.refuse(broken_rules(spec, scenario))
+    try:
+        columns = columns_of(line_up(scenario))
+    except InputError as error:
+        raise source.error(str(error), "scenario") from None
     check = {name: {name: value} for name, value in spec.check.set.items()}
-    source.refuse([*refused(("check", "set"), check, scenario), *_file(spec, source.folder)])
+    source.refuse(
+        [
+            *broken_rules(spec, scenario, columns),
+            *refused(("check", "set"), check, scenario),
+            *_file(spec, source.folder),
+        ]
+    )
     return Study(
         spec,
         scenario,
         Space(tuple(factor_of(name, part) for name, part in spec.factors.items())),
-        tuple(targets_of(part) for part in spec.factors.values()),
-        tuple(Response(name, column, unit_of(column)) for name, column in spec.responses.items()),
+        tuple(part.targets for part in spec.factors.values()),
+        tuple(Response(name, column, columns[column].unit) for name, column in spec.responses.items()),
         source,
     )
 
 
 def _file(spec: StudyFile, folder: Path) -> Iterator[Problem]:
-    """What is wrong with the file of a given design."""
-    name = spec.design.file
-    if name is not None:
+    """What is wrong with the file of given points."""
+    if isinstance(spec.design, GivenPoints):
         try:
-            if beside(folder, name, "file") is None:
+            if beside(folder, spec.design.file, "file") is None:
                 yield Problem(("design", "file"), "there is no such file beside it")
         except InputError as error:
             yield Problem(("design", "file"), str(error).removeprefix("file: "))

@@ -49,7 +49,6 @@ def broken_rules(spec: StudyFile, scenario: Scenario, columns: Collection[str]) 
     yield from _criteria(spec)
     yield from _optimiser(spec)
     yield from _weights(spec)
-    yield from _paths(("check", "set"), spec.check.set, scenario)
 
 
 def factor_of(name: str, part: FactorPart) -> Factor:
@@ -61,7 +60,8 @@ def factor_of(name: str, part: FactorPart) -> Factor:
     unit = part.unit if part.unit is not None else unit_of(part.targets[0])
     if isinstance(part, ChoiceFactor):
         return Factor(name, unit=unit, kind="choice", levels=tuple(part.levels))
-    return Factor(name, *part.bounds, unit=unit, kind=part.kind)
+    lower, upper = part.bounds
+    return Factor(name, lower, upper, unit=unit, kind=part.kind)
 
 
 def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
@@ -78,7 +78,10 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                     (*at, "levels", k), f"begins with one of {' '.join(FORMULA)}, as a spreadsheet's formulas"
                 )
         for target in part.targets:
-            yield from (Problem((*at, "sets"), p.rule) for p in _paths((), [target], scenario))
+            try:
+                scenario.locate(target)
+            except InputError as error:
+                yield Problem((*at, "sets"), str(error))
             paths = scenario.parameters.get(target, target)
             for path in [paths] if isinstance(paths, str) else paths:
                 if path in owner:
@@ -86,14 +89,6 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 owner[path] = name
             if target in spec.set:
                 yield Problem((*at, "sets"), "is fixed under set: leave it out there")
-
-
-def _paths(where: Path, names: Iterable[str], scenario: Scenario) -> Iterator[Problem]:
-    for name in names:
-        try:
-            scenario.locate(name)
-        except InputError as error:
-            yield Problem((*where, name), str(error))
 
 
 def _responses(spec: StudyFile, columns: Collection[str]) -> Iterator[Problem]:

@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from trainmj.errors import close_match
+from trainmj.cases.store import KEY, Store, remove
 from trainmj.files.folder import held
-from trainmj.files.parts import Part
 from trainmj.files.plain import finite
-from trainmj.files.problems import Problem
 from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
-from trainmj.study.folder import Folder, Output, Step
+from trainmj.study.designs import Designs
+from trainmj.study.file import GivenPoints
+from trainmj.study.folder import STATE, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
 from trainmj.study.simulator import FILE, Simulator
 
 if TYPE_CHECKING:
     import pandas as pd
+
+V = TypeVar("V")
 
 SUMMARY = "summary.json"
 STEPS = (
@@ -51,6 +53,7 @@ class StudyResult:
         summary: what summary.json says, by step.
         computed: steps done now; the others were there.
         simulated: collisions computed now.
+        changes: what had changed since the last run in this folder, input and versions, in words.
     """
 
     study: Study
@@ -59,10 +62,14 @@ class StudyResult:
     summary: Mapping[str, Any]
     computed: tuple[str, ...]
     simulated: int
+    changes: tuple[str, ...]
 
 
 class Watch:
     """Told how a study gets on; this one says nothing."""
+
+    def changed(self, changes: Sequence[str]) -> None:
+        """This has changed since the last run in the folder; steps that depend on it are done again."""
 
     def begin(self, step: str) -> None:
         """A step begins."""
@@ -70,14 +77,16 @@ class Watch:
     def simulated(self, count: int) -> None:
         """So many collisions have been computed in all."""
 
-    def done(self, step: Step) -> None:
+    def done(self, step: Step[Any]) -> None:
         """A step is done."""
 
 
 def run_study(
     study: Study | str | Path,
     folder: str | Path,
+    *,
     threads: int = 0,
+    fresh: bool = False,
     watch: Watch | None = None,
     figures: Sequence[Format] = ("png",),
     figure_width: Width = "page",
@@ -91,6 +100,7 @@ def run_study(
         study: a study, a study file, or the name of a shipped one.
         folder: made if it is not there.
         threads: native threads; 0 for all cores. The numbers do not depend on it.
+        fresh: start over: remove what a study left in the folder, unless somebody has changed it.
         watch: told how it gets on.
         figures: formats to draw them in (png, svg, pdf); none saves time, for they take longer than most steps.
         figure_width: of the figures, that of a column or of the page of a journal.
@@ -103,124 +113,135 @@ def run_study(
     """
     study = study if isinstance(study, Study) else load_study(study)
     watch = watch or Watch()
-    with held(folder) as path, Simulator(path / FILE, study, threads, watch.simulated) as simulator:
+    with held(folder) as path:
         files = Folder(path, figures, figure_width)
-        _steps(study, files, simulator, watch)
+        if fresh:
+            files.start_over()
+            remove(path / FILE, [STATE, SUMMARY, "report.html"])
+        with Store(path / FILE, KEY) as store:
+            simulator = Simulator(store, study, threads, watch.simulated)
+            watch.changed(simulator.changes)
+            _steps(study, files, simulator, watch)
         files.finish()
-        summary = _summary(study, files.steps)
+        summary = _summary(study, files.steps, simulator.changes)
         files.write(SUMMARY, json.dumps(summary, indent=2).encode())
         tables = {name: table for step in files.steps for name, table in step.tables.items()}
         computed = tuple(step.name for step in files.steps if step.computed)
-        return StudyResult(study, files.path, tables, summary, computed, simulator.computed)
+        return StudyResult(study, files.path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
 
 
 def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> None:
     """All steps, each with what it depends on."""
-    spec = study.spec
-    names = [_plain(study.responses), study.heads, _plain(study.space.factors)]
-    limits = [spec.objectives, _plain(spec.constraints), _plain(spec.optimiser)]
+    spec, asked = study.spec, study.spec.model_dump()
+    names = [[asdict(r) for r in study.responses], study.heads, [asdict(f) for f in study.space.factors]]
+    limits = [spec.objectives, asked["constraints"], asked["optimiser"]]
 
-    def step(name: str, inputs: list[Any], make: Callable[[], Output]) -> Step:
+    def step(name: str, inputs: list[Any], make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
         watch.begin(name)
-        done = files.step(name, inputs, make)
+        done = files.step(name, inputs, make, read)
         watch.done(done)
         return done
 
-    stands = step("as it stands", study.identity, lambda: steps.baseline(study, simulator))
-    _check_columns(study, stands.table)
-    design = step("design", [names, _plain(spec.design), _given(study)], lambda: steps.design(study))
+    def designs(file: str) -> Callable[[Tables], Designs]:
+        return lambda tables: Designs.read(study, tables[file])
+
+    def nothing(_: Tables) -> None:
+        """Nothing depends on the step."""
+
+    stands = step(
+        "as it stands",
+        study.identity,
+        lambda: steps.as_it_stands(study, simulator),
+        lambda tables: steps.read_as_it_stands(study, tables),
+    )
+    design = step(
+        "design",
+        [names, asked["design"], _given(study)],
+        lambda: steps.design(study),
+        lambda tables: study.space.from_table(tables["01_design"], study.heads),
+    )
     simulations = step(
-        "simulations", [names, study.identity, design.digest], lambda: steps.simulations(study, design.table, simulator)
+        "simulations",
+        [names, study.identity, design.digest],
+        lambda: steps.simulations(study, design.value, simulator),
+        designs("02_simulations"),
     )
     data = [names, simulations.digest]
-    step("correlation", [data, _plain(spec.correlation)], lambda: steps.correlation(study, simulations.table))
-    models = [data, _plain(spec.surrogates)]
-    step(
+    step("correlation", [data, asked["correlation"]], lambda: steps.correlation(study, simulations.value), nothing)
+    models = step(
         "surrogates",
-        [models, _plain(spec.cross_validation), _plain(spec.constraints)],
-        lambda: surrogates.surrogates(study, simulations.table),
+        [data, asked["surrogates"], asked["cross_validation"], asked["constraints"]],
+        lambda: surrogates.surrogates(study, simulations.value),
+        lambda _: surrogates.fit_all(study, simulations.value),
     )
-    found: dict[str, Step] = {}
+    found: dict[str, Step[Designs]] = {}
     if spec.optimiser.on != "simulator":
         found["surrogate"] = step(
-            "front on the surrogates", [models, limits], lambda: fronts.on_surrogates(study, simulations.table)
+            "front on the surrogates",
+            [data, asked["surrogates"], limits],
+            lambda: fronts.on_surrogates(study, models.value),
+            designs(fronts.FILES["surrogate"]),
         )
     if spec.optimiser.on != "surrogate":
         found["simulator"] = step(
-            "front on the simulator", [names, study.identity, limits], lambda: fronts.on_simulator(study, simulator)
+            "front on the simulator",
+            [names, study.identity, limits],
+            lambda: fronts.on_simulator(study, simulator),
+            designs(fronts.FILES["simulator"]),
         )
     if len(found) == 2:
-        both = [step.digest for step in found.values()]
+        predicted, direct = found.values()
         step(
             "fronts compared",
-            [names, study.identity, limits, both],
-            lambda: fronts.compared(study, found["surrogate"].table, found["simulator"].table, simulator),
+            [names, study.identity, limits, predicted.digest, direct.digest],
+            lambda: fronts.compared(study, predicted.value, direct.value, simulator),
+            nothing,
         )
     front = found[spec.decision.front] if spec.decision.front else next(iter(found.values()))
     goals = [names, spec.objectives, front.digest]
     weights = step(
         "weights",
-        [goals, _plain(spec.weights), simulations.digest],
-        lambda: choice.weights(study, simulations.table, front.table),
+        [goals, asked["weights"], simulations.digest],
+        lambda: choice.weights(study, simulations.value, front.value),
+        lambda tables: tables["08_weights"]["weight"].to_numpy(),
     )
     decision = step(
         "decision",
-        [goals, _plain(spec.decision), weights.digest],
-        lambda: choice.decision(study, front.table, weights.table),
+        [goals, asked["decision"], weights.digest],
+        lambda: choice.decision(study, front.value, weights.value),
+        lambda tables: Designs.read(study, tables["09_decision"].iloc[[0]]),
     )
     step(
         "check",
-        [names, study.identity, _plain(spec.check), _plain(spec.constraints), decision.digest, stands.digest],
-        lambda: choice.check(study, decision.table, stands.table, simulator),
+        [names, study.identity, asked["check"], asked["constraints"], decision.digest, stands.digest],
+        lambda: choice.check(study, decision.value, stands.value, simulator),
+        nothing,
     )
 
 
 def _given(study: Study) -> str:
-    """Content of the file of a given design; empty if there is none to be read."""
-    name = study.spec.design.file
-    file = study.source.folder / name if name else None
+    """Content of the file of given points; empty if there is none to be read."""
+    part = study.spec.design
+    file = study.source.folder / part.file if isinstance(part, GivenPoints) else None
     return file.read_text(encoding="utf-8", errors="replace") if file and file.is_file() else ""
 
 
-def _check_columns(study: Study, stands: pd.DataFrame) -> None:
-    """Refuse a response that is no column of numbers, now that the columns are known.
-
-    Raises:
-        InputError: naming each with its place.
-    """
-    columns = [name for name in stands["response"] if name not in ("status", "reason")]
-    problems = [
-        Problem(("responses", r.name), f"no response is called {r.column!r}{close_match(r.column, columns)}")
-        for r in study.responses
-        if r.column not in columns
-    ]
-    study.source.refuse(problems)
-
-
-def _plain(value: Any) -> Any:
-    """Parts and frozen values as JSON holds them."""
-    if isinstance(value, Part):
-        return value.model_dump()
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return {key: str(item) for key, item in vars(value).items()} if hasattr(value, "__dict__") else value
-
-
-def _summary(study: Study, done: list[Step]) -> dict[str, Any]:
+def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[str, Any]:
     """What was asked, in full, and the facts of all steps, without what JSON has no number for."""
     from trainmj.collision.identity import identity
 
     factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
+    responses = {r.name: {"unit": r.unit, "column": r.column} for r in study.responses}
     about = {
         "title": study.title,
         "factors": factors,
+        "responses": responses,
         "objectives": dict(study.spec.objectives),
         "constraints": [limit.text for limit in study.limits],
         "study": dict(study.source.values, scenario="scenario.yaml"),
         "scenario": to_yaml(study.scenario),
         "versions": identity(),
+        "changes": changes,
     }
     result: dict[str, Any] = finite(about | {step.name.replace(" ", "_"): dict(step.facts) for step in done})
     return result

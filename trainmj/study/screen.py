@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -27,6 +27,11 @@ class Screen(Watch):
         self._shown = sys.stderr.isatty()
         self._step = ""
 
+    def changed(self, changes: Sequence[str]) -> None:
+        """Say what has changed, terminal or not: it tells why steps are done again."""
+        for change in changes:
+            self._console.print(f"Changed: {change}", markup=False, soft_wrap=True)
+
     def begin(self, step: str) -> None:
         """Show the step."""
         self._step = step
@@ -38,7 +43,7 @@ class Screen(Watch):
         """Show how many collisions have been computed."""
         self._status.update(f"{self._step}: {count} collisions so far")
 
-    def done(self, step: Step) -> None:
+    def done(self, step: Step[Any]) -> None:
         """Leave a line behind."""
         if self._shown:
             said = f"{step.seconds:5.1f} s" if step.computed else "  there"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -22,12 +22,12 @@ from trainmj.doe import (
 )
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
-from trainmj.study import figures as plotting
-from trainmj.study.file import SurrogatePart
+from trainmj.study import figures
+from trainmj.study.designs import Designs
+from trainmj.study.file import FullPolynomial, KrigingPart, PolynomialOfTerms
 from trainmj.study.folder import Output
 from trainmj.study.plan import Response, Study
 from trainmj.study.rules import DEFAULT
-from trainmj.study.steps import labels, usable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,38 +35,44 @@ if TYPE_CHECKING:
 _SAMPLE = 256  # of the sensitivity; its intervals say what that is worth
 _ORDERS = {"linear": 1, "quadratic": 2, "cubic": 3}
 
-Models = dict[str, Surrogate]
+Models = Sequence[Surrogate]
+"""The surrogate of each response, in their order."""
+
+Fit = Callable[[FloatArray, FloatArray], Surrogate]
 
 
-def fit_all(study: Study, x: FloatArray, y: FloatArray) -> Models:
-    """The surrogate of each response, by its short name.
+def fit_all(study: Study, simulated: Designs) -> Models:
+    """Fit the surrogate of each response.
 
     Raises:
         InputError: with the place in the study file, if one cannot be fitted to these points.
     """
-    models = {}
+    x, y = simulated.usable()
+    models = []
     for response, values in zip(study.responses, y.T, strict=True):
         try:
-            models[response.name] = _fit(study, response)(x, values)
+            models.append(_fit(study, response)(x, values))
         except InputError as error:
-            key = response.name if response.name in study.spec.surrogates else DEFAULT
-            at = ("surrogates", key) if key in study.spec.surrogates else ("surrogates",)
-            raise study.problem(f"response {response.name}: {error}", *at) from None
+            named = [key for key in (response.name, DEFAULT) if key in study.spec.surrogates]
+            raise study.problem(f"response {response.name}: {error}", "surrogates", *named[:1]) from None
     return models
 
 
-def _fit(study: Study, response: Response) -> Callable[[FloatArray, FloatArray], Surrogate]:
+def _fit(study: Study, response: Response) -> Fit:
     """How the surrogate of a response is fitted, choice of terms included."""
-    surrogates = study.spec.surrogates
-    part = surrogates.get(response.name) or surrogates.get(DEFAULT) or SurrogatePart()
+    stated = study.spec.surrogates
+    part = stated.get(response.name) or stated.get(DEFAULT) or FullPolynomial()
     space = study.space
 
     def fit(x: FloatArray, y: FloatArray) -> Surrogate:
         if np.ptp(y) == 0.0:  # a response that does not vary is known
             return fit_polynomial(x, y, space=space, terms=full_order(space.d, 0))
-        if part.kind == "kriging":
+        if isinstance(part, KrigingPart):
             return fit_kriging(x, y, space=space, seed=part.seed)
-        terms = parse_terms(part.terms, space.names) if part.terms else full_order(space.d, part.order or 2)
+        if isinstance(part, PolynomialOfTerms):
+            terms = parse_terms(part.terms, space.names)
+        else:
+            terms = full_order(space.d, part.order)
         if part.selection != "none":
             terms = select_terms(x, y, space=space, candidates=terms, criterion=part.selection).terms
         return fit_polynomial(x, y, space=space, terms=terms)
@@ -74,37 +80,38 @@ def _fit(study: Study, response: Response) -> Callable[[FloatArray, FloatArray],
     return fit
 
 
-def surrogates(study: Study, simulated: pd.DataFrame) -> Output:
+def surrogates(study: Study, simulated: Designs) -> Output[Models]:
     """Fit the surrogates and say how good they are: coefficients, errors, analysis of variance, sensitivity."""
     import pandas as pd
 
-    x, y = usable(study, simulated)
-    models = fit_all(study, x, y)
-    rows, coefficients, anova, sensitivity = [], [], [], []
-    predicted = np.empty_like(y)
-    for k, (name, model) in enumerate(models.items()):
+    models = fit_all(study, simulated)
+    x, y = simulated.usable()
+    left_out = np.empty_like(y)
+    rows, coefficients, anova, sensitivity = [], {}, {}, {}
+    for k, (response, model) in enumerate(zip(study.responses, models, strict=True)):
         try:
-            predicted[:, k] = model.leave_one_out()
+            left_out[:, k] = model.leave_one_out()
         except InputError as error:
-            raise study.problem(f"response {name}: {error}", "surrogates") from None
-        rows.append(_accuracy(study.responses[k], model, x, y[:, k], predicted[:, k]))
+            raise study.problem(f"response {response.name}: {error}", "surrogates") from None
+        rows.append(_accuracy(response, model, x, y[:, k], left_out[:, k]))
         if isinstance(model, Polynomial):
-            coefficients.append(model.coefficients().rename_axis("term").reset_index().assign(response=name))
-            anova.append(model.anova().reset_index().assign(response=name))
+            coefficients[response.name] = model.coefficients().rename_axis("term")
+            anova[response.name] = model.anova()
         if np.ptp(y[:, k]) > 0:
-            indices = sobol_sensitivity(study.space, model.predict, n=_SAMPLE, seed=0)
-            sensitivity.append(indices.table().reset_index().assign(response=name))
+            sensitivity[response.name] = sobol_sensitivity(study.space, model.predict, n=_SAMPLE, seed=0).table()
     tables = {"04_surrogates": pd.DataFrame(rows), "04_cross_validation": _compare(study, x, y)}
     for name, parts in (("coefficients", coefficients), ("anova", anova), ("sensitivity", sensitivity)):
         if parts:
-            table = pd.concat(parts, ignore_index=True)
-            tables[f"04_{name}"] = table[["response", *table.columns.drop("response")]]
-    facts = {"n": len(x), "responses": {row["response"]: row for row in rows}}
-    figures = {
-        "04_surrogates": partial(plotting.parity, y, predicted, labels(study)),
-        "04_surfaces": partial(plotting.surfaces, study, models, x),
-    }
-    return Output(tables, facts, figures)
+            tables[f"04_{name}"] = pd.concat(parts, names=["response"]).reset_index()
+    return Output(
+        models,
+        tables,
+        {"n": len(x), "responses": {row["response"]: row for row in rows}},
+        {
+            "04_surrogates": partial(figures.parity, study, y, left_out),
+            "04_surfaces": partial(figures.surfaces, study, models, x),
+        },
+    )
 
 
 def _accuracy(
@@ -125,30 +132,30 @@ def _accuracy(
 
 
 def _compare(study: Study, x: FloatArray, y: FloatArray) -> pd.DataFrame:
-    """Cross-validate the chosen surrogates and other kinds; a kind that these points cannot support is left out."""
+    """Cross-validate the chosen surrogates and other kinds; one that these points cannot support has a note."""
     import pandas as pd
 
     part = study.spec.cross_validation
     space = study.space
-    tables = []
+    others: dict[str, Fit] = {
+        kind: partial(fit_kriging, space=space, seed=part.seed, starts=0)
+        if kind == "kriging"
+        else partial(fit_polynomial, space=space, terms=full_order(space.d, _ORDERS[kind]))
+        for kind in part.against
+    }
     folds = None if part.folds is None else min(part.folds, len(x))
+    rows = []
     for response, values in zip(study.responses, y.T, strict=True):
         if np.ptp(values) == 0.0:
             continue
-        fits: dict[str, Any] = {"chosen": _fit(study, response)}
-        for kind in part.against:
-            if kind == "kriging":
-                fits[kind] = partial(fit_kriging, space=space, seed=part.seed, starts=0)
-            else:
-                fits[kind] = partial(fit_polynomial, space=space, terms=full_order(space.d, _ORDERS[kind]))
-        for name, fit in fits.items():
+        for name, fit in ({"chosen": _fit(study, response)} | others).items():
+            row: dict[str, Any] = {"response": response.name, "surrogate": name}
             try:
                 predicted = cross_validate(fit, x, values, folds=folds, seed=part.seed)
                 found = accuracy(values, predicted, over="range")
-                row = {"surrogate": name, "are_over_range": found.are, "rmse_over_range": found.rmse, "r2": found.r2}
-                table = pd.DataFrame([row | {"largest_over_range": found.largest}])
+                row |= {"are_over_range": found.are, "rmse_over_range": found.rmse, "r2": found.r2}
+                row |= {"largest_over_range": found.largest}
             except InputError as error:
-                table = pd.DataFrame({"surrogate": [name], "note": [str(error)]})
-            tables.append(table.assign(response=response.name))
-    joined = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame({"surrogate": [], "response": []})
-    return joined[["response", *joined.columns.drop("response")]]
+                row |= {"note": str(error)}
+            rows.append(row)
+    return pd.DataFrame(rows, columns=None if rows else ["response", "surrogate"])

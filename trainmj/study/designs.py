@@ -1,0 +1,88 @@
+"""Designs with their responses, as the steps of a study hand them on: arrays, and the tables that keep them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trainmj.cases.table import STATUS
+from trainmj.collision.status import FAILED
+from trainmj.doe.arrays import FloatArray
+from trainmj.errors import InputError
+from trainmj.study.plan import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class Designs:
+    """Designs with their responses, simulated or predicted.
+
+    Attributes:
+        study: factors and responses.
+        points: natural values, (n, d).
+        responses: (n, r); nan where a case failed.
+        status: of each simulation, (n,); empty for predictions.
+        reason: of each status, (n,).
+    """
+
+    study: Study
+    points: FloatArray = field(repr=False)
+    responses: FloatArray = field(repr=False)
+    status: Sequence[str] = ()
+    reason: Sequence[str] = field(default=(), repr=False)
+
+    def __len__(self) -> int:
+        """Number of designs."""
+        return len(self.points)
+
+    @property
+    def failed(self) -> NDArray[np.bool_]:
+        """Designs whose simulation is of no use: refused, unstable, or without one of the responses, (n,)."""
+        return np.isin(self.status, FAILED) | ~np.isfinite(self.responses).all(axis=1)
+
+    def usable(self) -> tuple[FloatArray, FloatArray]:
+        """Points (n, d) and responses (n, r) of the simulations that did not fail.
+
+        Raises:
+            InputError: if there are fewer than three of them.
+        """
+        good = ~self.failed
+        if good.sum() >= 3:  # column by column in memory: numpy adds up a column most accurately then
+            return np.asfortranarray(self.points[good]), np.asfortranarray(self.responses[good])
+        if good.all():
+            raise InputError(f"the design has {len(self)} points, too few to go on: give three or more")
+        said = f"only {int(good.sum())} of the {len(self)} cases of the design could be computed, too few to go on"
+        raise InputError(f"{said}; the first that failed is {self.first_failure}")
+
+    @property
+    def first_failure(self) -> str | None:
+        """Status and reason of the first simulation that failed."""
+        failed = np.flatnonzero(self.failed)
+        return f"{self.status[failed[0]]}: {self.reason[failed[0]]}".rstrip(": ") if failed.size else None
+
+    def table(self) -> pd.DataFrame:
+        """A row for each design: factors, status and reason if it was simulated, responses."""
+        import pandas as pd
+
+        parts = [self.study.space.table(self.points, self.study.heads)]
+        if len(self.status):
+            parts.append(pd.DataFrame(dict(zip(STATUS, (self.status, self.reason), strict=True))))
+        parts.append(pd.DataFrame(self.responses, columns=[r.head for r in self.study.responses]))
+        return pd.concat(parts, axis=1)
+
+    def records(self) -> list[dict[str, Any]]:
+        """The rows of the table, by head."""
+        return [{str(head): value for head, value in row.items()} for row in self.table().to_dict("records")]
+
+    @classmethod
+    def read(cls, study: Study, table: pd.DataFrame) -> Designs:
+        """The designs of a table, written by this class to the last digit."""
+        responses = table[[r.head for r in study.responses]].to_numpy(dtype=np.float64)
+        simulated = [table[name].tolist() for name in STATUS if name in table.columns]
+        return cls(study, study.space.from_table(table, study.heads), responses, *simulated)
