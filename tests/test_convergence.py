@@ -40,8 +40,11 @@ def test_smooth_collision_settles_and_its_error_is_that_of_the_formula():
     assert found.settled
     assert found.step_ms[0] == pytest.approx(0.4)
     assert found.step_ms[1] == pytest.approx(0.2)
-    assert found.TAMA.value == pytest.approx(exact, rel=2e-4)
-    assert found.TAMA.error == pytest.approx(abs(found.summaries[0].TAMA_g / exact - 1), abs=2e-4)
+    assert list(found.estimates) == ["TS_mm", "TAMA_g"]
+    TAMA = found.estimates["TAMA_g"]
+    assert TAMA.unit == "g"
+    assert TAMA.value == pytest.approx(exact, rel=2e-4)
+    assert TAMA.error == pytest.approx(abs(found.summaries[0].TAMA_g / exact - 1), abs=2e-4)
     assert found.stroke_changes_mm[-1] == 0.0
 
 
@@ -68,3 +71,45 @@ def test_a_step_that_cannot_be_halved_is_refused():
     case = load("b_type", {"simulation.step_ms": 0.0002, "simulation.time_limit_s": 0.001})
     with pytest.raises(InputError, match="cannot be halved 2 times"):
         converge(case)
+
+
+def test_other_responses_settle_by_their_names(monkeypatch):
+    case = scenario([(0, 0), (1000, 1e6)], 1.0, mass_t=[1.0], step_ms=0.4, time_limit_s=0.2)
+    found = converge(case, ["stroke_*", "force_M1_wall_kN"])
+    assert list(found.columns) == ["stroke_M1_wall_mm", "force_M1_wall_kN"]
+    stroke, force = found.estimates.values()
+    assert (stroke.unit, force.unit) == ("mm", "kN")
+    assert stroke.value == pytest.approx(31.622777, rel=1e-4)
+    assert force.value == pytest.approx(31.622777, rel=1e-4)
+    assert found.values["force_M1_wall_kN"][0] == found.summaries[0].interfaces[0].peak_force_kN
+    monkeypatch.setattr(convergence, "SETTLED", 1e-8)
+    assert len(converge(case, ["duration_s"]).step_ms) == 4, "what no step moves settles at once"
+    assert len(converge(case, ["duration_s", "force_*"]).step_ms) > 4, "each of them must settle"
+
+
+def test_command_settles_what_is_asked_for():
+    words = ["run", "b_type_wall", "--converge", "--responses", "stroke_M1_wall*, peak_device_*"]
+    said = CliRunner().invoke(main, words)
+    assert max(len(line) for line in said.output.splitlines()) <= 80
+    shown = said.output.split("The step, halved")[1]
+    for title in ("stroke M1-wall anti climber ", "peak device M6 "):
+        assert shown.count(title) >= 2, "in the table of changes and that of limits"
+    assert "TAMA" not in shown
+    spoken = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)["convergence"]
+    assert spoken["peak_device_M6_g"]["unit"] == "g"
+    assert len(spoken["steps"][0]) == 4 + 3 + 6
+    assert "TS_mm" not in spoken
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--responses", "TS_mm"], "--responses: needs --converge"),
+        (["--converge", "--responses", "TS_m"], "no response is called 'TS_m'; did you mean 'TS_mm'?"),
+        (["--converge", "--responses", "TS_mm, "], "no response is called ''"),
+    ],
+)
+def test_responses_that_are_not_there_are_refused(words, message, tmp_path):
+    said = CliRunner().invoke(main, ["run", "b_type_wall", "--out", str(tmp_path / "out"), "--figures", "none", *words])
+    assert said.exit_code == 2
+    assert message in said.output

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trainmj.cli.options import holds_folder, load_scenario, takes_figures, takes_scenario
-from trainmj.cli.report import takes_report
+from trainmj.cli.report import REPORT, takes_report
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
@@ -28,6 +28,11 @@ if TYPE_CHECKING:
 @click.option(
     "--converge", "with_steps", is_flag=True, help="Halve the step until TS and TAMA settle, and say what it changes."
 )
+@click.option(
+    "--responses",
+    metavar="NAMES",
+    help="With --converge: what is to settle, as columns with commas between; * stands for any part of a name.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 def run(
     scenario: str,
@@ -37,18 +42,21 @@ def run(
     figure_width: Width,
     with_report: bool,
     with_steps: bool,
+    responses: str | None,
     as_json: bool,
 ) -> None:
     """Compute one collision.
 
-    Prints interfaces, vehicles, criteria and balances. SCENARIO may also be a saved result, or the folder of one: it
-    is computed again and compared, number by number.
+    Prints criteria, limits, interfaces, vehicles and balances. SCENARIO may also be a saved result, or the folder of
+    one: it is computed again and compared, number by number.
 
     Exit code: 0 when computed (the status says how it ended), 1 if unstable, if a repeated result differs from the
-    saved one, or if the criteria do not settle as the step is halved, 2 for wrong input.
+    saved one, or if the responses do not settle as the step is halved, 2 for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
+    if responses is not None and not with_steps:
+        raise InputError("--responses: needs --converge, which settles them")
     from trainmj.collision.result import find_result
 
     saved = find_result(scenario)
@@ -61,21 +69,23 @@ def run(
     from trainmj.collision.summary import summarise
     from trainmj.single import screen
 
+    steps = None
+    if with_steps:
+        from trainmj.collision.convergence import CRITERIA, converge
+
+        steps = converge(loaded, CRITERIA if responses is None else [part.strip() for part in responses.split(",")])
     result = simulate(loaded)
     again = None if before is None else compare(before, result)
     summary = summarise(result)
     if out is not None:
-        from trainmj.cli.reports import write_run_report
+        from trainmj.collision.result import FILE
         from trainmj.single.folder import write_run
 
         write_run(result, summary, out, figures, figure_width)
         if with_report:
-            write_run_report(result, summary, out)
-    steps = None
-    if with_steps:
-        from trainmj.collision.convergence import converge
+            from trainmj.single.page import page_of_run
 
-        steps = converge(loaded)
+            page_of_run(result, summary, out / FILE).write(out / REPORT)
     if as_json:
         more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
         click.echo(json.dumps(summary.as_dict() | more, indent=2))

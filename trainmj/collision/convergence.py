@@ -1,29 +1,34 @@
-"""How far the step moves the criteria of a collision: halve it until TS and TAMA settle."""
+"""How far the step moves the responses of a collision: halve it until they settle."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import line_up
+from trainmj.collision.quantities import Column, columns_of, matching
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
+from trainmj.files.plain import finite
 from trainmj.scenario import Scenario
 from trainmj.units import MS
 
 SETTLED = 1e-4
-"""TS and TAMA have settled when two halvings in a row change neither by more than this, relative."""
+"""A response has settled when two halvings in a row change it by no more than this, relative."""
 
 MOST_HALVINGS = 7
+
+CRITERIA = ("TS_mm", "TAMA_g")
+"""The responses that are settled unless others are asked for."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A criterion in the limit of small steps.
+    """A response in the limit of small steps.
 
     Attributes:
         value: the limit.
@@ -31,12 +36,14 @@ class Estimate:
             smallest step.
         error: of the scenario's own step, relative to value.
         doubt: of value: what the last halving changed, relative to value.
+        unit: of value.
     """
 
     value: float
     order: float | None
     error: float
     doubt: float
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -46,15 +53,17 @@ class Convergence:
     Attributes:
         step_ms: steps, the scenario's own first, each half of the one before.
         summaries: the collision at each.
-        TS: its limit and error [mm].
-        TAMA: likewise [g].
-        settled: whether both have settled.
+        columns: the responses that were to settle, by the names of their columns.
+        values: of each of them at each step.
+        estimates: the limit of each, and how far off the scenario's own step is.
+        settled: whether all have settled.
     """
 
     step_ms: tuple[float, ...]
     summaries: tuple[Summary, ...]
-    TS: Estimate
-    TAMA: Estimate
+    columns: Mapping[str, Column]
+    values: Mapping[str, tuple[float, ...]]
+    estimates: Mapping[str, Estimate]
     settled: bool
 
     @property
@@ -68,36 +77,43 @@ class Convergence:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --converge --json`` prints them."""
-        return {
-            "settled": self.settled,
-            "settled_within": SETTLED,
-            "TS_mm": vars(self.TS),
-            "TAMA_g": vars(self.TAMA),
-            "steps": [
-                {
-                    "step_ms": h,
-                    "status": s.status,
-                    "TS_mm": s.TS_mm,
-                    "TAMA_g": s.TAMA_g,
-                    "largest_stroke_change_mm": change,
-                    "energy_error": s.balance.energy_error,
-                }
-                for h, s, change in zip(self.step_ms, self.summaries, self.stroke_changes_mm, strict=True)
-            ],
-        }
+        rows = zip(self.step_ms, self.summaries, self.stroke_changes_mm, strict=True)
+        plain: dict[str, Any] = finite(
+            {
+                "settled": self.settled,
+                "settled_within": SETTLED,
+                **{name: asdict(estimate) for name, estimate in self.estimates.items()},
+                "steps": [
+                    {
+                        "step_ms": step,
+                        "status": str(summary.status),
+                        **{name: values[k] for name, values in self.values.items()},
+                        "largest_stroke_change_mm": change,
+                        "energy_error": summary.balance.energy_error,
+                    }
+                    for k, (step, summary, change) in enumerate(rows)
+                ],
+            }
+        )
+        return plain
 
 
-def converge(scenario: Scenario) -> Convergence:
-    """Halve the step of a collision until TS and TAMA settle, or seven times.
+def converge(scenario: Scenario, responses: Sequence[str] = CRITERIA) -> Convergence:
+    """Halve the step of a collision until its responses settle, or seven times.
 
     Args:
         scenario: what to collide; the first step is its own.
+        responses: what is to settle, as names of columns or patterns such as ``"peak_device_*"``.
 
     Raises:
-        InputError: if its own step is too large, or so small that it cannot be halved three times.
+        InputError: if its own step is too large, or so small that it cannot be halved three times; or if no response
+            has a name that is asked for.
     """
+    columns = matching(responses, columns_of(line_up(scenario)))
     steps: list[float] = []
     found: list[Summary] = []
+    values: dict[str, list[float]] = {name: [] for name in columns}
+    settled = False
     for n in range(MOST_HALVINGS + 1):
         step = scenario.simulation.step_ms / 2**n
         try:
@@ -108,11 +124,22 @@ def converge(scenario: Scenario) -> Convergence:
             break
         chain = line_up(finer)
         steps.append(chain.step / MS)
-        found += [summary for _, summary in run_chains([(n, chain)], threads=1)]
-        if len(found) > 3 and all(_settled([getattr(s, name) for s in found]) for name in ("TS_mm", "TAMA_g")):
+        ((_, summary),) = run_chains([(n, chain)], threads=1)
+        found.append(summary)
+        row = summary.row()
+        for name in columns:
+            values[name].append(float(row[name]))
+        settled = n > 1 and all(map(_settled, values.values()))
+        if n > 2 and settled:
             break
-    TS, TAMA = ([float(getattr(s, name)) for s in found] for name in ("TS_mm", "TAMA_g"))
-    return Convergence(tuple(steps), tuple(found), limit(TS), limit(TAMA), _settled(TS) and _settled(TAMA))
+    return Convergence(
+        tuple(steps),
+        tuple(found),
+        columns,
+        {name: tuple(of) for name, of in values.items()},
+        {name: limit(of, columns[name].unit) for name, of in values.items()},
+        settled,
+    )
 
 
 def _settled(values: Sequence[float]) -> bool:
@@ -121,7 +148,7 @@ def _settled(values: Sequence[float]) -> bool:
     return bool(np.isfinite(last).all() and (np.abs(np.diff(last)) <= SETTLED * np.abs(last[1:])).all())
 
 
-def limit(values: Sequence[float]) -> Estimate:
+def limit(values: Sequence[float], unit: str = "") -> Estimate:
     """The limit of values at steps that are each half of the one before.
 
     Richardson extrapolation, where the last three values show an order between a half and three: with changes d1 and
@@ -130,6 +157,7 @@ def limit(values: Sequence[float]) -> Estimate:
 
     Args:
         values: three or more.
+        unit: of the values.
     """
     a, b, c = (float(v) for v in values[-3:])
     first, second = b - a, c - b
@@ -139,4 +167,4 @@ def limit(values: Sequence[float]) -> Estimate:
         order = None
     value = c if order is None else c + second / (2.0**order - 1.0)
     scale = abs(value) or 1.0
-    return Estimate(value, order, abs(values[0] - value) / scale, abs(second) / scale)
+    return Estimate(value, order, abs(values[0] - value) / scale, abs(second) / scale, unit)

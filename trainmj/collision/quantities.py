@@ -6,8 +6,9 @@ that a wrong name is held against. To add a response, add a row here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from functools import cache, cached_property
 from typing import Any, Generic, NamedTuple, TypeVar
 
@@ -17,6 +18,7 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.deceleration import cfc60_peak, mean_deceleration, window_peak
 from trainmj.collision.device import Array, Device
+from trainmj.errors import InputError, close_match
 from trainmj.units import KJ, KM_H, KN, MM, TONNE, G, head
 
 T = TypeVar("T")
@@ -393,6 +395,23 @@ def _columns(
 def _shown(quantities: Iterable[Quantity[T]]) -> list[Quantity[T]]:
     """Those that have a column."""
     return [q for q in quantities if q.column]
+
+
+def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:
+    """The columns that names or patterns choose, in their own order.
+
+    Args:
+        patterns: such as ``"TS_mm"`` or ``"stroke_*"``.
+        columns: that there are, by name.
+
+    Raises:
+        InputError: if one chooses none.
+    """
+    patterns = list(patterns)
+    for pattern in patterns:
+        if not any(fnmatchcase(name, pattern) for name in columns):
+            raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, columns)}")
+    return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
 
 
 def ordered(columns: Iterable[Column]) -> list[Column]:

@@ -10,7 +10,7 @@ from trainmj.collision.chain import Chain, largest_step
 from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
-from trainmj.output.console import new_console, new_table, print_table
+from trainmj.output.console import new_console, print_table
 from trainmj.scenario import Scenario
 from trainmj.single import tables
 from trainmj.single.limits import limits_table
@@ -43,42 +43,15 @@ def print_summary(result: Result, summary: Summary) -> None:
 def print_convergence(convergence: Convergence) -> None:
     """What halving the step changes, and the error of the scenario's own step."""
     console = new_console()
-    table = new_table(
-        "Step\nms",
-        "TS\nmm",
-        "change\n%",
-        "TAMA\ng",
-        "change\n%",
-        "largest change\nof a stroke, mm",
-        "energy\nbalance",
-        title="The step, halved until TS and TAMA settle",
-    )
-    before = None
-    rows = zip(convergence.step_ms, convergence.summaries, convergence.stroke_changes_mm, strict=True)
-    for step, s, stroke in rows:
-        changes = [
-            "" if before is None else f"{100 * (getattr(s, name) / (getattr(before, name) or 1.0) - 1):+.4f}"
-            for name in ("TS_mm", "TAMA_g")
-        ]
-        error = s.balance.energy_error
-        values = f"{s.TS_mm:.3f}", changes[0], f"{s.TAMA_g:.5f}", changes[1], f"{stroke:.3f}", f"{error:.0e}"
-        table.add_row(f"{step:g}", *values)
-        before = s
+    for table in tables.convergence(convergence):
+        console.print()
+        print_table(console, table)
+    last = convergence.step_ms[-1]
     console.print()
-    console.print(table)
-    own = convergence.step_ms[0]
-    for name, estimate, unit in (("TS", convergence.TS, "mm"), ("TAMA", convergence.TAMA, "g")):
-        how = "extrapolated" if estimate.order is not None else "the smallest step's"
-        console.print(
-            f"{name}: {estimate.value:.6g} {unit} ({how}, sure to {100 * estimate.doubt:.1g} %); a step of {own:g} ms "
-            f"is off by {100 * estimate.error:.2g} %.",
-            markup=False,
-        )
     console.print(
-        f"Settled at {convergence.step_ms[-1]:g} ms."
+        f"Settled at {last:g} ms."
         if convergence.settled
-        else f"Not settled at {convergence.step_ms[-1]:g} ms: single events, such as a shear-off, still move the "
-        "criteria.",
+        else f"Not settled at {last:g} ms: single events, such as a shear-off, still move the responses.",
         style="bold",
     )
 

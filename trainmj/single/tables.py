@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from trainmj.collision.status import MEANING, Kind, Status
 from trainmj.collision.summary import UNSTABLE, InterfaceMetrics, StageUse, Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+
+if TYPE_CHECKING:
+    from trainmj.collision.convergence import Convergence
 
 MOMENTUM = 1e-9
 """Momentum is kept to round-off; a larger error, relative to the sum of ``|m v|``, is a fault."""
@@ -158,3 +162,45 @@ def _stages(device: Device) -> str:
 def _devices(interface: Interface) -> str:
     names = [device.name for device in interface.devices]
     return f"2 x {names[0]}" if len(names) == 2 and names[0] == names[1] else " + ".join(names)
+
+
+def convergence(found: Convergence) -> Iterator[Table]:
+    """What halving the step changes: in all strokes, in each response, and how far off the first step is."""
+    steps, own = found.step_ms, f"{found.step_ms[0]:g} ms"
+    yield Table(
+        [Column("Step", "ms", "g"), Column("largest stroke change", "mm", 3), Column("energy balance", digits=".0e")],
+        [
+            (step, change, summary.balance.energy_error)
+            for step, change, summary in zip(steps, found.stroke_changes_mm, found.summaries, strict=True)
+        ],
+        "The step, halved until the responses settle",
+        "Strokes against those of the smallest step.",
+    )
+    halvings = [Column(f"at {step:g} ms", "%", "+.4f", head=f"at\n{step:g} ms") for step in steps[1:]]
+    yield Table(
+        [Column("Response", text=True), Column(f"at {own}", head=f"at\n{own}"), *halvings],
+        [
+            (
+                column.title,
+                f"{values[0]:.7g} {column.unit}",
+                *(100 * (now / (before or 1.0) - 1) for before, now in pairwise(values)),
+            )
+            for column, values in zip(found.columns.values(), found.values.values(), strict=True)
+        ],
+        "What each halving changes",
+    )
+    yield Table(
+        [
+            Column("Response", text=True),
+            Column("value"),
+            Column("order", digits=1),
+            Column("known within", "%", ".1g"),
+            Column(f"error at {own}", "%", ".2g", head=f"error at\n{own}"),
+        ],
+        [
+            (found.columns[name].title, f"{e.value:.6g} {e.unit}", e.order, 100 * e.doubt, 100 * e.error)
+            for name, e in found.estimates.items()
+        ],
+        "In the limit of small steps",
+        "Extrapolated if the last halvings follow an order of convergence; otherwise the value at the smallest step.",
+    )
