@@ -81,8 +81,9 @@ class Either:
             return None
         kinds = self._kinds(chosen)
         if kinds and all(self._kinds(group) != kinds for group in takers.values()):
-            known = [known for known in keys_of(chosen) if known != self.by]
-            return f"does not belong to {self.by}: {kinds[0]}", f"known: {', '.join(known)}"
+            owners = one_of(str(kind) for group in takers.values() for kind in self._kinds(group))
+            known = [known for known in keys_of(chosen) if known != self.by] or ["no other key"]
+            return f"belongs to {self.by} {owners}", f"{kinds[0]} takes {', '.join(known)}"
         own = _own_keys(takers | {chosen.__name__: chosen})
         mark = own.pop(chosen.__name__)
         if mark:
