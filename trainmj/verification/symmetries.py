@@ -9,7 +9,7 @@ import numpy as np
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array, Envelope
-from trainmj.collision.result import Tally
+from trainmj.collision.block import Tally
 from trainmj.collision.summary import Summary
 from trainmj.units import KM_H
 from trainmj.verification.check import Check, Kind, furthest

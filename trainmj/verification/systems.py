@@ -15,7 +15,7 @@ from trainmj.collision.block import Joint, Layout
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, line_up
 from trainmj.collision.device import Array, Device, Envelope, Stage
 from trainmj.collision.model import build
-from trainmj.collision.result import Tally
+from trainmj.collision.block import Tally
 from trainmj.collision.simulation import start
 from trainmj.collision.summary import Summary
 from trainmj.scenario import Scenario, load
