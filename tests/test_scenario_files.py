@@ -420,7 +420,7 @@ def test_a_mistake_in_the_file_below_is_placed_there(tmp_path):
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("other.csv", None, r"file = 'other\.csv': there is no such file; did you mean 'tube\.csv'"),
+        ("other.csv", None, r"file = 'other\.csv': there is no such file beside it; did you mean 'tube\.csv'"),
         ("../tube.csv", None, r"must be in the folder of the file that names it"),
         ("/etc/passwd", None, r"must be in the folder of the file that names it"),
         ("tube.csv", "", r"is empty"),

@@ -98,8 +98,8 @@ def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tm
     [
         ("scenario: b_type\nvari: {mass_t: '30,33'}\n", ["many.yaml:2:1", "vari", "did you mean 'vary'"]),
         ("scenario: b_typ\nvary: {mass_t: '30,33'}\n", ["b_typ", "did you mean 'b_type'"]),
-        ("scenario: b_type\nvary: {mas_t: '30,33'}\n", ["mas_t", "did you mean 'mass_t'"]),
-        ("scenario: b_type\nvary: {mass_t: '30:36'}\n", ["mass_t=30:36", "FROM:TO:COUNT"]),
+        ("scenario: b_type\nvary: {mas_t: '30,33'}\n", ["many.yaml:2:8: vary.mas_t", "did you mean 'mass_t'"]),
+        ("scenario: b_type\nvary: {mass_t: '30:36'}\n", ["many.yaml:2:8", "vary.mass_t = '30:36'", "FROM:TO:COUNT"]),
         ("scenario: b_type\nvary: {mass_t: []}\n", ["many.yaml:2:8", "at least 1"]),
         ("scenario: b_type\n", ["nothing is varied"]),
         ("scenario: b_type\ntogether: {mass_t: [30, 33], speed_km_h: [1]}\n", ["together", "1, 2"]),
@@ -122,7 +122,7 @@ def test_a_wrong_sweep_file_is_refused_with_place_and_rule(tmp_path, text, words
 @pytest.mark.parametrize("text", ["1:2", "1:2:x", "1:2:1", "::", "1,,2", "1:2:3.5"])
 def test_wrong_values_of_a_grid_are_refused(text):
     with pytest.raises(trainmj.InputError, match="mass_t"):
-        grid_values("mass_t", text)
+        grid_values(text, "vary mass_t")
 
 
 # the table

@@ -210,7 +210,7 @@ def test_too_few_given_points_are_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "said"),
     [
-        ("trials.sqlite", "trainmj identify TARGETS --out '.*my results' --resume --report"),
+        ("trials.sqlite", "trainmj identify TARGETS --out '.*my results' --report"),
         ("paper.html", "trainmj paper --out '.*my results'"),
     ],
 )

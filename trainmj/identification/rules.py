@@ -16,7 +16,7 @@ from trainmj.identification.sought import member_name, settings_of, start_of, st
 from trainmj.identification.sums import parse_sum
 from trainmj.identification.unknowns import curve_points
 from trainmj.scenario import Scenario
-from trainmj.scenario.files import refused
+from trainmj.scenario.files import nowhere, refused
 
 
 def broken_rules(
@@ -64,12 +64,9 @@ def _sets(at: Path, part: ParameterPart, scenario: Scenario) -> Iterator[Problem
         where = (*at, *place)
         if one.factor == 0:
             yield Problem((*where, "factor"), "must not be 0")
-        try:
-            values = scenario.locate(one.path)
-        except InputError as error:
-            yield Problem(where, str(error))
-            continue
-        for value in values:
+        lost = list(nowhere([(where, one.path)], scenario))
+        yield from lost
+        for value in scenario.locate(one.path) if not lost else ():
             if value is not None and (isinstance(value, bool) or not isinstance(value, (int, float))):
                 yield Problem(where, f"must lead to a number, not to {_kind(value)}{_inside(one.path, value)}")
 
@@ -224,13 +221,10 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
 def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     sought = {path: name for name, part in spec.parameters.items() for path in _sought(part, scenario)[1]}
     for at, part in spec.tables():
-        columns: list[tuple[Path, str]] = [((*at, "cases", column), place) for column, place in part.cases.items()]
-        for where, place in [*columns, *(((*at, "set", place), place) for place in part.set)]:
-            try:
-                scenario.locate(place)
-            except InputError as error:
-                yield Problem(where, str(error))
-                continue
+        places: list[tuple[Path, str]] = [((*at, "cases", column), place) for column, place in part.cases.items()]
+        places += [((*at, "set", place), place) for place in part.set]
+        yield from nowhere(places, scenario)
+        for where, place in places:
             taken = [sought[s] for path in scenario.paths(place) for s in sought if _overlap(path, s)]
             if taken:
                 yield Problem(where, f"is set by the parameter {taken[0]}, which is sought: a case cannot set it too")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
-from trainmj.files.problems import Path, Problem
+from trainmj.files.problems import Path, Problem, said_of
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Source
 from trainmj.files.text import beside
@@ -137,18 +137,30 @@ def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenar
         scenario: what they change.
     """
     together = _refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
-    if together is None:
-        return
-    alone = {key: _refusal(part, scenario) for key, part in changes.items()}
-    yield from [Problem((*at, key), rule) for key, rule in alone.items() if rule] or [Problem(at, together)]
+    if together:
+        alone = {key: _refusal(part, scenario) for key, part in changes.items()}
+        for key, part in changes.items():
+            if key in part:  # the place that the rule is said of names the path already
+                alone[key] = alone[key].removeprefix(f"change: {said_of((key,), part, {})}: ").removeprefix(f"{key}: ")
+        yield from [Problem((*at, key), rule) for key, rule in alone.items() if rule] or [Problem(at, together)]
 
 
-def _refusal(changes: Mapping[str, Any], scenario: Scenario) -> str | None:
+def nowhere(places: Iterable[tuple[Path, str]], scenario: Scenario) -> Iterator[Problem]:
+    """Names of values that a scenario does not have, by the path that states each."""
+    for at, name in places:
+        try:
+            scenario.locate(name)
+        except InputError as error:
+            yield Problem(at, str(error).removeprefix(f"{name}: "))
+
+
+def _refusal(changes: Mapping[str, Any], scenario: Scenario) -> str:
+    """What is wrong with changes; empty if nothing is."""
     try:
         scenario.with_values(changes)
     except InputError as error:
         return str(error)
-    return None
+    return ""
 
 
 def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str, Any], dict[Path, str]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -25,7 +25,7 @@ from trainmj.files.tables import read_beside
 from trainmj.files.text import FORMULA, HIDDEN
 from trainmj.files.yaml import read_value, read_yaml
 from trainmj.scenario import Scenario
-from trainmj.scenario.files import scenario_of
+from trainmj.scenario.files import nowhere, scenario_of
 from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
 MAX_CASES = 10_000_000
@@ -120,19 +120,22 @@ def plan_of(
     Raises:
         InputError: if a name or value is wrong.
     """
-    blocks = tuple({name: grid_values(name, values)} for name, values in vary.items())
+    blocks = tuple({name: grid_values(values, f"vary {name}={values}")} for name, values in vary.items())
     return Plan(scenario, blocks, tuple(responses), tuple(histories))
 
 
-def grid_values(name: str, values: Any) -> list[Any]:
+def grid_values(values: Any, said: str) -> list[Any]:
     """The values that a grid takes for one name: of a list, or of text such as "20:50:9" or "30,33,36".
+
+    Args:
+        values: a list, or text.
+        said: where they stand, for messages.
 
     Raises:
         InputError: if the text is neither.
     """
     if not isinstance(values, str):
         return list(values)
-    said = f"vary {name}={values}"
     if ":" in values:
         parts = [read_value(part, said) for part in values.split(":")] if all(values.split(":")) else []
         numbers = [p for p in parts if isinstance(p, (int, float)) and not isinstance(p, bool)]
@@ -171,9 +174,13 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
     spec = source.checked(SweepFile)
     source.refuse(broken_rules(spec))
     scenario = scenario_of(source, spec.scenario, spec.set)
+    varied: dict[tuple[str, ...], Iterable[str]] = {("vary",): spec.vary, ("together",): spec.together}
+    varied |= {("sample", "factors"): spec.sample.factors} if spec.sample else {}
+    source.refuse(nowhere((((*at, name), name) for at, names in varied.items() for name in names), scenario))
     blocks: list[Mapping[str, Sequence[Any]]] = []
     for name, grid in spec.vary.items():
-        blocks.append({name: grid.values() if isinstance(grid, Span) else grid_values(name, grid)})
+        said = source.said("vary", name)
+        blocks.append({name: grid.values() if isinstance(grid, Span) else grid_values(grid, said)})
     if spec.together:
         blocks.append(spec.together)
     if spec.cases is not None:
