@@ -13,8 +13,8 @@ from forked import forked
 from ruamel.yaml import YAML
 
 import trainmj
+from trainmj.cases.store import Store
 from trainmj.cli import main
-from trainmj.study.simulator import Simulator
 
 SMALL = {
     "scenario": "b_type",
@@ -303,17 +303,16 @@ def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
     file = study_file(tmp_path, changed(SMALL, "design", {"kind": "sobol", "n": 40, "seed": 1}))
 
     def prepare():
-        write, finished = Simulator._write, []
+        add, finished = Store.add, []
 
-        def killing(self, rows):
+        def killing(self, rows, columns):
+            add(self, rows, columns)
             finished.extend(rows)
-            write(self, rows)
             if len(finished) == 20:
                 os.kill(os.getpid(), signal.SIGKILL)
-            return []
 
-        Simulator._write = killing
-        trainmj.study.simulator._COMMIT_EVERY = 0.0
+        Store.add = killing
+        trainmj.cases.runner.COMMIT_EVERY = 0.0
 
     words = ("study", file, "--out", tmp_path / "out", "--figures", "none", "--threads", "1")
     assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL

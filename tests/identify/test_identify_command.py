@@ -2,16 +2,23 @@
 
 import json
 import signal
+import sqlite3
 import time
+from contextlib import closing, suppress
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from forked import Forked
 from ruamel.yaml import YAML
 from twins import KNOWN, scenario, values
 
+import trainmj
+from trainmj.cases.store import KEY, Store
 from trainmj.cli import main
+from trainmj.identification.trials import Trials
 from trainmj.scenario import save
 
 QUICK = {"method": {"seed": 3, "explore": {"trials": 24}, "refine": {"iterations": 2}, "finish": {"iterations": 1}}}
@@ -24,6 +31,19 @@ def targets_file(folder: Path, **changes) -> Path:
     with file.open("w", encoding="utf-8") as out:
         YAML().dump(values(**{**QUICK, **changes}), out)
     return file
+
+
+def wait_for_trials(folder: Path) -> None:
+    """Until some are in the store."""
+    deadline = time.monotonic() + 60
+    file = folder / "trials.sqlite"
+    while time.monotonic() < deadline:
+        if file.exists():
+            with closing(sqlite3.connect(file)) as db, suppress(sqlite3.OperationalError):
+                if db.execute("SELECT count(*) FROM results").fetchone()[0]:
+                    return
+        time.sleep(0.002)
+    raise AssertionError("no trial was kept within a minute")
 
 
 def left_in(folder: Path) -> dict[str, bytes]:
@@ -40,23 +60,14 @@ def test_same_bytes_on_any_threads_and_after_a_kill(tmp_path):
 
     killed = tmp_path / "killed"
     process = Forked(tmp_path, "identify", file, "--out", killed, "--threads", "1", *PLAIN)
-    store = killed / "trials.sqlite"
-    deadline = time.monotonic() + 60
-    while not (store.exists() and store.stat().st_size > 20_000):
-        assert time.monotonic() < deadline
-        time.sleep(0.002)
+    wait_for_trials(killed)
     process.send(signal.SIGKILL)
     assert process.ended().returncode == -signal.SIGKILL
     assert not (killed / "found.yaml").exists()
 
     again = CliRunner().invoke(main, ["identify", str(file), "--out", str(killed), "--threads", "1", *PLAIN])
-    assert again.exit_code == 2
-    assert "has an identification already: go on with --resume" in again.output
-    resumed = CliRunner().invoke(
-        main, ["identify", str(file), "--out", str(killed), "--threads", "1", "--resume", *PLAIN]
-    )
-    assert resumed.exit_code == 0, resumed.output
-    assert "were there" in resumed.output
+    assert again.exit_code == 0, again.output
+    assert "were there" in again.output
     assert left_in(killed) == left_in(whole)
     expected = {"correlations", "directions", "fit", "parameters", "residuals", "search"}
     assert {name for name in left_in(whole) if name.endswith(".csv")} == {f"{name}.csv" for name in expected}
@@ -93,24 +104,31 @@ def test_a_bar_that_is_not_kept_is_told_by_the_exit_code(tmp_path):
     assert "NOT" in done.output
 
 
-def test_trials_serve_another_search_but_not_another_scenario(tmp_path, monkeypatch):
+def test_trials_serve_another_search_but_not_another_scenario(tmp_path):
     file = targets_file(tmp_path)
-    arguments = ["identify", str(file), "--out", str(tmp_path / "out"), "--figures", "none", "--resume", "--json"]
+    arguments = ["identify", str(file), "--out", str(tmp_path / "out"), "--figures", "none", "--json"]
     assert CliRunner().invoke(main, arguments).exit_code == 0
     targets_file(tmp_path, targets__s1__tolerance=3)  # other weights: the first trials are the same
     changed = CliRunner().invoke(main, arguments)
     assert changed.exit_code == 0, changed.output
-    with monkeypatch.context() as other_law:
-        other_law.setattr("trainmj.identification.run.responses_of", lambda summary: {"TS_mm": 1.0})
-        other_law.setattr("trainmj.identification.run._check_start", lambda plan, threads: None)
-        refused = CliRunner().invoke(main, arguments)
-        assert refused.exit_code == 2
-        assert "what the simulation gives has changed since these trials were computed" in refused.output
     with (tmp_path / "train.yaml").open("a") as out:
         out.write("notes: changed\n")
     refused = CliRunner().invoke(main, arguments)
     assert refused.exit_code == 2
-    assert "scenario has changed since these trials were computed; take another folder" in refused.output
+    assert "trials.sqlite: holds other results: notes not stated then, changed now" in refused.output
+
+
+def test_a_trial_that_fails_in_one_case_has_no_response_at_all_whether_it_is_simulated_or_read(tmp_path):
+    cases = [{"speed_km_h": 20}, {"speed_km_h": 20, "simulation.step_ms": 60.0}, {"speed_km_h": 16}]
+    for n in range(2):
+        with Store(tmp_path / "trials.sqlite", KEY) as store:
+            trials = Trials(scenario(), cases, ["TS_mm", "final_speed_M3_km_h"], store, threads=1)
+            assert np.isnan(trials([{"mass_t": 30.0}])).all()
+            one = trials([{"mass_t": 30.0}, {"mass_t": 31.0}], places=[0, 2])
+            assert trials.simulated == 2 - n * 2
+            assert np.isfinite(one).all()
+    table = trainmj.run_cases(scenario(), pd.DataFrame({"mass_t": [30.0, 30.0], "speed_km_h": [20, 16]}))
+    assert one[0].tobytes() == table[["TS_mm", "final_speed_M3_km_h"]].to_numpy().tobytes()
 
 
 @pytest.mark.parametrize("content", ["[]", "targets: {", "scenario: b_type\n", "\0"])
@@ -135,7 +153,7 @@ def test_a_damaged_store_is_said(tmp_path):
     file = targets_file(tmp_path)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "trials.sqlite").write_bytes(b"no database" * 500)
-    done = CliRunner().invoke(main, ["identify", str(file), "--out", str(tmp_path / "out"), "--resume"])
+    done = CliRunner().invoke(main, ["identify", str(file), "--out", str(tmp_path / "out")])
     assert done.exit_code == 2
     assert "is damaged or no SQLite file" in done.output
 
@@ -144,12 +162,9 @@ def test_an_interrupt_ends_with_130_and_keeps_the_trials(tmp_path):
     file = targets_file(tmp_path, method__explore__trials=20_000, method__explore__population=16)
     out = tmp_path / "out"
     process = Forked(tmp_path, "identify", file, "--out", out, "--threads", "1")
-    deadline = time.monotonic() + 60
-    while not ((out / "trials.sqlite").exists() and (out / "trials.sqlite").stat().st_size > 20_000):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for_trials(out)
     process.send(signal.SIGINT)
     ended = process.ended()
     assert ended.returncode == 130
-    assert "with --resume goes on" in ended.stderr
+    assert "the same command goes on" in ended.stderr
     assert "Traceback" not in ended.stderr

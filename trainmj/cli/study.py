@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import takes_figures, takes_threads
+from trainmj.cli.options import going_on, takes_figures, takes_fresh, takes_threads
 from trainmj.cli.report import takes_report, write
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("study")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder for the results; made if needed.")
+@takes_fresh
 @takes_threads
 @takes_figures
 @takes_report
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 def study(
     study: str,
     out: Path,
+    fresh: bool,
     threads: int,
     figures: tuple[Format, ...],
     figure_width: Width,
@@ -45,14 +47,16 @@ def study(
     from trainmj.study import screen
 
     line = screen.Screen()
-    try:
-        result = run_study(loaded, out, threads, line, figures, figure_width)
-    except KeyboardInterrupt:
-        line.stop()
-        click.echo(f"Stopped. What was finished is in {out}; the same command goes on.", err=True)
-        sys.exit(130)
-    finally:
-        line.stop()
+    with going_on(out, fresh, line):
+        result = run_study(
+            loaded,
+            out,
+            threads=threads,
+            fresh=fresh,
+            watch=line,
+            figures=figures,
+            figure_width=figure_width,
+        )
     if as_json:
         click.echo(json.dumps(result.summary, indent=2))
     else:

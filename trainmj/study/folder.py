@@ -11,12 +11,12 @@ import json
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
-from importlib.metadata import version
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from trainmj.errors import OutputError
+from trainmj.collision.identity import identity
+from trainmj.errors import InputError, OutputError
 from trainmj.files.atomic import write_bytes
 from trainmj.files.tables import read_back
 from trainmj.output.style import Format, Width, encode, styled
@@ -30,7 +30,7 @@ Tables = Mapping[str, "pd.DataFrame"]
 """Tables of a step by file name without ending."""
 
 STATE = "steps.json"
-_KEYS = ("fingerprint", "files", "facts", "figures")
+_KEYS = {"fingerprint": str, "files": dict, "facts": dict, "figures": list}
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class Folder:
             read: gives the value that the work would give, from the tables that it left.
         """
         began = time.monotonic()
-        fingerprint = _digest(json.dumps([name, versions(), inputs], default=str).encode())
+        fingerprint = _digest(json.dumps([name, identity(), inputs], default=str).encode())
         done = self._done(name, fingerprint, read)
         if done is None:
             output = make()
@@ -120,6 +120,12 @@ class Folder:
             done = Step(name, output.tables, output.facts, digest, True, seconds, lambda: output.value)
         self.steps.append(done)
         return done
+
+    def start_over(self) -> None:
+        """Take away the files of all steps, unless somebody has changed them."""
+        for name in self._state:
+            self._forget(name, {})
+        self._state = {}
 
     def finish(self) -> None:
         """Take away the files of steps that the study no longer has, unless somebody has changed them."""
@@ -179,20 +185,30 @@ class Folder:
             return ""
 
     def _read_state(self) -> dict[str, Any]:
+        """What the folder says of its steps; nothing if it says nothing that trainmj writes.
+
+        Raises:
+            InputError: if it names a file outside the folder.
+        """
         try:
-            state = json.loads((self.path / STATE).read_text(encoding="utf-8"))
-            return {str(n): s for n, s in state.items() if set(s) == set(_KEYS) and isinstance(s["figures"], list)}
+            said = json.loads((self.path / STATE).read_text(encoding="utf-8"))
+            state = {
+                name: step
+                for name, step in said.items()
+                if set(step) == set(_KEYS) and all(isinstance(step[key], kind) for key, kind in _KEYS.items())
+            }
+            files = [Path(file) for step in state.values() for file in step["files"]]
         except (OSError, ValueError, AttributeError, TypeError):
-            return {}  # none there, or not ours: every step is made
+            return {}
+        for file in files:
+            if file.name != str(file):
+                raise InputError(
+                    f"{self.path / STATE}: names the file {str(file)!a}, which is not a plain name: remove it"
+                )
+        return state
 
     def _write_state(self) -> None:
         self.write(STATE, json.dumps(self._state, indent=1).encode())
-
-
-@cache
-def versions() -> list[str]:
-    """Versions of what the numbers come from."""
-    return [version(name) for name in ("trainmj", "mujoco", "numpy")]
 
 
 def _digest(content: bytes) -> str:

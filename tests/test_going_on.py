@@ -1,0 +1,280 @@
+"""One rule for sweep, study and identify: the same command goes on; other input or another law is said."""
+
+import importlib.util
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from ruamel.yaml import YAML
+
+import trainmj
+from trainmj.cli import main
+from trainmj.collision import identity as identities
+from trainmj.collision.identity import identity
+from trainmj.files.folder import held
+
+TRAIN = {
+    "devices": {
+        "front": {"curve": {"stroke_mm": [0, 60, 400], "force_kN": [0, 600, 700]}, "stiffness_kN_per_mm": 100},
+        "coupler": {"curve": {"stroke_mm": [0, 60, 400], "force_kN": [0, 500, 600]}, "stiffness_kN_per_mm": 50},
+    },
+    "trains": {"t": {"vehicles": 2, "mass_t": 30, "front": "front", "coupler": "coupler"}},
+    "collision": {"train": "t", "speed_km_h": 10, "partner": "rigid_wall"},
+    "simulation": {"step_ms": 0.1, "time_limit_s": 0.1},
+}
+STUDY = {
+    "scenario": "train.yaml",
+    "factors": {"V": {"sets": "collision.speed_km_h", "bounds": [8, 12]}},
+    "responses": {"S": "stroke_M1_wall_mm", "A": "peak_device_M1_g"},
+    "design": {"kind": "sobol", "n": 6, "seed": 1},
+    "surrogates": {"default": {"order": 1}},
+    "objectives": {"S": "minimise", "A": "minimise"},
+    "optimiser": {"surrogate": {"particles": 6, "iterations": 2}},
+    "cross_validation": {"against": []},
+}
+TARGETS = {
+    "scenario": "train.yaml",
+    "parameters": {"k": {"sets": "devices.front.stiffness_kN_per_mm", "bounds": [50, 200]}},
+    "targets": {"s": {"response": "stroke_M1_wall_mm", "tolerance": "1 %"}},
+    "data": {"tests": {"rows": [{"V": 9, "s": 60}, {"V": 10, "s": 70}], "cases": {"V": "collision.speed_km_h"},
+                       "values": {"s": "s"}}},
+    "method": {"seed": 1, "explore": {"trials": 8}, "refine": {"iterations": 1}},
+}  # fmt: skip
+COMMANDS = {
+    "sweep": ("sweep", "train.yaml", "--vary", "collision.speed_km_h=9,10,11"),
+    "study": ("study", "my.study.yaml", "--figures", "none"),
+    "identify": ("identify", "my.targets.yaml", "--figures", "none"),
+}
+STORES = {"sweep": "results.sqlite", "study": "simulations.sqlite", "identify": "trials.sqlite"}
+
+
+def inputs(place):
+    place.mkdir(exist_ok=True)
+    for name, values in (("train.yaml", TRAIN), ("my.study.yaml", STUDY), ("my.targets.yaml", TARGETS)):
+        with (place / name).open("w", encoding="utf-8") as out:
+            YAML().dump(values, out)
+
+
+def do(place, command, *more):
+    """A command that fills the folder of its own name; exit code and all that it printed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        done = CliRunner().invoke(main, [*COMMANDS[command], "--out", command, *more])
+    assert "Traceback" not in done.output
+    return done.exit_code, done.output
+
+
+@pytest.fixture(scope="module")
+def before(tmp_path_factory):
+    """A folder in which the three commands have run."""
+    place = tmp_path_factory.mktemp("before") / "place"
+    inputs(place)
+    for command in COMMANDS:
+        code, said = do(place, command)
+        assert code == 0, said
+    return place
+
+
+@pytest.fixture
+def place(before, tmp_path):
+    return Path(shutil.copytree(before, tmp_path / "place"))
+
+
+def tables(folder):
+    return {file.name: file.read_bytes() for file in folder.glob("*.csv")}
+
+
+def later(monkeypatch, **parts):
+    """As if other versions were installed."""
+    now = tuple((identity() | parts).items())
+    monkeypatch.setattr("trainmj.collision.identity._identity", lambda: now)
+
+
+every_command = pytest.mark.parametrize("command", COMMANDS)
+
+
+@every_command
+@pytest.mark.parametrize("part", identity())
+def test_numbers_of_another_identity_are_refused_or_computed_again_and_what_differs_is_said(
+    place, command, part, monkeypatch
+):
+    said = f"{part} {identity()[part]} then, other now"
+    later(monkeypatch, **{part: "other"})
+    there = tables(place / command)
+    code, output = do(place, command)
+    assert said in " ".join(output.split())
+    if command != "study":
+        assert code == 2
+        assert "--fresh" in output
+        assert tables(place / command) == there
+        return
+    assert code == 0
+    assert "every collision is computed again" in " ".join(output.split())
+    summary = json.loads((place / "study" / "summary.json").read_text())
+    assert summary["versions"][part] == "other"
+    assert summary["changes"] == [f"{said}: every collision is computed again"]
+    monkeypatch.undo()
+    back = trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
+    assert back.simulated == 8  # as it stands, 6 points, the check: nothing of the other identity is used
+    assert len(back.computed) == 9
+    assert back.changes == (f"{part} other then, {identity()[part]} now: every collision is computed again",)
+    assert tables(place / "study") == there
+
+
+def test_an_edited_law_of_the_same_version_has_another_hash(tmp_path):
+    """Any module of the package that computes collisions, at any depth."""
+    source = Path(identities.__file__).parent
+
+    def hashed(name, edit):
+        folder = tmp_path / name
+        shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__"))
+        edit(folder)
+        spec = importlib.util.spec_from_file_location(f"identity_{name}", folder / "identity.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module.law_hash()
+
+    def swap(folder):
+        one, other = (folder / "law" / "crush.py", folder / "device.py")
+        texts = one.read_text(), other.read_text()
+        other.write_text(texts[0])
+        one.write_text(texts[1])
+
+    def edit(folder):
+        file = folder / "law" / "crush.py"
+        file.write_text(file.read_text() + "\n")
+
+    same, edited, swapped = hashed("same", lambda folder: None), hashed("edited", edit), hashed("swapped", swap)
+    assert same == identity()["law"]
+    assert len({same, edited, swapped}) == 3
+
+
+@every_command
+def test_the_same_command_again_computes_nothing_and_leaves_the_same(place, command, monkeypatch):
+    there = tables(place / command)
+    monkeypatch.setattr("trainmj.cases.runner.fill", lambda *_: pytest.fail("a case is computed again"))
+    code, said = do(place, command)
+    assert code == 0, said
+    assert tables(place / command) == there
+
+
+@every_command
+def test_another_scenario_is_refused_or_what_depends_on_it_is_done_again(place, command):
+    text = (place / "train.yaml").read_text()
+    (place / "train.yaml").write_text(text.replace("mass_t: 30", "mass_t: 33"))
+    there = tables(place / command)
+    code, output = do(place, command)
+    assert "trains.t.mass_t 30 then, 33 now" in " ".join(output.split())
+    assert code == (0 if command == "study" else 2)
+    assert (tables(place / command) == there) == (command != "study")
+    if command == "study":
+        (place / "train.yaml").write_text(text)
+        back = trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
+        assert back.simulated == 0
+        assert back.changes == ("trains.t.mass_t 33 then, 30 now",)
+        assert tables(place / command) == there
+
+
+def test_another_design_of_a_study_is_said_and_only_what_depends_on_it_is_done_again(place):
+    file = place / "my.study.yaml"
+    file.write_text(file.read_text().replace("n: 6", "n: 7"))
+    again = trainmj.run_study(file, place / "study", figures=())
+    assert again.changes == ("design.n 6 then, 7 now",)
+    assert 1 <= again.simulated <= 2  # the seventh point; the check, if another design is chosen
+    assert "as it stands" not in again.computed
+
+
+@every_command
+def test_fresh_takes_away_what_the_command_left_and_nothing_else(place, command):
+    folder = place / command
+    there = tables(folder)
+    left = {file.name for file in folder.iterdir()}
+    (folder / "notes.txt").write_text("mine")
+    train = place / "train.yaml"
+    train.write_text(train.read_text().replace("mass_t: 30", "mass_t: 33"))
+    code, said = do(place, command, "--fresh")
+    assert code == 0, said
+    assert " then, " not in said
+    assert {file.name for file in folder.iterdir()} == left | {"notes.txt"}
+    assert tables(folder) != there
+    train.write_text(train.read_text().replace("mass_t: 33", "mass_t: 30"))
+    assert do(place, command, "--fresh")[0] == 0
+    assert tables(folder) == there
+
+
+@every_command
+def test_fresh_starts_over_from_a_damaged_store(place, command):
+    there = tables(place / command)
+    (place / command / STORES[command]).write_bytes(b"no database" * 500)
+    code, said = do(place, command)
+    assert code == 2
+    assert "is damaged or no SQLite file" in said
+    assert "--fresh" in said
+    code, said = do(place, command, "--fresh")
+    assert code == 0, said
+    assert tables(place / command) == there
+
+
+@every_command
+def test_a_folder_that_somebody_writes_to_is_not_started_over(place, command):
+    there = {file: file.read_bytes() for file in (place / command).iterdir()}
+    with held(place / command):
+        code, said = do(place, command, "--fresh")
+    assert code == 2
+    assert "another trainmj is writing" in said
+    assert {file: file.read_bytes() for file in (place / command).iterdir()} == there
+
+
+@pytest.mark.parametrize("fresh", [(), ("--fresh",)])
+@every_command
+def test_an_interruption_says_how_to_go_on_and_keeps_what_was_finished(place, command, fresh, monkeypatch):
+    from trainmj.cases.engine import Local
+
+    compute = Local.__call__
+    for file in (place / command).iterdir():
+        file.unlink()
+    finished = []
+
+    def stopping(self, cases):
+        for case in compute(self, cases):
+            if len(finished) == (4 if command == "identify" else 2):  # identify tries its start values first
+                raise KeyboardInterrupt
+            finished.append(case)
+            yield case
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Local, "__call__", stopping)
+        code, said = do(place, command, *fresh)
+    assert code == 130
+    same = "the same command without --fresh" if fresh else "the same command"
+    assert said.endswith(f"Stopped. What was finished is in {command}; {same} goes on.\n")
+    again = []
+    monkeypatch.setattr(Local, "__call__", lambda self, cases: _noted(compute(self, cases), again))
+    assert do(place, command)[0] == 0
+    kept = finished[2:] if command == "identify" else finished
+    assert not {case.key for case in kept} & {case.key for case in again}
+
+
+def _noted(cases, seen):
+    for case in cases:
+        seen.append(case)
+        yield case
+
+
+@pytest.mark.parametrize("name", ["../victim.txt", "sub/victim.txt", "/etc/hostname"])
+@pytest.mark.parametrize("more", [(), ("--fresh",)])
+def test_a_study_removes_nothing_outside_its_folder_whatever_the_folder_says(place, name, more):
+    import hashlib
+
+    victim = place / "victim.txt"
+    victim.write_text("precious")
+    state = place / "study" / "steps.json"
+    steps = json.loads(state.read_text())
+    steps["design"]["files"][name] = hashlib.sha256(b"precious").hexdigest()
+    state.write_text(json.dumps(steps))
+    code, said = do(place, "study", *more)
+    assert code == 2
+    assert "which is not a plain name" in said
+    assert victim.read_text() == "precious"
