@@ -2,173 +2,134 @@
 
 from __future__ import annotations
 
+import json
 from itertools import combinations
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from trainmj.errors import InputError
+from trainmj.files.tables import read_back
 from trainmj.files.yaml import as_yaml
-from trainmj.output.blocks import Card, Column, Section, judged, passed, warned
+from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.plot import GREY, Trace, axes, dots, numbers, plain
-from trainmj.output.style import BLUE, GREEN, ORANGE, SKY, YELLOW
-from trainmj.study.finished import Finished, number, read_study
+from trainmj.output.plot import COLOURS, axes, dots, numbers, plain
+from trainmj.output.style import BLUE, ORANGE
+from trainmj.output.table import Column, Table, judged
+from trainmj.study import tables
 from trainmj.study.page_front import add_decision, add_fronts
+from trainmj.study.run import SUMMARY
+from trainmj.study.tables import Summary
 from trainmj.units import label
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from trainmj.study.folder import Tables
+
 _DIVERGING = [[0.0, ORANGE], [0.5, "#ffffff"], [1.0, BLUE]]
+_MOST_PAIRS = 4  # of factors whose points are drawn
+_MOST_ROWS = 20  # of simulations that are shown unfolded
 
 
 def page_of_folder(folder: Path) -> Page:
     """The report of the folder of a study.
 
     Raises:
-        InputError: if the study is not finished, or a file of it cannot be read.
+        InputError: if the study is not finished, or one of its files cannot be read.
     """
-    study = read_study(folder)
-    facts = study.facts
-    factors = ", ".join(label(f, unit) for f, unit in study.factors.items())
+    summary, files = _read(folder)
+    unit = tables.units(summary)
+    factors = ", ".join(label(name, unit[name]) for name in summary["factors"])
     page = Page(
-        f"Study: {facts['title'] or 'train collisions'}",
-        subtitle=f"{factors}: {' and '.join(f'{goal} {name}' for name, goal in facts['objectives'].items())}",
-        command=_commands(study),
-        versions=facts["versions"],
+        f"Study: {summary['title']}",
+        subtitle=f"{factors}: {' and '.join(f'{goal} {name}' for name, goal in summary['objectives'].items())}",
+        command=f"trainmj report {quote(folder.resolve().name)}\n\n"
+        "# the study again: save the files below as again.study.yaml and scenario.yaml\n"
+        "trainmj study again.study.yaml --out again --report",
+        versions=summary["versions"],
     )
-    _add_outcome(page.section("Outcome"), study)
-    _add_design(page.section("Design"), study)
-    _add_correlation(page.section("Correlation"), study)
-    _add_surrogates(page.section("Surrogates"), study)
-    add_fronts(page.section("Pareto front"), study)
-    add_decision(page.section("Weights and decision"), study)
+    _add_outcome(page.section("Outcome"), summary)
+    _add_design(page.section("Design"), summary, files["02_simulations"])
+    _add_correlation(page.section("Correlation"), summary, files["03_correlation"])
+    _add_surrogates(page.section("Surrogates"), summary, files)
+    add_fronts(page.section("Pareto front"), summary, files)
+    add_decision(page.section("Weights and decision"), summary, files)
     section = page.section("Files")
-    section.code(as_yaml(facts["study"]), "The study as it was read", folded=True)
-    section.code(facts["scenario"], "Its scenario: scenario.yaml", folded=True)
+    section.code(as_yaml(summary["study"]), "The study as it was read", folded=True)
+    section.code(summary["scenario"], "Its scenario: scenario.yaml", folded=True)
     return page
 
 
-def _commands(study: Finished) -> str:
-    return (
-        f"trainmj report {quote(study.folder.resolve().name)}\n\n"
-        "# the study again: save the files above as again.study.yaml and scenario.yaml\n"
-        "trainmj study again.study.yaml --out again --report"
-    )
+def _read(folder: Path) -> tuple[Summary, Tables]:
+    """The summary of a finished study and its tables by file name without ending."""
+    unfinished = InputError(f"{folder}: this study is not finished: the same trainmj study command goes on")
+    try:
+        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        files = {file.stem: read_back(file) for file in sorted(folder.glob("[0-9][0-9]_*.csv"))}
+    except FileNotFoundError:
+        raise unfinished from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{folder}: a file of the study cannot be read ({error}): run it again") from None
+    if not isinstance(summary, dict) or "check" not in summary:
+        raise unfinished
+    return summary, files
 
 
-def _add_outcome(section: Section, study: Finished) -> None:
-    facts = study.facts
-    chosen, check = facts["decision"]["chosen"], facts["check"]
-    cards = [Card(name, number(chosen[study.column(name)]), unit, "chosen") for name, unit in study.factors.items()]
+def _add_outcome(section: Section, summary: Summary) -> None:
+    chosen, check = summary["decision"]["chosen"], summary["check"]
     rows = {row["response"]: row for row in check["rows"]}
-    for name in facts["objectives"]:
-        row = rows[name]
-        cards.append(
-            Card(name, number(row["simulated"]), row["unit"], f"simulated; predicted {number(row['predicted'])}")
-        )
+    factors = tables.columns(summary, summary["factors"])
+    limited = [row["kept"] for row in check["rows"] if row["kept"] is not None]
+    verdict = judged(bool(check["kept"]), "kept when simulated", "not kept when simulated")
     section.cards(
-        *cards,
-        Card(
-            "Limits",
-            str(sum(r["kept"] is True for r in check["rows"])),
-            f"of {sum(r['kept'] is not None for r in check['rows'])} kept",
-            f"check: {check['status']}",
-            judged(bool(check["kept"]), "kept when simulated", "not kept when simulated"),
+        *(Card(c.name, tables.number(chosen[head]), c.unit, "chosen") for head, c in factors.items()),
+        *(
+            Card(
+                name,
+                tables.number(rows[name]["simulated"]),
+                rows[name]["unit"],
+                f"simulated; predicted {tables.number(rows[name]['predicted'])}",
+            )
+            for name in summary["objectives"]
         ),
+        Card("Limits", str(sum(limited)), f"of {len(limited)} kept", f"check: {check['status']}", verdict),
     )
-    section.table(
-        [
-            Column("Response", text=True),
-            Column("unit", text=True),
-            Column("as it stands"),
-            Column("predicted"),
-            Column("simulated"),
-            Column("error", "%", 2),
-            Column("limit", text=True),
-            Column("verdict", text=True),
-        ],
-        [
-            (
-                r["response"],
-                r["unit"],
-                number(r["as_it_stands"]),
-                number(r["predicted"]),
-                number(r["simulated"]),
-                r["error_percent"],
-                r["limit"].replace("<=", "≤").replace(">=", "≥"),
-                judged(r["kept"]),
-            )
-            for r in check["rows"]
-        ],
-        title="The chosen design, simulated",
-        note="As it stands: the scenario before the study. Error: predicted less simulated. "
-        + (f"Status of the check: {check['status']} {check['reason']}".strip() + "."),
-    )
+    section.table(tables.check(summary))
 
 
-def _add_design(section: Section, study: Finished) -> None:
-    d, s = study.facts["design"], study.facts["simulations"]
-    section.facts(
-        {
-            "Method": d["method"],
-            "Points": f"{d['n']}" + ("" if d["seed"] is None else f", seed {d['seed']}"),
-            "Smallest distance": f"{number(d['smallest_distance'])} (factors scaled to 0..1)",
-            "phi_p": number(d["phi_p"]),
-            "Centred discrepancy": number(d["centred_discrepancy"]),
-            "Simulated": judged(s["failed"] == 0, f"all {s['n']}", f"{s['failed']} of {s['n']} failed"),
-            "Past a stroke limit": warned(f"{s['exhausted']} of {s['n']}") if s["exhausted"] else passed("none"),
-        }
-    )
-    table = study.tables["02_simulations"]
-    for a, b in list(combinations(study.factors, 2))[:4]:
+def _add_design(section: Section, summary: Summary, simulated: pd.DataFrame) -> None:
+    section.facts(tables.design(summary))
+    factors = tables.columns(summary, summary["factors"])
+    for (x, a), (y, b) in list(combinations(factors.items(), 2))[:_MOST_PAIRS]:
         traces = []
-        for status, part in table.groupby("status", sort=False):
+        for status, part in simulated.groupby("status", sort=False):
             good = status == "over"
-            texts = [
-                f"test {t}: {status} {reason or ''}" for t, reason in zip(part["test"], part["reason"], strict=True)
-            ]
-            traces.append(
-                dots(
-                    str(status),
-                    *_placed(part, study, a, b),
-                    BLUE if good else ORANGE,
-                    "circle" if good else "triangle-up",
-                    9,
-                    texts,
-                )
-            )
-        layout = axes(a, study.unit(a), b, study.unit(b))
-        section.plot(traces, layout, title=f"Points of the design: {a} and {b}", height=360, half=True)
-    names = [*study.factors, *study.responses]
+            texts = [f"test {row['test']}: {status} {row['reason'] or ''}" for row in part.to_dict("records")]
+            colour, sign = (BLUE, "circle") if good else (ORANGE, "triangle-up")
+            traces.append(dots(str(status), part[x].tolist(), part[y].tolist(), colour, sign, 9, texts))
+        layout = axes(a.name, a.unit, b.name, b.unit)
+        section.plot(traces, layout, title=f"Points of the design: {a.name} and {b.name}", height=360, half=True)
+    named = factors | tables.columns(summary, summary["responses"])
     section.table(
-        [
-            Column("Test"),
-            *(Column(n, study.unit(n)) for n in names),
-            Column("status", text=True),
-            Column("reason", text=True),
-        ],
-        [
-            (int(row["test"]), *(number(row[study.column(n)]) for n in names), row["status"], str(row["reason"] or ""))
-            for _, row in table.iterrows()
-        ],
-        title="Simulations of the design",
-        folded=len(table) > 20,
+        Table(
+            [Column("Test"), *named.values(), Column("status", text=True), Column("reason", text=True)],
+            [
+                (row["test"], *(row[head] for head in named), row["status"], str(row["reason"] or ""))
+                for row in simulated.to_dict("records")
+            ],
+            "Simulations of the design",
+        ),
+        folded=len(simulated) > _MOST_ROWS,
     )
 
 
-def _placed(table: pd.DataFrame, study: Finished, a: str, b: str) -> tuple[list[Any], list[Any]]:
-    return table[study.column(a)].tolist(), table[study.column(b)].tolist()
-
-
-def _add_correlation(section: Section, study: Finished) -> None:
-    table = study.tables["03_correlation"]
-    c = study.facts["correlation"]
+def _add_correlation(section: Section, summary: Summary, table: pd.DataFrame) -> None:
     section.text(
-        f"Between factors and responses over the points of the design, from −1 to 1; in the read-out the interval at "
-        f"{100 * c['level']:g} % and the probability p of such a value where there is no correlation."
+        "Between factors and responses over the points of the design, from −1 to 1. The read-out has the interval at "
+        f"{100 * summary['correlation']['level']:g} % and the probability p of such a value without a correlation."
     )
     for method, part in table.groupby("method", sort=False):
         factors, responses = part["factor"].unique().tolist(), part["response"].unique().tolist()
@@ -200,52 +161,23 @@ def _add_correlation(section: Section, study: Finished) -> None:
         )
 
 
-def _add_surrogates(section: Section, study: Finished) -> None:
-    rows = study.facts["surrogates"]["responses"]
-    section.table(
-        [
-            Column("Response", text=True),
-            Column("surrogate", text=True),
-            Column("range simulated"),
-            Column("R² of the fit", "", 4),
-            Column("mean error, left out", "% of range", 2),
-            Column("RMSE, left out", "% of range", 2),
-            Column("R², left out", "", 4),
-        ],
-        [
-            (
-                name,
-                row["surrogate"],
-                f"{number(row['range'])} {row['unit']}",
-                row["r2_fit"],
-                _times(row["are_loo"], 100),
-                _times(row["rmse_loo"], 100),
-                row["r2_loo"],
-            )
-            for name, row in rows.items()
-        ],
-        title="How good the surrogates are",
-        note="Left out: each point predicted by a surrogate that was fitted to the others.",
-    )
-    _add_sensitivity(section, study)
-    folded = (
-        ("04_cross_validation", "Other kinds of surrogates, cross-validated"),
-        ("04_coefficients", "Coefficients"),
-        ("04_anova", "Analysis of variance"),
-    )
-    for name, title in folded:
-        if name in study.tables:
-            _add_plain_table(section, study.tables[name], title)
+def _add_surrogates(section: Section, summary: Summary, files: Tables) -> None:
+    section.table(tables.surrogates(summary))
+    if "04_sensitivity" in files:
+        _add_sensitivity(section, files["04_sensitivity"])
+    folded = {
+        "04_cross_validation": "Other kinds of surrogates, cross-validated",
+        "04_coefficients": "Coefficients",
+        "04_anova": "Analysis of variance",
+    }
+    for name, title in folded.items():
+        if name in files:
+            section.table(_as_it_is(files[name], title), folded=True)
 
 
-def _add_sensitivity(section: Section, study: Finished) -> None:
-    table = study.tables.get("04_sensitivity")
-    if table is None:
-        return
-    traces: list[Trace] = []
-    for (factor, part), colour in zip(
-        table.groupby("factor", sort=False), (BLUE, ORANGE, GREEN, SKY, YELLOW, GREY), strict=False
-    ):
+def _add_sensitivity(section: Section, table: pd.DataFrame) -> None:
+    traces = []
+    for (factor, part), colour in zip(table.groupby("factor", sort=False), COLOURS, strict=False):
         total = part["total"].to_numpy(dtype=np.float64)
         traces.append(
             {
@@ -266,21 +198,16 @@ def _add_sensitivity(section: Section, study: Finished) -> None:
         traces,
         {"yaxis": {"title": {"text": "Total Sobol' index"}}, "barmode": "group"},
         title="What each response depends on, by the surrogates",
-        note="Part of the response's variance that a factor brings in, alone or with others; with its interval.",
+        note="Share of the response's variance in which a factor takes part, alone or with others; with its interval.",
         height=340,
     )
 
 
-def _add_plain_table(section: Section, table: pd.DataFrame, title: str) -> None:
-    """A table of the folder as it is, folded away."""
+def _as_it_is(table: pd.DataFrame, title: str) -> Table:
+    """A table of the folder, unchanged."""
     text = {c: not np.issubdtype(np.asarray(table[c].tolist()).dtype, np.number) for c in table.columns}
-    section.table(
+    return Table(
         [Column(str(c).replace("_", " "), text=text[c]) for c in table.columns],
         [tuple("" if v is None else v for v in row) for row in table.itertuples(index=False)],
-        title=title,
-        folded=True,
+        title,
     )
-
-
-def _times(value: float | None, factor: float) -> float | None:
-    return None if value is None else factor * value
