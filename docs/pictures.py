@@ -103,8 +103,8 @@ def law_series() -> None:
         one.plot(right.envelope.stroke * 1e3, right.envelope.force / 1e3, color=style.ORANGE, ls="--", label="right")
         one.set(title="each alone", xlabel="stroke (mm)", ylabel="force (kN)", xlim=(0, 330))
         both.plot(pair.stroke * 1e3, pair.force / 1e3, color="0.2", label="pair")
-        both.plot(of_left * 1e3, pair.force / 1e3, color=style.BLUE, label="of it left")
-        both.plot((pair.stroke - of_left) * 1e3, pair.force / 1e3, color=style.ORANGE, ls="--", label="of it right")
+        both.plot(of_left * 1e3, pair.force / 1e3, color=style.BLUE, label="left device")
+        both.plot((pair.stroke - of_left) * 1e3, pair.force / 1e3, color=style.ORANGE, ls="--", label="right device")
         both.set(title="in series: equal force, strokes added", xlabel="stroke (mm)", xlim=(0, 420))
         for axes in (one, both):
             axes.legend(loc="lower right")

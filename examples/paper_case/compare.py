@@ -1,4 +1,4 @@
-"""The standard collision of Liu et al. 2022 over the empty stroke D, beside Table 5 of the paper.
+"""The standard collision of Liu et al. 2022 over the empty stroke D, compared with Table 5 of the paper.
 
 Run it with `python examples/paper_case/compare.py`. It computes nine collisions of the six-car B-type train (33 t a
 vehicle, 25 km/h into a standing twin) and prints TS and TAMA as computed and as published.

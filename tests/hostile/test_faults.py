@@ -43,7 +43,7 @@ import trainmj.paper.reproduce
 import trainmj.single.page
 import trainmj.verification.suite
 import trainmj.view.film
-from trainmj.cli.reports import write_report
+from trainmj.cli.report import write_report
 from trainmj.files.folder import held
 from trainmj.single.folder import write_run
 

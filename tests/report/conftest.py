@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import trainmj
-from trainmj.cli.reports import write_report
+from trainmj.cli.report import write_report
 from trainmj.single.folder import write_run
 
 MARKUP = "<script>window.hacked=1</script><img src=x onerror=window.hacked=1> & Co"

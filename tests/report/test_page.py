@@ -11,9 +11,11 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from trainmj.errors import OutputError
-from trainmj.output.blocks import Card, Column, failed, judged, passed, unjudged
+from trainmj.output.blocks import Card
+from trainmj.output.console import console_table, new_console, print_table
 from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, layout_of, line, numbers, shade
+from trainmj.output.table import Column, Table, failed, judged, passed, unjudged
 
 NASTY = "</script><script>alert('1')</script>&\"'"
 PLOTLY = "plotly.js v"
@@ -34,8 +36,8 @@ def test_text_is_escaped_wherever_it_stands():
     section.notes([NASTY])
     section.cards(Card(NASTY, NASTY, NASTY, NASTY, failed(NASTY)))
     section.facts({NASTY: NASTY, "verdict": passed(NASTY)})
-    section.table([Column(NASTY, NASTY), Column("b", text=True)], [(NASTY, passed(NASTY))], NASTY, NASTY)
-    section.table([Column(NASTY)], [(1,)], NASTY, folded=True)
+    section.table(Table([Column(NASTY, NASTY), Column("b", text=True)], [(NASTY, passed(NASTY))], NASTY, NASTY))
+    section.table(Table([Column(NASTY)], [(1,)], NASTY), folded=True)
     section.code(NASTY, NASTY, folded=True)
     section.picture(_figure(), NASTY, NASTY)
     assert "<script" not in p.html()
@@ -105,12 +107,14 @@ def test_a_page_that_cannot_be_written(tmp_path):
 @pytest.mark.parametrize(
     ("column", "value", "shown"),
     [
-        (Column("a", digits=1), -1.25, "−1.2"),
+        (Column("a", digits=1), -1.25, "-1.2"),
+        (Column("a", digits=1), -0.01, "0.0"),
+        (Column("a", digits="+.2g"), 0.123, "+0.12"),
         (Column("a"), 1234.5678, "1235"),
         (Column("a", digits=2), 3, 3),
-        (Column("a"), None, "–"),
-        (Column("a"), float("nan"), "–"),
-        (Column("a"), np.float64("inf"), "–"),
+        (Column("a"), None, "-"),
+        (Column("a"), float("nan"), "-"),
+        (Column("a"), np.float64("inf"), "-"),
         (Column("a", text=True), "over", "over"),
     ],
 )
@@ -119,15 +123,51 @@ def test_cells(column, value, shown):
 
 
 def test_a_row_must_fit_its_columns():
-    with pytest.raises(ValueError, match="zip"):
-        page().section("s").table([Column("a"), Column("b")], [(1,)])
+    with pytest.raises(ValueError, match="row 2 of the table has 1 cells for 2 columns"):
+        Table([Column("a"), Column("b")], [(1, 2), (1,)])
+
+
+TABLE = Table(
+    [Column("Interface", text=True), Column("largest stroke", "mm", 1), Column("limit", text=True)],
+    [("S1-M1", -618.34, failed("over")), ("M1-M2", None, passed())],
+    title="Strokes",
+    note="At the front: one side.",
+)
+
+
+def test_a_table_on_a_page_is_set_as_print():
+    p = page()
+    p.section("s").table(TABLE)
+    text = re.sub(r"<[^>]+>", " ", p.html())
+    assert re.search(r"Strokes\s+Interface\s+largest stroke\s+mm\s+limit", text)
+    assert re.search(r"S1-M1\s+−618\.3\s+✗\s+over\s+M1-M2\s+–\s+✓\s+pass\s+At the front", text)
+
+
+def test_the_same_table_on_a_terminal_is_plain():
+    console = new_console()
+    with console.capture() as said:
+        console.print(console_table(TABLE))
+    lines = [" ".join(line.split()) for line in said.get().splitlines()]
+    assert lines[:4] == ["Strokes", "largest", "stroke", "Interface mm limit"]
+    assert lines[5:7] == ["S1-M1 -618.3 OVER", "M1-M2 - pass"]
+
+
+def test_a_table_too_wide_for_a_terminal_goes_on_below():
+    wide = Table([Column("Name", text=True), *(Column(f"c{k}", "mm", 3) for k in range(20))], [("M1", *[1.0] * 20)])
+    console = new_console()
+    with console.capture() as said:
+        print_table(console, wide)
+    lines = said.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    assert sum(line.split()[:1] == ["M1"] for line in lines) == 2, "the first column stands in both parts"
+    assert said.get().count("1.000") == 20
 
 
 def test_verdicts_are_told_without_colour():
     signs = [judged(kept).sign for kept in (True, False, None)]
     assert len(set(signs)) == 3
     p = page()
-    p.section("s").table([Column("v")], [(failed("past the limit"),), (unjudged(),)])
+    p.section("s").table(Table([Column("v")], [(failed("past the limit"),), (unjudged(),)]))
     assert "✗" in p.html()
     assert "past the limit" in p.html()
 

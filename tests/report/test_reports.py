@@ -12,20 +12,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import scenario
+from builders import changed, scenario
 from click.testing import CliRunner
 
 import trainmj
 from trainmj.cli import main
-from trainmj.cli.reports import write_report, write_run_report
+from trainmj.cli.report import write_report
+from trainmj.collision.identity import identity
+from trainmj.collision.status import Kind
 from trainmj.errors import InputError
 from trainmj.output.page import Page
-from trainmj.single.limits import criteria, most_used
 from trainmj.single.page import page_of_run
 from trainmj.single.page_animation import animation_data
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
-from trainmj.sweep.page_responses import factors_of, short
+from trainmj.sweep.page_responses import chosen_responses, factors_of
 from trainmj.units import KJ, KN, MM
 
 BAR_S = 4.0
@@ -34,7 +35,8 @@ BAR_MB = 7.0
 
 def plots(section):
     """Content of the plots of a section, by title."""
-    return {block.title: json.loads(block.figure) for block in section.blocks if block.kind == "plot"}
+    found = (block.content for block in section.blocks if block.kind == "plot")
+    return {content["title"]: json.loads(content["figure"]) for content in found}
 
 
 def text_of(file):
@@ -61,7 +63,7 @@ class TestRun:
             assert f"{v.peak_device_acceleration_g:.4f}" in said
         for i in standard_summary.interfaces:
             assert f"{i.stroke_mm:.1f}" in said
-        for name, version in trainmj.run.__globals__["versions"]().items():
+        for name, version in identity().items():
             assert f"{name} {version}" in said
         assert "trainmj report 'a run'" in said.replace("&#39;", "'")
 
@@ -122,22 +124,11 @@ class TestRun:
     def test_failed_limits_are_said(self, standard, tmp_path):
         result = trainmj.run(standard.with_values({"speed_km_h": 40}))
         summary = trainmj.summarise(result)
-        assert str(summary.status).startswith("stroke exhausted")
-        write_run_report(result, summary, tmp_path)
+        assert summary.status.kind == Kind.EXHAUSTED
+        page_of_run(result, summary, tmp_path / "result.nc").write(tmp_path / "report.html")
         said = text_of(tmp_path / "report.html")
-        assert "a limit is passed" in said
+        assert "not all are kept" in said
         assert "✗ fail" in said
-
-    def test_criteria(self, standard_summary):
-        found = criteria(standard_summary)
-        assert found[0].found == max(v.peak_device_acceleration_g for v in standard_summary.vehicles)
-        assert all(c.kept for c in found)
-        beyond = replace(found[-1], found=1e6)
-        shown, left_out = most_used([*found, beyond, *found])
-        assert beyond in shown
-        assert (len(shown), left_out) == (16, 2 * len(found) + 1 - 16)
-        assert beyond.verdict.kind == "fail"
-        assert replace(beyond, limit=None).verdict.kind == "none"
 
     @pytest.mark.filterwarnings("ignore:invalid value encountered in subtract")  # inf - inf, put in here
     def test_values_that_are_not_finite_are_said_and_drawn_as_gaps(self, standard_result):
@@ -145,7 +136,8 @@ class TestRun:
         velocity = standard_result.velocity.copy()
         force[100:], velocity[100:] = np.nan, np.inf
         energy = np.full_like(force, np.nan)
-        tally = replace(standard_result.tally, stroke_max=np.full_like(standard_result.tally.stroke_max, np.nan))
+        stroke = np.full(len(standard_result.chain.interfaces), np.nan)
+        tally = changed(standard_result.tally, stroke_max=stroke)
         result = replace(standard_result, force=force, velocity=velocity, energy=energy, tally=tally)
         summary = trainmj.summarise(result)
         html = page_of_run(result, summary, Path("x/result.nc")).html()
@@ -183,14 +175,36 @@ class TestSweep:
 
     def test_effects_are_differences_of_means(self, sweep_folder):
         table = trainmj.read_table(sweep_folder)
-        good = table[table["status"] != "refused"]
+        good = table[table["status"] != Kind.REFUSED]
         means = good.groupby("empty_stroke_mm")["TS_mm"].mean()
         said = text_of(sweep_folder / "report.html")
         assert f"empty_stroke_mm {means.max() - means.min():.4g}" in said
 
-    def test_names_in_words(self):
-        assert short("stroke_S1_M1_anti_climber_mm") == "stroke S1-M1 anti climber"
-        assert short("TS_mm") == "TS"
+    def test_of_many_responses_those_near_the_impact_are_drawn(self, sweep_folder):
+        drawn = chosen_responses(trainmj.read_table(sweep_folder))
+        assert [r.name for r in drawn] == [
+            "TS_mm",
+            "TAMA_g",
+            "stroke_M1_wall_mm",
+            "stroke_S1_M1_mm",
+            "stroke_M1_wall_anti_climber_mm",
+            "stroke_S1_M1_anti_climber_mm",
+            "peak_device_M1_g",
+            "peak_device_M2_g",
+        ]
+        said = text_of(sweep_folder / "report.html")
+        assert "stroke S1-M1 anti climber over" in said
+
+    def test_units_are_those_of_the_store(self, sweep_folder, tmp_path):
+        copy = without(sweep_folder, to=tmp_path)
+        with sqlite3.connect(copy / "results.sqlite") as db:
+            (columns,) = db.execute("SELECT value FROM about WHERE key = 'columns'").fetchone()
+            columns = json.loads(columns)
+            columns["TAMA_g"] |= {"unit": "m/s2", "title": "mean peak"}
+            db.execute("UPDATE about SET value = ? WHERE key = 'columns'", (json.dumps(columns),))
+        said = text_of(write_report(copy))
+        assert "mean peak over" in said
+        assert "mean peak m/s2" in said
 
     def test_levels(self, sweep_folder):
         factors = factors_of(trainmj.read_table(sweep_folder), ["mass_t", "collision.partner"])
@@ -202,7 +216,7 @@ class TestSweep:
         copy = without(sweep_folder, to=tmp_path)
         with sqlite3.connect(copy / "results.sqlite") as db:
             db.execute('DELETE FROM results WHERE "case" > 3')
-        assert "unfinished: go on with --resume" in text_of(write_report(copy))
+        assert "unfinished: the same command goes on" in text_of(write_report(copy))
 
     def test_no_finished_case(self, sweep_folder, tmp_path):
         copy = without(sweep_folder, to=tmp_path)
@@ -256,7 +270,7 @@ class TestStudy:
 
 class TestFolder:
     def test_holds_nothing(self, tmp_path):
-        with pytest.raises(InputError, match="holds no run, sweep or study"):
+        with pytest.raises(InputError, match=r"holds no results: none of the files result\.nc \(a run\)"):
             write_report(tmp_path)
 
     def test_is_not_there(self, tmp_path):
@@ -265,7 +279,7 @@ class TestFolder:
 
     def test_is_another_file(self, tmp_path):
         (tmp_path / "a.txt").write_text("a")
-        with pytest.raises(InputError, match="is no result"):
+        with pytest.raises(InputError, match="is not a result"):
             write_report(tmp_path / "a.txt")
 
     def test_holds_two(self, sweep_folder, run_folder, tmp_path):
@@ -274,6 +288,18 @@ class TestFolder:
         with pytest.raises(InputError, match="a run and a sweep: name one"):
             write_report(copy)
         assert "Sweep" in text_of(write_report(copy / "results.sqlite"))
+
+    @pytest.mark.parametrize(
+        ("file", "cure"),
+        [("trials.sqlite", "trainmj identify TARGETS --out .* --report"), ("paper.html", "trainmj paper --out")],
+    )
+    def test_holds_what_another_command_reports(self, tmp_path, file, cure):
+        (tmp_path / file).touch()
+        with pytest.raises(InputError, match=cure):
+            write_report(tmp_path)
+        (tmp_path / "result.nc").touch()
+        with pytest.raises(InputError, match=r"holds a run and an? .*: name one"):
+            write_report(tmp_path)
 
     @pytest.mark.parametrize("name", ["result.nc", "results.sqlite", "steps.json"])
     def test_holds_something_else_of_that_name(self, tmp_path, name):

@@ -1,15 +1,62 @@
-"""The command report, and the option --report of the commands that make results."""
+"""The command report, which finds out what a folder holds; and the option --report of commands that make results."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from trainmj.errors import InputError
+from trainmj.files.text import printable
+
+if TYPE_CHECKING:
+    from trainmj.output.page import Page
+
+REPORT = "report.html"
+
 takes_report = click.option(
-    "--report", "with_report", is_flag=True, help="Write report.html too: everything seen, in one file."
+    "--report", "with_report", is_flag=True, help="Write report.html too: all results on one page, in one file."
 )
 """The option --report."""
+
+
+class Kind(NamedTuple):
+    """What a folder may hold.
+
+    Attributes:
+        name: of what made it.
+        file: by which it is known.
+        page: makes the report from the file; None if only the command itself can make it.
+        cure: how the command makes the report.
+    """
+
+    name: str
+    file: str
+    page: Callable[[Path], Page] | None = None
+    cure: str = ""
+
+
+def kinds() -> tuple[Kind, ...]:
+    """All kinds of results."""
+    from trainmj.cases import store
+    from trainmj.collision import result
+    from trainmj.identification import run as identification
+    from trainmj.paper import output as paper
+    from trainmj.single.page import page_of_file
+    from trainmj.study import folder as study
+    from trainmj.study import page as study_page
+    from trainmj.sweep import page as sweep_page
+
+    return (
+        Kind("a run", result.FILE, page_of_file),
+        Kind("a sweep", store.FILE, lambda file: sweep_page.page_of_folder(file.parent)),
+        Kind("a study", study.STATE, lambda file: study_page.page_of_folder(file.parent)),
+        Kind("an identification", identification.FILE, cure="trainmj identify TARGETS --out {folder} --report"),
+        Kind("a reproduction of the paper", paper.PAGE, cure="trainmj paper --out {folder}"),
+    )
 
 
 @click.command()
@@ -19,7 +66,7 @@ def report(results: Path, out: Path | None) -> None:
     """Write the report of a run, a sweep or a study.
 
     RESULTS is the folder that the command wrote, or one saved result in it, such as case_3.nc. The report is one HTML
-    file, which works offline and opens by double click: tables, plots with zoom and read-out, and for a run the
+    file that opens by double click and needs no network: tables, plots with zoom and read-out, and for a run the
     collision as an animation.
     """
     write(results, out)
@@ -27,8 +74,65 @@ def report(results: Path, out: Path | None) -> None:
 
 def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
     """Write a report and say where, unless silent."""
-    from trainmj.cli.reports import write_report
-
     file = write_report(results, out)
     if not silent:
         click.echo(f"Report: {file}")
+
+
+def write_report(results: str | Path, out: str | Path | None = None) -> Path:
+    """Write the report of a run, a sweep or a study.
+
+    Args:
+        results: its folder, or a file in it: result.nc (or another saved result), results.sqlite, steps.json.
+        out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
+        OutputError: if the file cannot be written.
+    """
+    kind, source = _found(Path(results))
+    if kind.page is None:
+        cure = kind.cure.format(folder=quote(str(source.parent)))
+        raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}, which computes nothing again")
+    name = REPORT if source.name == kind.file else f"{source.stem}.html"
+    file = source.with_name(name) if out is None else Path(out)
+    try:
+        page = kind.page(source)
+    except InputError:
+        raise
+    except _DAMAGED as error:
+        said = printable(f"{type(error).__name__}: {error}")[:200]
+        raise InputError(
+            f"{source.parent}: a file here is damaged or was changed by hand ({said}): make the results again"
+        ) from error
+    page.write(file)
+    return file
+
+
+_DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
+"""What numbers and words lead to that trainmj did not write."""
+
+
+def _found(results: Path) -> tuple[Kind, Path]:
+    """What a path leads to, and the file that holds it."""
+    known = kinds()
+    if results.is_file():
+        for kind in known:
+            if results.name == kind.file:
+                return kind, results
+        if results.suffix == ".nc":
+            return known[0], results
+        raise InputError(f"{results}: is not a result: give the folder of a run, sweep or study, or a result (.nc)")
+    if not results.exists():
+        raise InputError(f"{results}: there is no such folder")
+    there = [kind for kind in known if (results / kind.file).is_file()]
+    if not there:
+        files = ", ".join(f"{kind.file} ({kind.name})" for kind in known)
+        raise InputError(f"{results}: holds no results: none of the files {files} is there")
+    if len(there) > 1:
+        names = " and ".join(kind.name for kind in there)
+        raise InputError(f"{results}: holds {names}: name one, as in trainmj report {results / there[0].file}")
+    return there[0], results / there[0].file

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from rich import box
 from rich import progress as bars
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
@@ -76,42 +77,36 @@ def console_table(table: Table) -> Grid:
 
 
 def print_table(console: Console, table: Table) -> None:
-    """Print a table; one that is too wide goes on below, its first column again.
+    """Print a table; the columns that a line has no room for go below, with the first column again.
 
     Args:
         console: where.
         table: columns and rows.
     """
-    for n, part in enumerate(_parts(table, console.width)):
+    for n, part in enumerate(_parts(console, table)):
         if n:
             console.print()
         console.print(console_table(part))
 
 
-def _parts(table: Table, width: int) -> Iterator[Table]:
-    """The table in parts that are no wider than a number of characters, where its columns allow that."""
-    cells = zip(*table.rows, strict=True) if table.rows else [()] * len(table.columns)
-    sizes = [
-        max(
-            len(line)
-            for text in (_head(c), *(str(_cell(c.show(v))) for v in values))
-            for line in text.splitlines() or [""]
-        )
-        for c, values in zip(table.columns, cells, strict=True)
-    ]
+def _parts(console: Console, table: Table) -> Iterator[Table]:
+    """The table in parts that fit the width of a console, if its columns are narrow enough."""
+    without_end = console.options.update(max_width=10_000)
     parts: list[list[int]] = [[0]]
-    for k in range(1, len(sizes)):
-        if len(parts[-1]) > 1 and sum(sizes[i] + 1 for i in parts[-1]) + sizes[k] > width:
+    for k in range(1, len(table.columns)):
+        longer = console_table(_of_columns(table, [*parts[-1], k]))
+        if len(parts[-1]) > 1 and Measurement.get(console, without_end, longer).maximum > console.width:
             parts.append([0])
         parts[-1].append(k)
     for part in parts:
-        yield replace(
-            table,
-            columns=[table.columns[k] for k in part],
-            rows=[[row[k] for k in part] for row in table.rows],
-            title=table.title if part is parts[0] else "",
-            note=table.note if part is parts[-1] else "",
-        )
+        title = table.title if part is parts[0] else ""
+        note = table.note if part is parts[-1] else ""
+        yield replace(_of_columns(table, part), title=title, note=note)
+
+
+def _of_columns(table: Table, chosen: Sequence[int]) -> Table:
+    """Some columns of a table, without its title and note."""
+    return Table([table.columns[k] for k in chosen], [[row[k] for k in chosen] for row in table.rows])
 
 
 def _head(column: Column) -> str:

@@ -3,30 +3,21 @@
 from __future__ import annotations
 
 import json
-import sqlite3
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from trainmj.cases.store import FILE, read_table
-from trainmj.cases.table import FAILED
+from trainmj.cases.origin import versions_in
+from trainmj.cases.store import FILE, read_sweep
+from trainmj.collision.quantities import Column as Response
+from trainmj.collision.status import FAILED, MEANING, Kind
 from trainmj.errors import InputError
-from trainmj.files.text import printable
-from trainmj.output.blocks import Card, Column, Section, failed, judged, passed, warned
+from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.sweep.page_responses import (
-    Factor,
-    add_effects,
-    add_map,
-    add_responses,
-    chosen_responses,
-    factors_of,
-    short,
-)
-from trainmj.units import unit_of
+from trainmj.output.table import Column, Table, failed, judged, passed, warned
+from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,16 +30,18 @@ class Sweep:
     """What a folder holds.
 
     Attributes:
-        about: scenario, number of cases, versions and so on, as the store keeps them.
+        about: what the store says of the sweep: scenario, versions and so on.
+        planned: number of cases of the whole sweep.
         table: a row for each finished case.
         factors: what was varied.
-        responses: names of the columns that are drawn.
+        responses: what is drawn.
     """
 
     about: dict[str, str]
+    planned: int
     table: pd.DataFrame
     factors: list[Factor]
-    responses: list[str]
+    responses: list[Response]
 
     @property
     def usable(self) -> pd.DataFrame:
@@ -63,16 +56,15 @@ def page_of_folder(folder: Path) -> Page:
         InputError: if it holds no sweep, or one without a finished case.
     """
     sweep = _read(folder)
-    about, planned, n = sweep.about, int(sweep.about["cases"]), len(sweep.table)
-    title = next((line for line in about["scenario"].splitlines() if line.startswith("title:")), "")
-    name = folder.resolve().name
+    scenario = sweep.about["scenario"]
+    title = next((line for line in scenario.splitlines() if line.startswith("title:")), "")
     page = Page(
         f"Sweep: {title.removeprefix('title:').strip() or 'train collisions'}",
-        subtitle=f"{n} of {planned} cases over {', '.join(f.name for f in sweep.factors)}",
-        command=_commands(sweep, name),
-        versions={k.removeprefix("version_"): v for k, v in about.items() if k.startswith("version_")},
+        subtitle=f"{len(sweep.table)} of {sweep.planned} cases over {', '.join(f.name for f in sweep.factors)}",
+        command=_commands(sweep, folder.resolve().name),
+        versions=versions_in(sweep.about),
     )
-    _add_outcome(page.section("Outcome"), sweep, planned)
+    _add_outcome(page.section("Outcome"), sweep)
     section = page.section("Responses over what was varied")
     if len(sweep.usable) and sweep.responses:
         add_responses(section, sweep.usable, sweep.factors, sweep.responses)
@@ -81,33 +73,26 @@ def page_of_folder(folder: Path) -> Page:
         section.text("No case could be computed.")
     _add_failures(page.section("Failures and limits"), sweep)
     _add_cases(page.section("Cases"), sweep)
-    page.section("Scenario").code(about["scenario"], "Scenario that the cases vary", folded=True)
+    page.section("Scenario").code(scenario, "Scenario that the cases vary", folded=True)
     return page
 
 
 def _read(folder: Path) -> Sweep:
-    from pandas.errors import DatabaseError
-
+    table, about = read_sweep(folder)
     try:
-        table = read_table(folder)
-        with sqlite3.connect(f"{(folder / FILE).resolve().as_uri()}?mode=ro", uri=True) as db:
-            about = dict(db.execute("SELECT key, value FROM about"))
-        names = json.loads(about["varied"])
-        int(about["cases"])
+        names, planned = json.loads(about["varied"]), int(about["cases"])
         about["scenario"]
-    except (sqlite3.Error, DatabaseError, KeyError, ValueError, TypeError) as error:
-        reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
-        raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({reason[0]})") from None
+    except (KeyError, ValueError) as error:
+        raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None
     if table.empty or "status" not in table:
-        raise InputError(f"{folder}: no case of this sweep is finished: go on with trainmj sweep ... --resume")
-    return Sweep(about, table, factors_of(table, names), chosen_responses(table, names))
+        raise InputError(f"{folder}: no case of this sweep is finished: the command that began it goes on")
+    return Sweep(about, planned, table, factors_of(table, names), chosen_responses(table))
 
 
 def _commands(sweep: Sweep, folder: str) -> str:
     text = f"trainmj report {quote(folder)}"
-    levels = [f.levels for f in sweep.factors]
-    total = int(np.prod([len(v) for v in levels]))
-    if total != int(sweep.about["cases"]) or len(sweep.table) != total or any(f.nested for f in sweep.factors):
+    total = prod(len(f.levels) for f in sweep.factors)
+    if total != sweep.planned or len(sweep.table) != total or any(f.nested for f in sweep.factors):
         return text
     vary = " ".join(quote(f"--vary={f.name}={','.join(f.say(v) for v in f.levels)}") for f in sweep.factors)
     return (
@@ -116,101 +101,82 @@ def _commands(sweep: Sweep, folder: str) -> str:
     )
 
 
-def _add_outcome(section: Section, sweep: Sweep, planned: int) -> None:
-    table = sweep.table
-    counts = table["status"].value_counts()
-    bad = int(sum(counts.get(s, 0) for s in FAILED))
-    spent = int(counts.get("stroke exhausted", 0))
-    n = len(table)
+def _add_outcome(section: Section, sweep: Sweep) -> None:
+    counts = {Kind(str(kind)): int(count) for kind, count in sweep.table["status"].value_counts().items()}
+    bad, spent, n = sum(counts.get(kind, 0) for kind in FAILED), counts.get(Kind.EXHAUSTED, 0), len(sweep.table)
+    all_there = passed("all finished") if n == sweep.planned else warned("unfinished: the same command goes on")
     section.cards(
-        Card(
-            "Cases",
-            str(n),
-            f"of {planned}",
-            verdict=passed("all finished") if n == planned else warned("unfinished: go on with --resume"),
-        ),
+        Card("Cases", str(n), f"of {sweep.planned}", verdict=all_there),
         Card("Failed", str(bad), "cases", "refused or unstable", verdict=judged(bad == 0, "none", "see below")),
         Card("Past a limit", str(spent), "cases", verdict=warned("see below") if spent else passed("none")),
     )
     section.table(
-        [Column("Status", text=True), Column("cases"), Column("share", "%", 1), Column("what it means", text=True)],
-        [(s, int(c), 100.0 * int(c) / n, _MEANING.get(str(s), "")) for s, c in counts.items()],
-        title="How the cases ended",
+        Table(
+            [Column("Status", text=True), Column("cases"), Column("share", "%", 1), Column("what it means", text=True)],
+            [(kind, count, 100.0 * count / n, MEANING[kind]) for kind, count in counts.items()],
+            title="How the cases ended",
+        )
     )
     section.table(
-        [Column("Varied", text=True), Column("unit", text=True), Column("from"), Column("to"), Column("levels")],
-        [(f.name, f.unit, f.say(f.levels[0]), f.say(f.levels[-1]), len(f.levels)) for f in sweep.factors],
-        title="What was varied",
+        Table(
+            [Column("Varied", text=True), Column("unit", text=True), Column("from"), Column("to"), Column("levels")],
+            [(f.name, f.unit, f.say(f.levels[0]), f.say(f.levels[-1]), len(f.levels)) for f in sweep.factors],
+            title="What was varied",
+        )
     )
-
-
-_MEANING = {
-    "over": "no device is pressed any more",
-    "time limit": "the collision was not over at the time limit",
-    "no contact": "computed, but no device was pressed",
-    "stroke exhausted": "computed, but a stroke limit or the end of a curve was passed",
-    "unstable": "the energy balance is off, or a value is not finite",
-    "refused": "the values break a rule; the reason names it",
-}
 
 
 def _add_failures(section: Section, sweep: Sweep) -> None:
-    """Statuses over what was varied, and the reasons with their cases."""
-    off = sweep.table[sweep.table["status"] != "over"]
-    if off.empty:
+    """How the cases ended over what was varied, and the reasons with their cases."""
+    if (sweep.table["status"] == Kind.OVER).all():
         section.text("Every case came to its end within all limits.")
         return
     add_map(section, sweep.table, sweep.factors)
-    for statuses, title in (
+    for kinds, title in (
         (FAILED, "Failed cases"),
-        (("stroke exhausted", "time limit"), "Limits passed"),
-        (("no contact",), "No contact"),
+        ((Kind.EXHAUSTED, Kind.TIME_LIMIT), "Limits passed"),
+        ((Kind.NO_CONTACT,), "No contact"),
     ):
-        rows = off[off["status"].isin(statuses)]
+        rows = sweep.table[sweep.table["status"].isin(kinds)]
         if rows.empty:
             continue
-        shown = rows.head(_MOST_ROWS)
+        verdict = failed if kinds == FAILED else warned
         section.table(
+            Table(
+                [
+                    Column("Case"),
+                    *(Column(*f.axis) for f in sweep.factors),
+                    Column("status", text=True),
+                    Column("reason", text=True),
+                ],
+                [
+                    (n, *_levels(sweep, row), verdict(row["status"]), row["reason"] or "")
+                    for n, row in rows.head(_MOST_ROWS).iterrows()
+                ],
+                title,
+                f"The first {_MOST_ROWS} of {len(rows)}; results.csv has all." if len(rows) > _MOST_ROWS else "",
+            )
+        )
+
+
+def _levels(sweep: Sweep, row: pd.Series) -> list[str]:
+    return [f.say(row[f.name]) for f in sweep.factors]
+
+
+def _add_cases(section: Section, sweep: Sweep) -> None:
+    drawn = sweep.responses
+    shown = sweep.table.head(_MOST_ROWS)
+    section.table(
+        Table(
             [
                 Column("Case"),
                 *(Column(*f.axis) for f in sweep.factors),
                 Column("status", text=True),
-                Column("reason", text=True),
+                *(Column(r.title, r.unit, ".6g") for r in drawn),
             ],
-            [
-                (
-                    int(str(case)),
-                    *(f.say(row[f.name]) for f in sweep.factors),
-                    failed(row["status"]) if row["status"] in FAILED else warned(row["status"]),
-                    str(row["reason"] or ""),
-                )
-                for case, row in shown.iterrows()
-            ],
-            title=title,
-            note=f"The first {_MOST_ROWS} of {len(rows)}; all are in results.csv." if len(rows) > _MOST_ROWS else "",
-        )
-
-
-def _add_cases(section: Section, sweep: Sweep) -> None:
-    names = sweep.responses
-    shown = sweep.table.head(_MOST_ROWS)
-    section.table(
-        [
-            Column("Case"),
-            *(Column(*f.axis) for f in sweep.factors),
-            Column("status", text=True),
-            *(Column(short(name), unit_of(name)) for name in names),
-        ],
-        [
-            (
-                int(str(case)),
-                *(f.say(row[f.name]) for f in sweep.factors),
-                str(row["status"]),
-                *(f"{row[name]:.6g}" if row[name] is not None and np.isfinite(row[name]) else None for name in names),
-            )
-            for case, row in shown.iterrows()
-        ],
-        title="Cases with some of their responses",
-        note=f"{len(shown)} of {len(sweep.table)} cases, {len(names)} of the responses; all are in results.csv.",
+            [(n, *_levels(sweep, row), row["status"], *(row[r.name] for r in drawn)) for n, row in shown.iterrows()],
+            "Cases with some of their responses",
+            f"{len(shown)} of {len(sweep.table)} cases, {len(drawn)} of the responses; results.csv has all.",
+        ),
         folded=True,
     )

@@ -1,8 +1,7 @@
-"""Responses over what was varied: lines and points, main effects, and where cases ended how."""
+"""Responses over what was varied: lines and points, main effects, and where each case ended how."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -11,9 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trainmj.collision.device import Array
-from trainmj.output.blocks import Column, Section
+from trainmj.collision.quantities import Column as Response
+from trainmj.collision.status import Kind
+from trainmj.output.blocks import Section
 from trainmj.output.plot import COLOURS, GREY, VIRIDIS, Trace, axes, dots, line, plain, shade
-from trainmj.units import head, label, unit_of
+from trainmj.output.table import Column, Table
+from trainmj.units import label, unit_of, words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,8 +24,10 @@ _MOST_RESPONSES = 8
 _MOST_LINES = 8
 _MOST_POINTS = 2000
 _BINS = 8  # of a factor with more levels, in main effects
-_PAIR = re.compile(r"([MS]\d+)_([MS]\d+|wall)")
-_WANTED = ("TS_mm", "TAMA_g", "stroke_S1_M1", "stroke_M1_wall", "stroke_M1_M2_mm", "stroke_M2_M3_mm", "peak_device_M1")
+_WANTED = {"TS_mm": 1, "TAMA_g": 1, "stroke_mm": 4, "peak_device_acceleration_g": 2}
+"""Quantities that are drawn if there are many responses, and of how many places, those nearest to the impact first."""
+
+_NEVER_DRAWN = ("duration_s", "energy_error", "momentum_error")
 
 
 @dataclass(frozen=True)
@@ -32,20 +36,23 @@ class Factor:
 
     Attributes:
         name: parameter or path.
-        unit: read from its name.
         levels: its distinct values, sorted if they are numbers.
         numeric: whether they are.
     """
 
     name: str
-    unit: str
     levels: list[Any]
     numeric: bool
 
     @property
+    def unit(self) -> str:
+        """Read from its name."""
+        return unit_of(self.name)
+
+    @property
     def axis(self) -> tuple[str, str]:
         """Name and unit of an axis."""
-        return (self.name.removesuffix(_end(self.name)) or self.name).replace("_", " "), self.unit
+        return words(self.name), self.unit
 
     @property
     def nested(self) -> bool:
@@ -53,7 +60,7 @@ class Factor:
         return any(isinstance(v, str) and v[:1] in "[{" for v in self.levels)
 
     def say(self, value: Any) -> str:
-        """A level in words."""
+        """A level as it is read."""
         return f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)
 
     def places(self, values: Any) -> Array:
@@ -63,11 +70,12 @@ class Factor:
         place = {str(v): k for k, v in enumerate(self.levels)}
         return np.array([place[str(v)] for v in values], dtype=np.float64)
 
-    def ticks(self, which: str) -> dict[str, Any]:
-        """Settings of an axis that names levels which are not numbers."""
+    @property
+    def ticks(self) -> dict[str, Any]:
+        """Settings of an axis whose levels are not numbers."""
         if self.numeric:
             return {}
-        return {which: {"tickvals": list(range(len(self.levels))), "ticktext": [plain(str(v)) for v in self.levels]}}
+        return {"tickvals": list(range(len(self.levels))), "ticktext": [plain(str(v)) for v in self.levels]}
 
 
 def factors_of(table: pd.DataFrame, names: Sequence[str]) -> list[Factor]:
@@ -76,127 +84,123 @@ def factors_of(table: pd.DataFrame, names: Sequence[str]) -> list[Factor]:
     for name in names:
         values = list(dict.fromkeys(table[name].tolist()))
         numeric = all(isinstance(v, (int, float)) for v in values)
-        factors.append(Factor(name, unit_of(name), sorted(values) if numeric else values, numeric))
+        factors.append(Factor(name, sorted(values) if numeric else values, numeric))
     return factors
 
 
-def chosen_responses(table: pd.DataFrame, varied: Sequence[str]) -> list[str]:
-    """The responses that are drawn: all if they are few, otherwise those that tell most of a collision."""
-    from pandas.api.types import is_numeric_dtype
-
-    left_out = {*varied, "status", "reason", "energy_error", "momentum_error", "duration_s"}
-    names = [
-        str(c) for c in table.columns if c not in left_out and is_numeric_dtype(table[c]) and table[c].notna().any()
-    ]
-    names = [name for name in names if table[name].max() > table[name].min()] or names
-    if len(names) > _MOST_RESPONSES:
-        wanted = [name for name in names if name.startswith(_WANTED)]
-        names = [*wanted, *(name for name in names if name not in wanted)][:_MOST_RESPONSES]
-    return names
+def chosen_responses(table: pd.DataFrame) -> list[Response]:
+    """The responses that are drawn: all if they are few, otherwise those that tell most about a collision."""
+    found: list[Response] = [r for r in table.attrs["columns"].values() if r.quantity not in _NEVER_DRAWN]
+    found = [r for r in found if r.name in table and table[r.name].notna().any()]
+    found = [r for r in found if table[r.name].max() > table[r.name].min()] or found
+    if len(found) <= _MOST_RESPONSES:
+        return found
+    wanted = [r for quantity, most in _WANTED.items() for r in [r for r in found if r.quantity == quantity][:most]]
+    return [*wanted, *(r for r in found if r not in wanted)][:_MOST_RESPONSES]
 
 
-def add_responses(section: Section, table: pd.DataFrame, factors: Sequence[Factor], responses: Sequence[str]) -> None:
+def add_responses(
+    section: Section, table: pd.DataFrame, factors: Sequence[Factor], responses: Sequence[Response]
+) -> None:
     """A plot of each response over the factor with most levels; the others tell lines or colours apart."""
-    drawn = table.iloc[:: -(-len(table) // _MOST_POINTS)]
+    drawn = _thinned(table)
     if len(drawn) < len(table):
         section.text(f"{len(drawn)} of {len(table)} cases are drawn.")
-    order = sorted(factors, key=lambda f: (not f.numeric, -len(f.levels)))
-    first, others = order[0], order[1:]
+    first, *others = _most_levels_first(factors)
     groups = _groups(drawn, others)
-    for name in responses:
-        unit = unit_of(name)
-        layout = axes(*first.axis, short(name), unit, **first.ticks("xaxis"))
+    for r in responses:
         if len(groups) <= _MOST_LINES and len(drawn) > len(groups):
-            traces = _lines(groups, first, name)
+            traces = _lines(groups, first, r)
         else:
-            traces = [_coloured(drawn, first, others, name)]
-        title = f"{short(name)} over {first.axis[0]}"
-        section.plot(traces, layout, title=title, height=360, half=True)
+            traces = [_coloured(drawn, first, others, r)]
+        layout = axes(*first.axis, r.title, r.unit)
+        layout["xaxis"] |= first.ticks
+        section.plot(traces, layout, title=f"{r.title} over {first.axis[0]}", height=360, half=True)
+
+
+def _thinned(table: pd.DataFrame) -> pd.DataFrame:
+    return table.iloc[:: -(-len(table) // _MOST_POINTS)]
+
+
+def _most_levels_first(factors: Sequence[Factor]) -> list[Factor]:
+    return sorted(factors, key=lambda f: (not f.numeric, -len(f.levels)))
+
+
+def _setting(factors: Sequence[Factor], values: Sequence[Any]) -> str:
+    """What a case has for some factors: "mass 30 t, empty stroke 20 mm"."""
+    return ", ".join(f"{f.axis[0]} {f.say(v)} {f.unit}".strip() for f, v in zip(factors, values, strict=True))
 
 
 def _groups(table: pd.DataFrame, others: Sequence[Factor]) -> dict[str, pd.DataFrame]:
     """Cases that differ in the first factor only, by what they have in common."""
     if not others:
         return {"": table}
-    keys = [", ".join(f"{f.axis[0]} {f.say(v)} {f.unit}".strip() for f, v in zip(others, row, strict=True))
-            for row in zip(*(table[f.name] for f in others), strict=True)]  # fmt: skip
+    keys = [_setting(others, row) for row in zip(*(table[f.name] for f in others), strict=True)]
     return {str(key): part for key, part in table.groupby(keys, sort=False)}
 
 
-def _lines(groups: dict[str, pd.DataFrame], first: Factor, name: str) -> list[Trace]:
+def _lines(groups: dict[str, pd.DataFrame], first: Factor, response: Response) -> list[Trace]:
     traces = []
     for k, (said, part) in enumerate(groups.items()):
         x = first.places(part[first.name])
         order = np.argsort(x, kind="stable")
-        y = part[name].to_numpy(dtype=np.float64)[order]
+        y = part[response.name].to_numpy(dtype=np.float64)[order]
         colour = shade(0.85 * k / max(1, len(groups) - 1), VIRIDIS) if len(groups) > 1 else COLOURS[0]
-        trace = line(said or short(name), x[order], y, unit_of(name), colour, mode="lines+markers", marker={"size": 5})
+        name = said or response.title
+        trace = line(name, x[order], y, response.unit, colour, mode="lines+markers", marker={"size": 5})
         traces.append(trace | {"showlegend": len(groups) > 1})
     return traces
 
 
-def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], name: str) -> Trace:
+def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response) -> Trace:
     """Points over the first factor, coloured by the second."""
-    texts = _texts(table, [first, *others], name)
-    trace = dots(short(name), first.places(table[first.name]), table[name], texts=texts, size=6)
+    factors = [first, *others]
+    rows = zip(table.index, table[response.name], *(table[f.name] for f in factors), strict=True)
+    texts = [f"case {n}: {y:.5g} {response.unit}; {_setting(factors, values)}" for n, y, *values in rows]
+    trace = dots(response.title, first.places(table[first.name]), table[response.name], texts=texts, size=6)
     if others:
-        colours = [[k / (len(VIRIDIS) - 1), c] for k, c in enumerate(VIRIDIS)]
         second = others[0]
         bar = {"title": {"text": label(*second.axis), "side": "right"}, "thickness": 12, "outlinewidth": 0}
-        bar |= second.ticks("bar").get("bar", {})
-        values = [float(v) for v in second.places(table[second.name])]
-        trace["marker"] |= {"color": values, "colorscale": colours, "colorbar": bar}
+        trace["marker"] |= {
+            "color": [float(v) for v in second.places(table[second.name])],
+            "colorscale": [[k / (len(VIRIDIS) - 1), c] for k, c in enumerate(VIRIDIS)],
+            "colorbar": bar | second.ticks,
+        }
     return trace
 
 
-def _texts(table: pd.DataFrame, factors: Sequence[Factor], name: str) -> list[str]:
-    rows = zip(table.index, table[name], *(table[f.name] for f in factors), strict=True)
-    unit = unit_of(name)
-    return [
-        f"case {case}: {value:.5g} {unit}; "
-        + ", ".join(f"{f.axis[0]} {f.say(v)} {f.unit}".strip() for f, v in zip(factors, values, strict=True))
-        for case, value, *values in rows
-    ]
-
-
-def add_effects(section: Section, table: pd.DataFrame, factors: Sequence[Factor], responses: Sequence[str]) -> None:
+def add_effects(
+    section: Section, table: pd.DataFrame, factors: Sequence[Factor], responses: Sequence[Response]
+) -> None:
     """How far the mean of a response moves as one factor goes through its levels, whatever the others are."""
-    effects = {f.name: {name: _effect(table, f, name) for name in responses} for f in factors}
+    effects = {(f.name, r.name): _effect(table, f, r.name) for f in factors for r in responses}
     section.text(
         "The mean of a response over all computed cases at each level of one factor"
-        f" (of more than {_BINS} levels: in {_BINS} classes of as many cases). The table has the largest less the "
-        "smallest of these means. Where cases are missing or the design is not balanced, factors mix."
+        f" (of more than {_BINS} levels: in {_BINS} classes of as many cases). The table shows the largest of these "
+        "means less the smallest. If cases are missing or the design is not balanced, the effects of factors mix."
     )
     section.table(
-        [Column("Factor", text=True), *(Column(short(name), unit_of(name)) for name in responses)],
-        [(f.name, *(_span(effects[f.name][name][1]) for name in responses)) for f in factors],
-        title="Largest change of the mean",
+        Table(
+            [Column("Factor", text=True), *(Column(r.title, r.unit) for r in responses)],
+            [(f.name, *(_span(effects[f.name, r.name][1]) for r in responses)) for f in factors],
+            title="Largest change of the mean",
+        )
     )
-    if len(factors) < 2:
-        return
-    for name in responses[:4]:
+    for r in responses[:4] if len(factors) > 1 else ():
         traces = []
         for k, f in enumerate(factors):
-            levels, means = effects[f.name][name]
+            levels, means = effects[f.name, r.name]
             if len(means) < 2:
                 continue
+            colour = COLOURS[k % len(COLOURS)]
             pairs = zip(levels, means, strict=True)
-            texts = [f"{f.axis[0]} {level} {f.unit}: {mean:.5g} {unit_of(name)}" for level, mean in pairs]
-            traces.append(
-                dots(
-                    f.axis[0],
-                    np.linspace(0, 100, len(means)),
-                    means,
-                    COLOURS[k % len(COLOURS)],
-                    texts=texts,
-                    mode="lines+markers",
-                    line={"color": COLOURS[k % len(COLOURS)]},
-                )
-            )
+            texts = [f"{f.axis[0]} {level} {f.unit}: {mean:.5g} {r.unit}" for level, mean in pairs]
+            trace = dots(f.axis[0], np.linspace(0, 100, len(means)), means, colour, texts=texts)
+            traces.append(trace | {"mode": "lines+markers", "line": {"color": colour}})
         section.plot(
             traces,
-            axes("From the lowest to the highest level", "%", f"Mean of {short(name)}", unit_of(name)),
-            title=f"Main effects on {short(name)}",
+            axes("From the lowest to the highest level", "%", f"Mean of {r.title}", r.unit),
+            title=f"Main effects on {r.title}",
             height=340,
             half=True,
         )
@@ -221,41 +225,29 @@ def _span(means: Array) -> float | None:
     return float(np.ptp(means)) if means.size > 1 else None
 
 
-_LOOK = {
-    "over": (COLOURS[0], "circle"),
-    "stroke exhausted": (COLOURS[1], "triangle-up"),
-    "time limit": (COLOURS[4], "square"),
-    "no contact": (COLOURS[2], "circle-open"),
-    "unstable": ("#22262e", "x"),
-    "refused": (GREY, "cross"),
+LOOK = {
+    Kind.OVER: (COLOURS[0], "circle"),
+    Kind.EXHAUSTED: (COLOURS[1], "triangle-up"),
+    Kind.TIME_LIMIT: (COLOURS[4], "square"),
+    Kind.NO_CONTACT: (COLOURS[2], "circle-open"),
+    Kind.UNSTABLE: ("#22262e", "x"),
+    Kind.REFUSED: (GREY, "cross"),
 }
+"""Colour and symbol of each way in which a case can end."""
 
 
 def add_map(section: Section, table: pd.DataFrame, factors: Sequence[Factor]) -> None:
     """How the cases ended, over the two factors with most levels."""
-    drawn = table.iloc[:: -(-len(table) // _MOST_POINTS)]
-    order = sorted(factors, key=lambda f: (not f.numeric, -len(f.levels)))
-    x, y = order[0], order[1] if len(order) > 1 else None
+    x, *others = _most_levels_first(factors)
+    y = others[0] if others else None
     traces = []
-    for status, part in drawn.groupby("status", sort=False):
-        colour, symbol = _LOOK.get(str(status), (GREY, "diamond"))
+    for kind, part in _thinned(table).groupby("status", sort=False):
+        colour, symbol = LOOK[Kind(str(kind))]
         height = y.places(part[y.name]) if y else np.zeros(len(part))
-        texts = [f"case {case}: {status}" for case in part.index]
-        traces.append(dots(str(status), x.places(part[x.name]), height, colour, symbol, 9, texts))
-    layout = axes(*x.axis, *(y.axis if y else ("", "")), **x.ticks("xaxis"))
-    if y is None:
-        layout["yaxis"] |= {"visible": False}
-    else:
-        layout["yaxis"] |= y.ticks("yaxis").get("yaxis", {})
-    more = " Cases that differ only in other factors lie on one another." if len(factors) > 2 else ""
-    section.plot(traces, layout, title="How the cases ended", note=more.strip(), height=360 if y else 220)
-
-
-def short(name: str) -> str:
-    """A column's name in words, without its unit."""
-    return _PAIR.sub(r"\1-\2", name.removesuffix(_end(name))).replace("_", " ")
-
-
-def _end(name: str) -> str:
-    unit = unit_of(name)
-    return head("", unit) if unit else ""
+        texts = [f"case {case}: {kind}" for case in part.index]
+        traces.append(dots(str(kind), x.places(part[x.name]), height, colour, symbol, 9, texts))
+    layout = axes(*x.axis, *(y.axis if y else ("", "")))
+    layout["xaxis"] |= x.ticks
+    layout["yaxis"] |= y.ticks if y else {"visible": False}
+    note = "Cases that differ only in other factors lie on top of each other." if len(factors) > 2 else ""
+    section.plot(traces, layout, title="How the cases ended", note=note, height=360 if y else 220)

@@ -18,7 +18,7 @@ from trainmj.units import KJ, KM_H, KN
 from trainmj.view.cameras import CAMERAS, Camera, Director, strip_height
 from trainmj.view.files import FILMS, STILLS, film_writer, write_still
 from trainmj.view.offscreen import Canvas
-from trainmj.view.overlay import Label, Overlay, Reading
+from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
 from trainmj.view.wear import DeviceShapes, Wear, largest_energy
 
@@ -150,7 +150,7 @@ def _draw(
     wear, devices = Wear(chain), DeviceShapes(model, chain, full)
     director = Director(camera, chain, result.position, *size)
     strip = strip_height(camera, size[1])
-    overlay = Overlay(*size, result.scenario.title or "Train collision", pace, full / KJ, strip)
+    overlay = Overlay(*size, result.scenario.title or "Train collision", full / KJ, strip)
     with Canvas(model, *size, samples=4 if smooth else 0) as canvas:
         seen = 0
         for sample in samples:
@@ -163,18 +163,17 @@ def _draw(
             mujoco.mj_camlight(model, data)
             picture = canvas.draw(data, director.views(result.position[sample]))
             labels = _labels(chain, director, data, wear, full) if strip else []
-            yield overlay.write(picture, _reading(result, int(sample), wear), labels)
+            rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
+            yield overlay.write(picture, float(result.time[sample]), rows, labels)
 
 
-def _reading(result: Result, sample: int, wear: Wear) -> Reading:
+def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
+    """What is read at a sample."""
     chain = result.chain
-    heads = [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.front + 1]
-    return Reading(
-        time=float(result.time[sample]),
-        TS_mm=wear.TS_mm,
-        force_kN=float(result.force[sample, chain.front]) / KN,
-        speeds_km_h={chain.vehicles[i].name: float(result.velocity[sample, i]) / KM_H for i in heads},
-    )
+    yield "TS so far", f"{wear.TS_mm:.0f} mm"
+    yield "front force", f"{result.force[sample, chain.front] / KN:.0f} kN"
+    for i in [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.n_moving]:
+        yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
 
 
 def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:

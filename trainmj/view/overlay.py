@@ -23,23 +23,6 @@ _INK, _SOFT, _PAPER = (25, 30, 36), (84, 92, 101), (255, 255, 255)
 
 
 @dataclass(frozen=True)
-class Reading:
-    """The numbers of one frame.
-
-    Attributes:
-        time: [s].
-        TS_mm: total compression so far.
-        force_kN: at the front.
-        speeds_km_h: by name of a vehicle.
-    """
-
-    time: float
-    TS_mm: float
-    force_kN: float
-    speeds_km_h: dict[str, float]
-
-
-@dataclass(frozen=True)
 class Label:
     """A word below the strip with the whole train.
 
@@ -62,7 +45,6 @@ class Overlay:
         width: [pixels].
         height: [pixels].
         title: of the collision.
-        pace: of a film, such as "0.1 x real time"; empty for a still.
         full_kJ: energy at the end of the colours.
         strip: height of the strip [pixels].
     """
@@ -70,23 +52,23 @@ class Overlay:
     width: int
     height: int
     title: str
-    pace: str
     full_kJ: float
     strip: int = 0
 
-    def write(self, picture: Picture, reading: Reading, labels: Sequence[Label] = ()) -> Image:
+    def write(self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]) -> Image:
         """The picture with its text.
 
         Args:
             picture: as drawn.
-            reading: numbers of the frame.
+            time: of the frame [s].
+            rows: what is read at this time, and its value.
             labels: below the strip; names come in order of importance, as there may not be room for all.
         """
         from PIL import Image, ImageDraw
 
         image = Image.fromarray(picture)
         draw = ImageDraw.Draw(image, "RGBA")
-        self._numbers(draw, reading)
+        self._numbers(draw, time, rows)
         self._scale(image, draw)
         self._names(draw, labels)
         return image
@@ -99,16 +81,12 @@ class Overlay:
         """What text stands on."""
         draw.rounded_rectangle(box, self._pixels(8), fill=(*_PAPER, 215))
 
-    def _numbers(self, draw: ImageDraw, reading: Reading) -> None:
+    def _numbers(self, draw: ImageDraw, time: float, rows: Sequence[tuple[str, str]]) -> None:
         p = self._pixels
-        rows = [("TS so far", f"{reading.TS_mm:.0f} mm"), ("front force", f"{reading.force_kN:.0f} kN")]
-        rows += [(f"speed {name}", f"{v:z.1f} km/h") for name, v in reading.speeds_km_h.items()]
-        if self.pace:
-            rows.append(("pace", self.pace))
         normal = font(p(17))
         wide = p(246)
         self._plate(draw, (p(18), p(18), p(18) + wide, p(18) + p(62 + 25 * len(rows))))
-        draw.text((p(32), p(26)), f"{reading.time:.3f} s", _INK, font(p(30), True))
+        draw.text((p(32), p(26)), f"{time:.3f} s", _INK, font(p(30), True))
         for k, (name, value) in enumerate(rows):
             y = p(82 + 25 * k)
             draw.text((p(32), y), name, _SOFT, normal, anchor="lm")
