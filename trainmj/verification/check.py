@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from trainmj.files.plain import finite
 
 
 class Kind(Enum):
@@ -53,17 +55,19 @@ class Check:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj verify --json`` prints them."""
-        found = float(self.found) if np.isfinite(self.found) else None
-        return {
-            "case": self.case,
-            "what": self.what,
-            "expected": float(self.expected),
-            "found": found,
-            "unit": self.unit,
-            "tolerance": float(self.tolerance),
-            "kind": self.kind.value,
-            "passed": self.passed,
-        }
+        numbers = {name: float(getattr(self, name)) for name in ("expected", "found", "tolerance")}
+        plain: dict[str, Any] = finite(asdict(self) | numbers | {"kind": self.kind.value, "passed": self.passed})
+        return plain
+
+
+def zero(case: str, what: str, found: float, most: float, unit: str = "") -> Check:
+    """A check of what should be 0: a difference, an error; most is its tolerance, in its unit."""
+    return Check(case, what, 0.0, found, most, Kind.ABSOLUTE, unit)
+
+
+def at_least(case: str, what: str, least: float, found: float, unit: str = "") -> Check:
+    """A check of what should be this or more."""
+    return Check(case, what, least, found, 0.0, Kind.AT_LEAST, unit)
 
 
 Numbers = npt.ArrayLike | Sequence[float]
@@ -76,3 +80,21 @@ def furthest(found: Numbers, expected: Numbers, scale: Numbers | None = None) ->
         return float("nan")
     by = np.where(b == 0.0, 1.0, np.abs(b)) if scale is None else np.asarray(scale, dtype=float)
     return float(np.max(np.abs(a - b) / by))
+
+
+def alike(
+    case: str, what: str, found: Numbers, expected: Numbers, most: float, scale: Numbers | None = None, unit: str = ""
+) -> Check:
+    """A check of arrays that should be equal, by their largest difference as :func:`furthest` finds it.
+
+    Args:
+        case: the collision or property.
+        what: the arrays hold.
+        found: by this program.
+        expected: known from elsewhere.
+        most: largest difference that passes.
+        scale: of the difference; by default the expected values.
+        unit: of the scale, if the difference is not relative.
+    """
+    said = f"{what}, largest difference{'' if unit else ', relative'}"
+    return zero(case, said, furthest(found, expected, scale), most, unit)

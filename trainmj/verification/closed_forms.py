@@ -1,4 +1,4 @@
-"""Collisions whose outcome is a formula."""
+"""Collisions whose outcome is a formula, and the energy and momentum that no collision makes or loses."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from trainmj.collision.simulation import run
-from trainmj.collision.summary import summarise
+from trainmj.collision.summary import UNSTABLE, summarise
+from trainmj.scenario import shipped as shipped_names
 from trainmj.units import KJ, KM_H, MM, G
-from trainmj.verification.check import Check, Kind, furthest
+from trainmj.verification.check import Check, Kind, at_least, furthest, zero
 from trainmj.verification.systems import FRICTIONLESS, Ride, chain, collide, envelope, scenario, shipped
 
 FINE = 1e-4
@@ -25,7 +26,7 @@ def hooke_wall() -> Iterator[Check]:
     yield Check(case, "largest stroke", 31.622777, float(tally.stroke_max[0]) / MM, FINE, unit="mm")
     yield Check(case, "time of contact", 99.3459, contact * 1e3, FINE, unit="ms")
     yield Check(case, "speed at the end", -1.0, float(tally.speed[0]), FINE, unit="m/s")
-    yield Check(case, "permanent set", 0.0, float(tally.plastic[0]) / MM, 0.0, Kind.ABSOLUTE, "mm")
+    yield zero(case, "permanent set", float(tally.plastic[0]) / MM, 0.0, "mm")
 
 
 def elasto_plastic() -> Iterator[Check]:
@@ -54,15 +55,14 @@ def elasto_plastic() -> Iterator[Check]:
 
 def plastic_chain() -> Iterator[Check]:
     """Plateaus without spring: what is lost is the kinetic energy about the common centre of mass."""
+    e = envelope([(0, 0), (0.01, 500), (9000, 500)], 1e5)
     for n in (2, 5):
         name = f"{n} wagons of ideal plasticity"
-        e = envelope([(0, 0), (0.01, 500), (9000, 500)], 1e5)
         (summary,) = collide(chain([20e3] * n, [e] * (n - 1), [5.0] + [0.0] * (n - 1), step=2e-5, time_limit=3.0))
         lost = 0.5 * 20e3 * 5.0**2 * (1 - 1 / n) / KJ
-        speeds = [v.final_speed_km_h for v in summary.vehicles]
+        common = furthest([v.final_speed_km_h for v in summary.vehicles], [18.0 / n] * n)
         yield Check(name, "absorbed", lost, summary.balance.absorbed_kJ, FINE, unit="kJ")
-        common = furthest(speeds, [18.0 / n] * n)
-        yield Check(name, "speeds from the common one, relative", 0.0, common, 0.02, Kind.ABSOLUTE)
+        yield zero(name, "speeds from the common one, relative", common, 0.02)
 
 
 def standard_case() -> Iterator[Check]:
@@ -87,7 +87,7 @@ def coasting() -> Iterator[Check]:
         stopped = float(ride.data.qpos[0] - ride.case.start[0])
         crept = float(ride.go(0.5).data.qpos[0] - ride.case.start[0]) - stopped
         yield Check(name, "way to the stop", distance, stopped, FINE, unit="m")
-        yield Check(name, "creep in the next 0.5 s", 0.0, crept, 1e-12, Kind.ABSOLUTE, "m")
+        yield zero(name, "creep in the next 0.5 s", crept, 1e-12, "m")
 
 
 def standing() -> Iterator[Check]:
@@ -99,6 +99,28 @@ def standing() -> Iterator[Check]:
         moved = abs(float(ride.data.qpos[1])) / MM
         yield Check(name, "push", 100.0, float(ride.tally.force_max[0]) / 1e3, 1e-12, unit="kN")
         if held:
-            yield Check(name, "moved", 0.0, moved, 1e-9, Kind.ABSOLUTE, "mm")
+            yield zero(name, "moved", moved, 1e-9, "mm")
         else:
-            yield Check(name, "moved", 0.01, moved, 0.0, Kind.AT_LEAST, "mm")
+            yield at_least(name, "moved", 0.01, moved, "mm")
+
+
+def momentum() -> Iterator[Check]:
+    """Kept to round-off without rail friction, and not only by the program's own account."""
+    name = "B-type train, no rail friction"
+    (summary,) = collide(shipped(changes=FRICTIONLESS))
+    kept = sum(v.mass_t * v.final_speed_km_h for v in summary.vehicles)
+    yield Check(name, "momentum at the end", 6 * 33 * 25, kept, 1e-9, unit="t km/h")
+
+
+def balances() -> Iterator[Check]:
+    """Every shipped scenario at its default step: rails and wall take the momentum, devices and rails the energy."""
+    names = list(shipped_names())
+    for name, summary in zip(names, collide(*(shipped(name) for name in names)), strict=True):
+        b = summary.balance
+        parts = b.kinetic_end_kJ + b.elastic_kJ + b.absorbed_kJ + b.friction_kJ
+        yield Check(name, "energy at the end, in all its forms", b.kinetic_start_kJ, parts, UNSTABLE, unit="kJ")
+        yield zero(name, "momentum that is missing, relative", b.momentum_error, 1e-9)
+
+
+CASES = (hooke_wall, elasto_plastic, plastic_chain, standard_case, coasting, standing)
+BALANCES = (momentum, balances)

@@ -146,17 +146,22 @@ def at(line: Line, u: float, rate: float = 0.0) -> float:
     return line[0] + line[1] * u + line[2] * rate
 
 
+def closing(chain: Chain) -> Array:
+    """(n_interface, n_vehicle) what makes strokes of positions, and rates of speeds."""
+    result = np.zeros((len(chain.interfaces), len(chain.vehicles)))
+    for k, interface in enumerate(chain.interfaces):
+        result[k, interface.left] = 1.0
+        if interface.right >= 0:
+            result[k, interface.right] = -1.0
+    return result
+
+
 class _System:
     """All vehicles and interfaces of a chain as plain numbers, and the linear motion between two switches."""
 
     def __init__(self, chain: Chain) -> None:
-        n, m = len(chain.vehicles), len(chain.interfaces)
-        self.n, self.mass = n, chain.mass
-        self.closing = np.zeros((m, n))  # strokes from positions, rates from speeds
-        for k, interface in enumerate(chain.interfaces):
-            self.closing[k, interface.left] = 1.0
-            if interface.right >= 0:
-                self.closing[k, interface.right] = -1.0
+        self.n, self.mass = len(chain.vehicles), chain.mass
+        self.closing = closing(chain)
         self.joints = [
             _Joint(i.envelope.stroke, i.envelope.force, i.envelope.stiffness, i.envelope.damping)
             for i in chain.interfaces

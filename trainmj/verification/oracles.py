@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -14,10 +14,10 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import UNSTABLE, summarise
 from trainmj.scenario import load
 from trainmj.units import MM
-from trainmj.verification.check import Check, Kind, furthest
-from trainmj.verification.independent import Solution, solve
+from trainmj.verification.check import Check, alike, at_least, furthest, zero
+from trainmj.verification.independent import solve
 from trainmj.verification.random_trains import random_collision
-from trainmj.verification.systems import Ride, chain, envelope
+from trainmj.verification.systems import Ride, chain, envelope, follow
 
 FINE_STEP_MS = 0.002
 """At which the standard case is held against the independent integrator."""
@@ -58,10 +58,10 @@ def plastic_springs() -> Iterator[Check]:
             speeds = max(speeds, furthest(ours.data.qvel, data.qvel, 3.0))
             compared += 1
             plastic = float(ours.joint(Joint.PLASTIC).min())
-    yield Check(name, "positions, largest difference", 0.0, places, 1e-9, Kind.ABSOLUTE)
-    yield Check(name, "speeds, largest difference", 0.0, speeds, 1e-9, Kind.ABSOLUTE)
-    yield Check(name, "steps compared", 1000, compared, 0, Kind.AT_LEAST)
-    yield Check(name, "both springs had yielded by", 1.0, plastic / MM, 0, Kind.AT_LEAST, "mm")
+    yield zero(name, "positions, largest difference", places, 1e-9)
+    yield zero(name, "speeds, largest difference", speeds, 1e-9)
+    yield at_least(name, "steps compared", 1000, compared)
+    yield at_least(name, "both springs had yielded by", 1.0, plastic / MM, "mm")
 
 
 def standard_by_scipy() -> Iterator[Check]:
@@ -69,16 +69,11 @@ def standard_by_scipy() -> Iterator[Check]:
     name = "B-type train by solve_ivp"
     result = run(load("b_type", {"simulation.step_ms": FINE_STEP_MS}))
     ours, theirs = result.tally, solve(result.chain, result.tally.time)
-    c = result.chain
-    again = Tally(**vars(ours) | {"stroke_max": theirs.stroke})
-    TS = [summarise(replace(result, tally=t)).TS_mm for t in (ours, again)]
-    strokes = furthest(ours.stroke_max, theirs.stroke, MM)
-    peaks = furthest(ours.device_peak, theirs.acceleration)
-    yield Check(name, "strokes, largest difference", 0.0, strokes, 0.05, Kind.ABSOLUTE, "mm")
-    yield Check(name, "TS", TS[1], TS[0], 1e-4, unit="mm")
-    yield Check(name, "peak accelerations, largest difference, relative", 0.0, peaks, 0.002, Kind.ABSOLUTE)
-    speeds = furthest(ours.speed, theirs.speed, float(np.abs(c.speed).max()))
-    yield Check(name, "speeds at the end, largest difference, relative", 0.0, speeds, 1e-4, Kind.ABSOLUTE)
+    again = replace(result, tally=Tally(**vars(ours) | {"stroke_max": theirs.stroke}))
+    yield alike(name, "strokes", ours.stroke_max, theirs.stroke, 0.05, MM, "mm")
+    yield Check(name, "TS", summarise(again).TS_mm, summarise(result).TS_mm, 1e-4, unit="mm")
+    yield alike(name, "peak accelerations", ours.device_peak, theirs.acceleration, 0.002)
+    yield alike(name, "speeds at the end", ours.speed, theirs.speed, 1e-4, np.abs(result.chain.speed).max())
 
 
 def three_masses_by_scipy() -> Iterator[Check]:
@@ -90,54 +85,23 @@ def three_masses_by_scipy() -> Iterator[Check]:
             envelope([(0, 0), (73, 500), (300, 1100)], 50, damping),
         ]
         case = chain([33e3, 20e3, 41e3], devices, [4.0, 0.0, 0.0], step=2e-6, time_limit=0.4)
-        ours, theirs = Ride(case).go(case.time_limit).tally, solve(case, case.time_limit)
-        strokes, forces = furthest(ours.stroke_max, theirs.stroke), furthest(ours.force_max, theirs.force)
-        yield Check(name, "strokes, largest difference, relative", 0.0, strokes, 1e-4, Kind.ABSOLUTE)
-        yield Check(name, "forces, largest difference, relative", 0.0, forces, 1e-4, Kind.ABSOLUTE)
-        speeds = furthest(ours.speed, theirs.speed)
-        yield Check(name, "speeds at the end, largest difference, relative", 0.0, speeds, 1e-4, Kind.ABSOLUTE)
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """How one random train came out against the independent integrator, relative to the largest of its kind.
-
-    Attributes:
-        seed: of the train.
-        vehicles: how many.
-        stroke: largest difference of strokes.
-        acceleration: likewise of peak accelerations.
-        energy: error of our energy balance.
-        switches: how often a branch was left.
-    """
-
-    seed: int
-    vehicles: int
-    stroke: float
-    acceleration: float
-    energy: float
-    switches: int
-
-
-def compare_random(seed: int, most: int = 40) -> Agreement:
-    """One random train both ways."""
-    result = run(random_collision(seed, most))
-    ours = result.tally
-    theirs: Solution = solve(result.chain, ours.time)
-    return Agreement(
-        seed,
-        len(result.chain.vehicles),
-        furthest(ours.stroke_max, theirs.stroke, theirs.stroke.max()),
-        furthest(ours.device_peak, theirs.acceleration, theirs.acceleration.max()),
-        abs(summarise(result).balance.energy_error),
-        theirs.switches,
-    )
+        ours, theirs = follow(case), solve(case, case.time_limit)
+        yield alike(name, "strokes", ours.stroke_max, theirs.stroke, 1e-4)
+        yield alike(name, "forces", ours.force_max, theirs.force, 1e-4)
+        yield alike(name, "speeds at the end", ours.speed, theirs.speed, 1e-4)
 
 
 def random_by_scipy(seeds: Sequence[int] = SEEDS, most: int = 16) -> Iterator[Check]:
     """Random trains, devices, masses, speeds and friction; the worst of all."""
-    found = [compare_random(seed, most) for seed in seeds]
-    name = f"{len(found)} random trains by solve_ivp"
-    stroke, energy = max(a.stroke for a in found), max(a.energy for a in found)
-    yield Check(name, "strokes, largest difference over the largest", 0.0, stroke, 1e-3, Kind.ABSOLUTE)
-    yield Check(name, "error of the energy balance", 0.0, energy, UNSTABLE, Kind.ABSOLUTE)
+    strokes, errors = [], []
+    for seed in seeds:
+        result = run(random_collision(seed, most))
+        theirs = solve(result.chain, result.tally.time)
+        strokes.append(furthest(result.tally.stroke_max, theirs.stroke, theirs.stroke.max()))
+        errors.append(abs(summarise(result).balance.energy_error))
+    name = f"{len(strokes)} random trains by solve_ivp"
+    yield zero(name, "strokes, largest difference over the largest", max(strokes), 1e-3)
+    yield zero(name, "error of the energy balance", max(errors), UNSTABLE)
+
+
+CASES = (plastic_springs, three_masses_by_scipy, standard_by_scipy, random_by_scipy)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
 from trainmj.collision.identity import identity
-from trainmj.output.blocks import Card, Column, judged
+from trainmj.output.blocks import Card
 from trainmj.output.page import Page
+from trainmj.output.table import Column, Table, judged
+from trainmj.verification.check import Check, Kind
 from trainmj.verification.published import NOT_CHECKED
-from trainmj.verification.screen import expected, number, tolerance, what
 from trainmj.verification.suite import Verification
 
 
@@ -17,48 +21,52 @@ def page_of(verification: Verification, command: str) -> Page:
         verification: what was found.
         command: makes it again.
     """
-    page = Page(
-        "Verification",
-        "Collisions whose outcome is known without this program, computed on this machine",
-        command,
-        identity(),
-    )
+    title = "Collisions whose outcome is known without this program, computed on this machine"
+    page = Page("Verification", title, command, identity())
     n, failed = len(verification.checks), len(verification.failed)
     summary = page.section("Result")
     summary.cards(
         Card("Checks", f"{n - failed} of {n}", note="within their tolerance", verdict=judged(verification.passed)),
         Card("Time", f"{verification.seconds:.0f}", "s"),
     )
-    summary.table(
-        [Column("Group", text=True), Column("checks", digits=0), Column("failed", digits=0), Column("", text=True)],
-        [
-            (group.title, len(checks), bad := sum(not c.passed for c in checks), judged(bad == 0))
-            for group, checks in verification.groups
-        ],
-    )
-    for group, checks in verification.groups:
+    columns = [Column("Group", text=True), Column("checks"), Column("failed"), Column("", text=True)]
+    rows = [
+        (group.title, len(checks), bad := sum(not c.passed for c in checks), judged(bad == 0))
+        for group, checks in verification.groups
+    ]
+    summary.table(Table(columns, rows))
+    tables = dict(tables_of(verification))
+    for group, _ in verification.groups:
         section = page.section(group.title)
         section.text(group.note)
+        section.table(tables[group.title])
+    page.section("Not checked").notes(NOT_CHECKED)
+    return page
+
+
+def tables_of(verification: Verification) -> Iterator[tuple[str, Table]]:
+    """Title of each group, and its checks below the names of their cases."""
+    for group, checks in verification.groups:
         columns = [
             Column("", text=True),  # the verdict first: on a phone the rest scrolls
             Column("Case", text=True),
-            Column("what", text=True),
-            Column("expected"),
-            Column("found"),
-            Column("tolerance"),
+            *map(Column, ("expected", "found", "tolerance")),
         ]
-        before = ("", *(c.case for c in checks))  # a case is named in its first row
-        rows = [
-            (
-                judged(c.passed),
-                "" if c.case == last else c.case,
-                what(c),
-                expected(c),
-                number(c.found),
-                tolerance(c) or "–",
-            )
-            for c, last in zip(checks, before, strict=False)
-        ]
-        section.table(columns, rows)
-    page.section("Not checked").notes(NOT_CHECKED)
-    return page
+        yield group.title, Table(columns, [row for _, of in groupby(checks, lambda c: c.case) for row in _rows([*of])])
+
+
+def _rows(checks: Sequence[Check]) -> Iterator[tuple[object, ...]]:
+    """A case and its checks."""
+    yield "", checks[0].case, "", "", ""
+    for c in checks:
+        what = f"\u00a0\u00a0{c.what}" + (f" [{c.unit}]" if c.unit else "")
+        if c.kind is Kind.AT_LEAST:
+            expected, tolerance = f"at least {_number(c.expected - c.tolerance)}", ""
+        else:
+            expected = _number(c.expected)
+            tolerance = f"{100 * c.tolerance:.2g} %" if c.kind is Kind.RELATIVE else _number(c.tolerance)
+        yield judged(c.passed), what, expected, _number(c.found), tolerance
+
+
+def _number(value: float) -> str:
+    return f"{value:.2g}" if 0 < abs(value) < 1e-3 else f"{value:.7g}"

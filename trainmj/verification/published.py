@@ -8,7 +8,7 @@ from trainmj.paper.collisions import all_cases, simulate
 from trainmj.paper.tables import compare_collisions
 from trainmj.paper.verdicts import verdicts_of_collisions
 from trainmj.units import KJ, KM_H, TONNE
-from trainmj.verification.check import Check, Kind
+from trainmj.verification.check import Check, Kind, at_least, zero
 from trainmj.verification.systems import chain, collide, envelope, shipped
 
 NOT_CHECKED = (
@@ -26,17 +26,17 @@ def paper() -> Iterator[Check]:
     """Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its collisions, every item that has a bar."""
     for v in verdicts_of_collisions(compare_collisions(simulate(all_cases()))):
         if v.bar is not None:
-            yield Check(f"Paper: {v.group}", v.item, 0.0, v.deviation, v.bar, Kind.ABSOLUTE, v.unit)
+            yield zero(f"Paper: {v.group}", v.item, v.deviation, v.bar, v.unit)
 
 
 def shao() -> Iterator[Check]:
     """The trend of Shao et al. 2016, doi 10.1155/2016/3084052, behind the head cars."""
     name = "Eight-car train, couplers of both trains"
     slow, fast, free = (_asymmetry(speed, friction) for speed, friction in ((10.0, 0.008), (36.0, 0.008), (10.0, 0.0)))
-    yield Check(name, "moving more than standing at 10 km/h", 0.1, slow, 0.0, Kind.AT_LEAST, "%")
-    yield Check(name, "moving more than standing at 36 km/h", 0.1, fast, 0.0, Kind.AT_LEAST, "%")
-    yield Check(name, "less at 36 than at 10 km/h, by", 0.1, slow - fast, 0.0, Kind.AT_LEAST, "%")
-    yield Check(name, "without rail friction", 0.0, free, 1e-6, Kind.ABSOLUTE, "%")
+    yield at_least(name, "moving more than standing at 10 km/h", 0.1, slow, "%")
+    yield at_least(name, "moving more than standing at 36 km/h", 0.1, fast, "%")
+    yield at_least(name, "less at 36 than at 10 km/h, by", 0.1, slow - fast, "%")
+    yield zero(name, "without rail friction", free, 1e-6, "%")
 
 
 def _asymmetry(speed_km_h: float, friction: float) -> float:
@@ -54,3 +54,6 @@ def coach_and_locomotive() -> Iterator[Check]:
     (summary,) = collide(chain([32 * TONNE, 82 * TONNE], [e], [speed, 0.0], step=2e-5, time_limit=1.0))
     lost = summary.balance.absorbed_kJ * KJ / 1e6
     yield Check("Coach into locomotive (MIRA 2009)", "energy absorbed", 1.1, lost, 0.05, Kind.ABSOLUTE, "MJ")
+
+
+CASES = (paper, shao, coach_and_locomotive)

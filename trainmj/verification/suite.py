@@ -9,7 +9,7 @@ from typing import Any
 
 from trainmj.collision.identity import identity
 from trainmj.errors import TrainmjError
-from trainmj.verification import closed_forms, conservation, numerics, oracles, published, symmetries
+from trainmj.verification import closed_forms, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check
 
 Case = Callable[[], Iterator[Check]]
@@ -22,7 +22,7 @@ class Group:
     Attributes:
         title: what they are.
         note: why they count as evidence.
-        cases: functions that compute them.
+        cases: functions that compute the checks of each.
     """
 
     title: str
@@ -31,54 +31,25 @@ class Group:
 
 
 GROUPS = (
-    Group(
-        "Closed forms",
-        "Collisions whose outcome is a formula.",
-        (
-            closed_forms.hooke_wall,
-            closed_forms.elasto_plastic,
-            closed_forms.plastic_chain,
-            closed_forms.standard_case,
-            closed_forms.coasting,
-            closed_forms.standing,
-        ),
-    ),
+    Group("Closed forms", "Collisions whose outcome is a formula.", closed_forms.CASES),
     Group(
         "Computed by others",
         "MuJoCo's own elasto-plastic tendons, and scipy's solve_ivp, which finds every change of branch as an event "
         "and shares no code with the device law.",
-        (
-            oracles.plastic_springs,
-            oracles.three_masses_by_scipy,
-            oracles.standard_by_scipy,
-            oracles.random_by_scipy,
-        ),
+        oracles.CASES,
     ),
-    Group(
-        "Symmetries",
-        "Collisions that must come out alike.",
-        (symmetries.twin_and_wall, symmetries.galilean, symmetries.mirror, symmetries.similitude),
-    ),
+    Group("Symmetries", "Collisions that must come out alike.", symmetries.CASES),
     Group(
         "Energy and momentum",
         "The absorbed energy is added up from the device law, so that the balance closes only if the motion is right.",
-        (conservation.momentum, conservation.balances),
+        closed_forms.BALANCES,
     ),
-    Group(
-        "Step and batch",
-        "What must not matter, and by how much it does.",
-        (
-            numerics.order_of_convergence,
-            numerics.default_step,
-            numerics.stability,
-            numerics.batch_and_single,
-        ),
-    ),
+    Group("Step and batch", "What must not matter, and by how much it does.", numerics.CASES),
     Group(
         "Published numbers",
-        "The tables of the paper behind the B-type train, some of them held out when its devices were identified, and "
-        "what others have printed.",
-        (published.paper, published.shao, published.coach_and_locomotive),
+        "The collisions of the paper behind the B-type train, some of them held out when its devices were identified, "
+        "and what others have printed.",
+        published.CASES,
     ),
 )
 

@@ -11,11 +11,10 @@ import numpy as np
 
 from trainmj.collision import kernel
 from trainmj.collision.batch import run_chains
-from trainmj.collision.block import Joint, Layout
+from trainmj.collision.block import Joint, Layout, Tally
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, line_up
 from trainmj.collision.device import Array, Device, Envelope, Stage
 from trainmj.collision.model import build
-from trainmj.collision.block import Tally
 from trainmj.collision.simulation import start
 from trainmj.collision.summary import Summary
 from trainmj.scenario import Scenario, load
@@ -132,8 +131,3 @@ def follow(case: Chain, step: float | None = None) -> Tally:
     """What is counted up to the time limit of a case, at its own step or another one [s]."""
     case = case if step is None else replace(case, step=step)
     return Ride(case).go(case.time_limit).tally
-
-
-def numbers(tally: Tally) -> tuple[Array, Array, Array]:
-    """Largest strokes [m] and forces [N] of the interfaces, last speeds of the vehicles [m/s]."""
-    return tally.stroke_max, tally.force_max, tally.speed
