@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,39 +10,26 @@ import click
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-    from trainmj.scenario import Scenario
-
 
 @click.command()
 def scenarios() -> None:
     """List the scenarios that ship with trainmj.
 
-    Also studies and targets files, and the folder of all of them: a file may be copied, or built on by its name.
+    Also lists study and targets files, and the folder of all of them. You can copy a file, or build on it by its name.
     """
     from trainmj.files.resources import shipped_files, shipped_folder
+    from trainmj.output.console import console_table, new_console
+    from trainmj.output.table import Column, Table
     from trainmj.scenario import load, shipped
 
-    _print_scenarios({name: load(name) for name in shipped()})
+    found = {name: load(name) for name in shipped()}
+    columns = [Column("Name", text=True), Column("What it is", text=True), Column("Parameters", text=True)]
+    rows = [(name, scenario.title, "\n".join(scenario.parameters)) for name, scenario in found.items()]
+    new_console().print(console_table(Table(columns, rows)))
     click.echo()
     for what, ending, command in (("Studies", ".study.yaml", "study"), ("Targets", ".targets.yaml", "identify")):
         click.echo(f"{what}: {', '.join(shipped_files(ending))} (trainmj {command} NAME)")
-    click.echo(f"All are in {shipped_folder('scenarios')}")
-
-
-def _print_scenarios(scenarios: Mapping[str, Scenario]) -> None:
-    """Names, titles and parameters of scenarios."""
-    from rich import box
-    from rich.table import Table
-
-    from trainmj.output.console import new_console
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    table.add_column("Name", style="bold", no_wrap=True)
-    table.add_column("What it is")
-    table.add_column("Parameters")
-    for name, scenario in scenarios.items():
-        table.add_row(name, scenario.title, "\n".join(scenario.parameters))
-    new_console().print(table)
+    click.echo(f"All of them are in {shipped_folder('scenarios')}")
 
 
 @click.command()
@@ -57,23 +43,13 @@ def schema(kind: str) -> None:
 
 
 def _schema(kind: str) -> dict[str, Any]:
-    if kind == "scenario":
-        from trainmj.scenario import schema as scenario_schema
-
-        return scenario_schema()
-    model: type[BaseModel]
-    if kind == "sweep":
-        from trainmj.sweep.file import SweepFile
-
-        model = SweepFile
-    elif kind == "study":
-        from trainmj.study.file import StudyFile
-
-        model = StudyFile
-    else:
-        from trainmj.identification.file import TargetsFile
-
-        model = TargetsFile
+    from trainmj.identification.file import TargetsFile
+    from trainmj.scenario import schema as scenario_schema
     from trainmj.scenario.files import JSON_SCHEMA
+    from trainmj.study.file import StudyFile
+    from trainmj.sweep.file import SweepFile
 
-    return {"$schema": JSON_SCHEMA} | model.model_json_schema() | {"title": f"trainmj {kind}"}
+    if kind == "scenario":
+        return scenario_schema()
+    models: dict[str, type[BaseModel]] = {"sweep": SweepFile, "study": StudyFile, "targets": TargetsFile}
+    return {"$schema": JSON_SCHEMA} | models[kind].model_json_schema() | {"title": f"trainmj {kind}"}

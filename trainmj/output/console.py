@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Literal
 
 from rich import box
 from rich import progress as bars
+from rich.align import Align
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table as Grid
@@ -23,18 +24,17 @@ class Progress:
     """A bar with rate and time left on a terminal; silent where there is none."""
 
     def __init__(self, total: int) -> None:
-        """For a known number of cases."""
-        self._began: tuple[float, int] | None = None
+        """Make a bar for a number of cases."""
         self._bar = bars.Progress(
-            bars.TextColumn("{task.completed}/{task.total}"),
+            bars.MofNCompleteColumn(),
             bars.BarColumn(),
-            bars.TextColumn("{task.fields[rate]}"),
+            _Rate(),
             bars.TimeRemainingColumn(),
             console=Console(stderr=True),
             disable=not sys.stderr.isatty(),
             transient=True,
         )
-        self._task = self._bar.add_task("", total=total, rate="")
+        self._task = self._bar.add_task("", total=total)
 
     def __enter__(self) -> Progress:
         """Show the bar."""
@@ -51,12 +51,14 @@ class Progress:
 
     def __call__(self, finished: int) -> None:
         """Show how many are finished."""
-        now = time.monotonic()
-        if self._began is None:
-            self._began = (now, finished)
-        since, before = self._began
-        rate = (finished - before) / (now - since) if now > since else 0.0
-        self._bar.update(self._task, completed=finished, rate=f"{rate:.0f}/s")
+        self._bar.update(self._task, completed=finished)
+
+
+class _Rate(bars.ProgressColumn):
+    """How many are finished a second; those that were there already do not count."""
+
+    def render(self, task: bars.Task) -> Text:
+        return Text("" if task.speed is None else f"{task.speed:.0f}/s")
 
 
 def console_table(table: Table) -> Grid:
@@ -68,9 +70,8 @@ def console_table(table: Table) -> Grid:
     grid = _grid(table.title)
     grid.caption = table.note or None
     for column in table.columns:
-        grid.add_column(
-            _head(column), justify="left" if column.text else "right", no_wrap=not column.text, vertical="bottom"
-        )
+        side: Literal["left", "right"] = "left" if column.text else "right"
+        grid.add_column(Align(_head(column), side, vertical="bottom"), justify=side, no_wrap=not column.text)
     for row in table.rows:
         grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
     return grid

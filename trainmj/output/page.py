@@ -1,4 +1,4 @@
-"""The look of every HTML page of trainmj: one file, offline, legible on a screen, a phone and paper.
+"""The HTML pages of trainmj: one file each, that works offline and is legible on a screen, a phone and paper.
 
 A page has sections, a section has blocks::
 
@@ -18,17 +18,16 @@ A page has sections, a section has blocks::
 
 What it guarantees:
 
-* Text, names and cells are escaped. Markup that is meant as such is a :class:`markupsafe.Markup`; make it with
+* Text, names and cells are escaped. Intended markup is a :class:`markupsafe.Markup`; make it with
   ``Markup("<b>{}</b>").format(name)``, which escapes the name.
-* No request leaves the page: a Content-Security-Policy forbids all of them, and runs the page's own scripts alone,
-  known by their hashes.
+* No request leaves the page: a Content-Security-Policy forbids all of them, and all scripts except those of the page,
+  identified by their hashes.
 * plotly.js is in the file once, and only if there is a plot.
-* A verdict is told by a sign and a word, not by its colour alone.
+* A verdict is a sign and a word, never a colour alone.
 * The same content gives the same file, byte by byte; no date is written.
 
-What a section can hold is in :mod:`trainmj.output.blocks`, the usual lines, dots and axes in
-:mod:`trainmj.output.plot`. Numbers in a table are given as numbers and rounded by their column; None and NaN show as a
-dash.
+:mod:`trainmj.output.blocks` has what a section can hold, :mod:`trainmj.output.plot` the usual lines, dots and axes, and
+:mod:`trainmj.output.table` columns, which round the numbers of a table, and verdicts.
 """
 
 from __future__ import annotations
@@ -59,10 +58,10 @@ class Page:
     """A page.
 
     Attributes:
-        title: head of the page and of its window.
+        title: of the page and its window.
         subtitle: a line below it.
-        command: the command that makes the page again, in the footer.
-        versions: of what the numbers come from, in the footer.
+        command: that makes the page again, in the footer.
+        versions: of what computed the numbers, in the footer.
     """
 
     title: str
@@ -134,4 +133,4 @@ def _plotly() -> str:
         file = Path(folder) / "package_data" / "plotly.min.js"
         if file.is_file():
             return file.read_text(encoding="utf-8").replace("</script", "<\\/script")
-    raise EngineError("the Python package plotly has no plotly.min.js: install it again, as in pip install plotly")
+    raise EngineError("the Python package plotly has no plotly.min.js: pip install --force-reinstall plotly")

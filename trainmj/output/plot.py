@@ -1,4 +1,4 @@
-"""Plots with zoom and read-out, as the plain dicts that plotly.js takes; one look for all, colour-blind safe."""
+"""Plots with zoom and read-out, as the plain dicts that plotly.js takes; one look for all of them."""
 
 from __future__ import annotations
 
@@ -9,20 +9,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
+from trainmj.output.style import PALETTE
 from trainmj.units import label
 
 Trace = dict[str, Any]
 """One line, or one set of points, as plotly.js takes it."""
 
+COLOURS = PALETTE
 GREY = "#7a808a"
-COLOURS = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "#404040")
-"""Of lines, in turn: those of all figures."""
-
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """From little to much."""
 
-_LONGEST = 18  # letters in a line of an upright title, for a plot on paper
+_LONGEST = 18  # letters in a line of the title of a vertical axis, so that it fits a plot on paper
 
 _AXIS = {
     "gridcolor": "#e8eaee",
@@ -148,12 +146,12 @@ def dots(
 
 
 def plain(text: str) -> str:
-    """Text that plotly.js shows as it stands: its labels take some markup otherwise."""
+    """Text as plotly.js shows it literally; its labels understand some markup otherwise."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 def numbers(values: npt.ArrayLike, digits: int = 5) -> list[float | None]:
-    """Values with so many significant digits, which keeps a page small; None for what is not finite."""
+    """Values of so many significant digits, which keeps a page small; None for those that are not finite."""
     array = np.asarray(values, dtype=np.float64)
     return [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in array.tolist()]
 

@@ -1,4 +1,4 @@
-"""The one look of every figure: sizes that fit a page of a journal, colours that all eyes tell apart, fonts that stay.
+"""The look of all figures: sizes that fit a journal, colours that every eye can tell apart, embedded fonts.
 
 Draw under :func:`styled`, take the figure from :func:`figure` or :func:`grid`, write it with :func:`save`::
 
@@ -32,7 +32,7 @@ WIDTHS: dict[Width, float] = {"column": 84.0, "page": 174.0}
 """Widths of a figure [mm]: a column, or the page, of the narrower journals (Springer's; Elsevier has 90 and 190)."""
 
 FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
-"""What figures can be written as."""
+"""Formats of figures."""
 
 DPI = 300
 """Resolution of a PNG, the least that most journals take for line art with text."""
@@ -40,11 +40,11 @@ DPI = 300
 BLUE, SKY, ORANGE, GREEN, GREY = "#0072B2", "#8CC8EE", "#D55E00", "#009E73", "0.45"
 YELLOW, PURPLE = "#E69F00", "#CC79A7"
 
-PALETTE = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "0.25")
-"""Okabe and Ito's colours (https://jfly.uni-koeln.de/color), told apart by colour-blind eyes; in order of use."""
+PALETTE = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "#404040")
+"""Okabe and Ito's colours (https://jfly.uni-koeln.de/color), which every eye can tell apart; in order of use."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-"""Beside the colours, so that lines are told apart in black and white too; in order of use."""
+"""To tell lines apart in black and white too; in order of use."""
 
 _STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # comes with matplotlib, so that a figure looks the same on every machine
@@ -78,10 +78,10 @@ _MM = 1 / 25.4
 
 @contextmanager
 def styled(width: Width = "page") -> Iterator[None]:
-    """Draw in the look of trainmj, at a width; also a decorator: ``@styled("column")``.
+    """Draw in the look of trainmj; also a decorator: ``@styled("column")``.
 
     Args:
-        width: that figures take if they are not told another one.
+        width: of figures for which no other one is given.
     """
     import matplotlib as mpl
     from cycler import cycler
@@ -92,7 +92,7 @@ def styled(width: Width = "page") -> Iterator[None]:
 
 
 def figure(width: Width | None = None, height: float | None = None) -> Figure:
-    """An empty figure of a width, laid out so that nothing overlaps.
+    """An empty figure, laid out so that nothing overlaps.
 
     Args:
         width: by default that of :func:`styled`.
@@ -106,7 +106,7 @@ def figure(width: Width | None = None, height: float | None = None) -> Figure:
 
 
 def set_width() -> float:
-    """The width that figures take now [mm], from :func:`styled`."""
+    """The width of :func:`styled`, which figures take now [mm]."""
     import matplotlib as mpl
 
     return float(mpl.rcParams["figure.figsize"][0]) / _MM
@@ -131,10 +131,10 @@ def grid(n: int, height: float, most: int = 3, narrowest: float = 50.0) -> tuple
 
 
 def encode(picture: Figure, form: Format) -> bytes:
-    """A figure as the bytes of a file; the first call settles its layout, so that all formats show the same.
+    """A figure as the bytes of a file; the first call fixes its layout, so that all formats show the same.
 
     Args:
-        picture: what is written.
+        picture: the figure.
         form: one of FORMATS.
     """
     content = io.BytesIO()
@@ -148,7 +148,7 @@ def encode(picture: Figure, form: Format) -> bytes:
 
 
 def _let_powers_be_formulas(picture: Figure) -> None:
-    """Numbers of a logarithmic axis are formulas, 10 to a power, where all other text is as written."""
+    """Show the numbers of logarithmic axes as powers of 10; all other text is shown as it is written."""
     from matplotlib.ticker import LogFormatter
 
     for axes in picture.axes:
@@ -162,9 +162,9 @@ def save(picture: Figure, path: str | Path, formats: Sequence[Format] = ("png",)
     """Write a figure in each format, whole or not at all.
 
     Args:
-        picture: what is written.
-        path: where, without ending.
-        formats: endings.
+        picture: the figure.
+        path: of the files, without ending.
+        formats: their endings.
 
     Returns:
         The files.
