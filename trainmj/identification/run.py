@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,18 +14,16 @@ from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store, remove
 from trainmj.cases.table import no_number
-from trainmj.collision.identity import identity
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
 from trainmj.files.folder import held
-from trainmj.identification import tables
-from trainmj.identification.found import BASE, FOUND, Found, found_yaml
+from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit
 from trainmj.identification.plan import Identification
 from trainmj.identification.search import Place, Progress, Watch, search
 from trainmj.identification.trials import Trials
-from trainmj.identification.uncertainty import Uncertainty, uncertainty
+from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
 from trainmj.output.style import FORMATS, Format, Width, save, styled
 from trainmj.scenario import to_yaml
@@ -92,25 +90,8 @@ def identify(
                 apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads)
                 samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes])[0]))
             simulated = trials.simulated
-        residuals = tables.residual_table(plan, samples)
-        fit = tables.fit_table(plan, residuals)
-        result = Found(
-            plan,
-            point,
-            plan.scenario.with_values(changes),
-            known,
-            fit,
-            residuals,
-            tables.parameter_table(plan, known),
-            tables.correlation_table(plan, known),
-            tables.direction_table(plan, known),
-            tuple(way),
-            _summary(plan, point, known, fit),
-            folder,
-            simulated,
-            there,
-            time.monotonic() - began,
-        )
+        seconds = time.monotonic() - began
+        result = Found(plan, point, known, samples, tuple(way), folder, simulated, there, seconds)
         _write(result, figures, width)
         return result
 
@@ -125,22 +106,16 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
 
     from trainmj.identification import figures
 
-    plan, folder = found.plan, found.folder
-    base = plan.scenario
-    title = f"{base.title}: {plan.title}" if base.title and base.title != plan.title else plan.title
-    texts = {
-        BASE: to_yaml(base),
-        FOUND: found_yaml(base, plan.unknowns.changes(found.point.value), BASE, title),
-    }
+    texts = {BASE: to_yaml(found.plan.scenario), FOUND: found.as_yaml()}
     for name in _TABLES[:-1]:
         texts[f"{name}.csv"] = _csv(getattr(found, name))
     texts["search.csv"] = _csv(pd.DataFrame(found.way, columns=Progress._fields))
     texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
     for file, text in texts.items():
-        write_bytes(folder / file, text.encode())
+        write_bytes(found.folder / file, text.encode())
     with styled(width):
         for name, picture in (figures.all_of(found) if formats else {}).items():
-            save(picture, folder / name, formats)
+            save(picture, found.folder / name, formats)
 
 
 def _csv(table: pd.DataFrame) -> str:
@@ -172,30 +147,3 @@ def _final(plan: Identification, place: Place) -> Point:
     values = plan.unknowns.point(place.unit).value
     point = plan.unknowns.solved(np.array([rounded(v, _DIGITS) for v in values]))
     return point._replace(value=np.array([rounded(v, _DIGITS + 2) for v in point.value]))
-
-
-def _summary(plan: Identification, point: Point, known: Uncertainty, fit: pd.DataFrame) -> dict[str, Any]:
-    """Numbers and words for the summary, JSON only."""
-    loose = [tables.in_words(d, plan.unknowns.names) for d in known.directions if not d.determined]
-    return {
-        "title": plan.title,
-        "seed": plan.spec.method.seed,
-        "sought": len(plan.unknowns.free),
-        "values": len(plan.fitted),
-        "cases": len(plan.fitted.cases),
-        "chi2_per_degree_of_freedom": _json(known.chi2),
-        "degrees_of_freedom": known.freedom,
-        "parameters": {name: _json(value) for name, value in zip(plan.unknowns.names, point.value, strict=True)},
-        "constraints": tables.constraint_rows(plan, point),
-        "not_determined": loose,
-        "at_bounds": [p for p, bound in zip(plan.unknowns.names, known.at_bound, strict=True) if bound],
-        "fit": [{k: _json(v) for k, v in row.items()} for row in fit.to_dict("records")],
-        "versions": identity(),
-    }
-
-
-def _json(value: Any) -> Any:
-    """A value as JSON holds it."""
-    if hasattr(value, "item"):
-        value = value.item()
-    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -5,20 +5,17 @@ from __future__ import annotations
 import sys
 import time
 
-import pandas as pd
 from rich.console import Console
 from rich.status import Status
-from rich.table import Table
 from rich.text import Text
 
 from trainmj.identification import tables
 from trainmj.identification.found import FOUND, Found
 from trainmj.identification.search import Progress
-from trainmj.output.console import new_console, new_table
+from trainmj.output.console import new_console, print_table
 
 _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement", "finish": "iterations of the finish"}
 _MOST_LINES = 8
-_LONGEST = 30  # letters of a name that fit beside its numbers
 
 
 class Screen:
@@ -26,10 +23,10 @@ class Screen:
 
     def __init__(self) -> None:
         """On the error stream, so that what is printed stays clean."""
-        self._status = Status("simulating the start values", console=Console(stderr=True, highlight=False))
+        self._said = "simulating the start values"
+        self._status = Status(self._said, console=Console(stderr=True, highlight=False))
         self._began = time.monotonic()
         self._trials = 0
-        self._said = "simulating the start values"
         if sys.stderr.isatty():
             self._status.start()
 
@@ -56,77 +53,32 @@ def print_found(found: Found) -> None:
     """The closing summary of an identification."""
     console = new_console()
     plan, known = found.plan, found.known
+    before = f", {found.there} were there" if found.there else ""
+    wide = "; below 1: the tolerances are wide" if known.chi2 < 0.3 else ", about 1 if the tolerances are right"
     console.print(Text(plan.title, style="bold"))
-    lines = [
-        f"{len(plan.unknowns.free)} values sought from {len(plan.fitted)} in {len(plan.fitted.cases)} cases; "
-        f"{found.simulated} trials simulated now" + (f", {found.there} were there" if found.there else ""),
-        f"Misfit: {known.chi2:.3g} per degree of freedom ({known.freedom}); "
-        + ("about 1 is what the tolerances say" if known.chi2 >= 0.3 else "below 1: the tolerances are wide"),
-    ]
-    for line in lines:
-        console.print(line, markup=False)
-    for role in dict.fromkeys(found.fit["role"]):
+    console.print(f"{tables.size(plan)}; {found.simulated} trials simulated now{before}", markup=False)
+    console.print(f"Misfit: {known.chi2:.3g} per degree of freedom ({known.freedom}){wide}", markup=False)
+    for role in found.samples:
         console.print()
-        console.print(_fit(role, found.fit[found.fit["role"] == role]))
-    console.print("out: values beyond their tolerance, or their bar where there is one", markup=False)
+        print_table(console, tables.fit(found, role))
     console.print()
-    console.print(_parameters(found.parameters))
+    print_table(console, tables.parameters(found))
     console.print()
-    for line in [*_constraints(found), *_undetermined(found)]:
+    for name, verdict in tables.constraints(found).items():
+        console.print(f"Constraint {name}: {verdict.text}", markup=False)
+    for line in _undetermined(found):
         console.print(line, markup=False)
     console.print(f"{found.seconds:.1f} s; written to {found.folder}", markup=False, soft_wrap=True)
     console.print(f"Run what was found: trainmj run {found.folder / FOUND}", markup=False, soft_wrap=True)
 
 
-def _fit(role: str, rows: pd.DataFrame) -> Table:
-    title = "Fit" if role == "fitted" else "Held out: never seen by the search"
-    table = new_table("Target", "values", "rms", "bias", "largest", "largest\n%", "out", "bars", title=title)
-    for row in rows.to_dict("records"):
-        kept = "" if row["kept"] is None else "kept" if row["kept"] else "NOT"
-        table.add_row(
-            _cut(f"{row['target']} {row['unit']}".strip(), _LONGEST),
-            str(row["values"]),
-            f"{row['rms']:.3g}",
-            f"{row['bias']:+.2g}",
-            f"{row['largest']:+.3g}",
-            f"{row['largest_percent']:+.2f}",
-            str(row["outside"] or "-"),
-            kept,
-        )
-    return table
-
-
-def _parameters(rows: pd.DataFrame) -> Table:
-    table = new_table("Parameter", "value", "95 % from", "to", "stages", title="Found")
-    table.columns[-1].header = ""
-    table.columns[-1].no_wrap = True
-    for row in rows.to_dict("records"):
-        remark = "solved" if row["remark"].startswith("solved") else row["remark"]
-        name = _cut(f"{row['parameter']} {row['unit']}".strip(), _LONGEST)
-        table.add_row(name, f"{row['value']:.6g}", *tables.interval(row), remark)
-    return table
-
-
-def _cut(text: str, most: int) -> str:
-    return text if len(text) <= most else f"{text[: most - 1]}…"
-
-
-def _constraints(found: Found) -> list[str]:
-    return [
-        f"Constraint {row['constraint']}: {row['found_kJ']:.4g} kJ of {row['wanted_kJ']:g} kJ"
-        + ("" if row["met"] else ": NOT MET, its parameter is at a bound")
-        for row in found.summary["constraints"]
-    ]
-
-
 def _undetermined(found: Found) -> list[str]:
-    """The directions that the data leave open."""
+    """The combinations of parameters that the data leave open."""
     loose = [d for d in found.known.directions if not d.determined]
     if not loose:
         return ["The data determine every combination of the parameters."]
-    names = found.plan.unknowns.names
-    lines = ["Not determined by the data (one standard deviation, as part of the ranges):"]
+    lines = ["Not determined by the data (one standard deviation, in percent of the ranges):"]
     for d in loose[:_MOST_LINES]:
-        wide = "> 1000 %" if d.deviation > 10 else f"{100 * d.deviation:.0f} %"
-        lines.append(f"  {wide:>8}  {tables.in_words(d, names)}")
+        wide = f"{100 * d.deviation:.0f} %" if d.deviation <= 10 else "> 1000 %"
+        lines.append(f"  {wide:>8}  {d.in_words(found.plan.unknowns.names)}")
     return lines + ([f"  and {len(loose) - _MOST_LINES} more"] if len(loose) > _MOST_LINES else [])

@@ -8,6 +8,7 @@ for one on a log scale they are factors.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,9 @@ AT_BOUND = 1e-3
 WIDE = 0.25
 """A direction is not determined if one standard deviation along it is more than this part of the ranges."""
 
+_WORDS = 4  # parameters that a direction names at most
+_LEAST = 0.3  # part of a direction that is worth naming
+_ALONE = 0.95
 _NOTHING = 1e-12  # residuals that a parameter changes over its whole range
 _TINY = 1e-9  # singular value that counts as none, as part of the largest
 
@@ -42,6 +46,15 @@ class Direction:
     def determined(self) -> bool:
         """Whether the data fix it."""
         return self.deviation <= WIDE
+
+    def in_words(self, names: Sequence[str]) -> str:
+        """What moves together along it: ``k_front up, c_front down``."""
+        order = [k for k in np.argsort(-np.abs(self.parts), kind="stable") if abs(self.parts[k]) >= _LEAST]
+        said = [f"{names[k]} {'up' if self.parts[k] > 0 else 'down'}" for k in order[:_WORDS]]
+        if len(said) == 1 and abs(self.parts[order[0]]) > _ALONE:
+            return f"{names[order[0]]} alone"
+        rest = float(np.sum(self.parts**2) - np.sum(self.parts[order[:_WORDS]] ** 2))
+        return ", ".join(said or ["many"]) + (" and others" if rest > _LEAST else "")
 
 
 @dataclass(frozen=True)
