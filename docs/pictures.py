@@ -1,6 +1,6 @@
-"""Make the pictures of README and docs from the software: ``python docs/pictures.py [NAME ...]``; all without a name.
+"""Make the pictures of README and docs: ``python docs/pictures.py [NAME ...]``, all of them without a name.
 
-The film needs OSMesa, the picture of a report a Chromium; the others need nothing but trainmj.
+The film needs OSMesa and the picture of a report needs Chromium; the others need only trainmj.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def law_loop() -> None:
 
 
 def law_stages() -> None:
-    """What the keys of a file make of the envelope of a device in two stages."""
+    """How the keys of a file shape the envelope of a device in two stages."""
     stages = {
         "coupler": {
             "curve": {"stroke_mm": [0, 30, 73, 250], "force_kN": [0, 600, 800, 800]},
@@ -163,7 +163,7 @@ def report() -> None:
 
 
 def _device(name: str, spec: dict[str, object], curves: dict[str, object] | None = None) -> Device:
-    """A device as a scenario has it: lined up with one vehicle against a wall."""
+    """The device of a scenario, which needs a vehicle and a wall around it."""
     values = {
         "curves": curves or {},
         "devices": {name: spec},
@@ -178,7 +178,7 @@ def _trainmj(*words: str) -> None:
 
 
 def _smaller(source: Path, target: Path, width: int) -> None:
-    """A picture of few colours and bytes."""
+    """Save a picture with few colours and bytes."""
     with Image.open(source) as image:
         flat = image.convert("RGB")
         flat.thumbnail((width, 10_000))

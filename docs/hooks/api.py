@@ -14,12 +14,12 @@ result = trainmj.run(trainmj.load("b_type", {"empty_stroke_mm": 50}))
 print(trainmj.summarise(result).TS_mm)
 ```
 
-Inside, everything is in SI; other units are at the edges, in the names. Names that are not on these pages may change.
+Values inside are in SI. Other units appear at the edges only, in the names. Names that are not on these pages may change.
 """
 
 _STUDY = """# Python: studies on arrays
 
-The modules of `trainmj.doe` know nothing of trains: factors, points and responses are plain arrays, from any model.
+The modules of `trainmj.doe` do not know of trains: factors, points and responses are plain arrays, from any model.
 """
 
 _GROUPS = {

@@ -10,8 +10,8 @@ from trainmj.cli import main
 
 _INTRODUCTION = """# Commands
 
-Made from the commands themselves; `trainmj COMMAND --help` shows the same. What is wrong in the input ends with one
-message and exit code 2, never with a traceback.
+This page is made from the commands themselves; `trainmj COMMAND --help` shows the same. Wrong input ends with one message
+and exit code 2, never with a traceback.
 """
 
 

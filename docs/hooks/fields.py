@@ -16,8 +16,8 @@ Schema = dict[str, Any]
 
 _INTRODUCTION = """# {title}
 
-{text} Made from the schema that checks the file. Keys that are not listed are refused; where several keys have to
-agree, the message says so, with line, value and rule.
+{text} This page is made from the schema that checks the file. Other keys are refused. If several keys must agree, the
+message about a mistake says so, with line, value and rule.
 """
 
 
@@ -25,7 +25,7 @@ def scenario_page() -> str:
     """Keys of a scenario file."""
     schema = Parts.model_json_schema(by_alias=True)
     schema["properties"] = {"builds_on": scenario_schema()["properties"]["builds_on"]} | schema["properties"]
-    text = "What is collided, and how it is computed; explained in [Scenarios](../scenario-files.md)."
+    text = "What collides, and how it is computed; explained in [Scenarios](../scenario-files.md)."
     return _page("Scenario file", text, schema)
 
 
@@ -42,7 +42,7 @@ def study_page() -> str:
 
 def targets_page() -> str:
     """Keys of a targets file."""
-    text = "Values that are found so that responses meet data, for `trainmj identify`."
+    text = "What `trainmj identify` finds from which data; explained in [Identification](../identification.md)."
     return _page("Targets file", text, _schema(TargetsFile))
 
 

@@ -1,4 +1,4 @@
-"""Equations become MathML while the site is built, which browsers draw themselves: no script, no request."""
+"""Turn equations into MathML while the site is built; browsers draw it without a script or a request."""
 
 from __future__ import annotations
 

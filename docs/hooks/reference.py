@@ -1,4 +1,4 @@
-"""The pages that are made from the software itself: commands, files, Python."""
+"""The pages that are made from the software itself: commands, files, responses, Python."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PAGES: dict[str, Callable[[], str]] = {
 
 
 def on_files(files: Files, config: MkDocsConfig, **_: Any) -> Files:
-    """Add the pages that are made."""
+    """Add these pages to the site."""
     for name, make in PAGES.items():
         files.append(File.generated(config, name, content=make()))
     return files

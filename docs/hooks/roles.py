@@ -1,4 +1,4 @@
-"""Docstrings name other things as :func:`run`; on the site that is the name alone."""
+"""Docstrings refer to names as :func:`run`; the site shows the name alone."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ _ROLE = re.compile(r":(?:func|class|meth|mod|attr|data):<code>~?([^<]*)</code>")
 
 
 def on_page_content(text: str, **_: Any) -> str:
-    """Take the roles out, and the second colon before code."""
+    """Remove the roles, and the second colon before code."""
     return _ROLE.sub(r"<code>\1</code>", text).replace("::</p>", ":</p>")
