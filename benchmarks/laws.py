@@ -24,7 +24,7 @@ from scipy.optimize import brentq, least_squares
 
 import trainmj
 from trainmj.collision.chain import line_up
-from trainmj.paper.printed import numbers, over_D, over_M, published
+from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, numbers, published
 from trainmj.units import G
 
 PLAIN, UNCAPPED, CAPPED, RIGID, RUBBER = range(5)
@@ -220,12 +220,18 @@ class Fit:
     def __init__(self, law: Law) -> None:
         """Read the tables."""
         self.law = law
-        D = over_D("table3_devices").merge(over_D("table4_acceleration")).merge(over_D("table5_criteria"))
-        M = over_M("table6_devices").merge(over_M("table7_acceleration")).merge(over_M("table8_criteria"))
+        D, M = (
+            published(devices).merge(published(peaks)).merge(published(criteria))
+            for devices, peaks, criteria in (
+                ("table3_devices_vs_D", "table4_acceleration_vs_D", "table5_criteria_vs_D"),
+                ("table6_devices_vs_M", "table7_acceleration_vs_M", "table8_criteria_vs_M"),
+            )
+        )
+        D, M = D.assign(M_t=MASS_T), M.assign(D_mm=EMPTY_STROKE_MM)
         self.over_D = len(D)
         heads = [*(f"peak_acc_m{i}_g" for i in range(1, 7)), "anti_climber_mm", "stroke_m1_m2_mm", "stroke_m2_m3_mm"]
         heads += ["TS_mm", "D_mm", "M_t"]
-        M = M[numbers(M, "M_t") != 33.0]
+        M = M[numbers(M, "M_t") != MASS_T]
         rows = np.vstack([np.column_stack([numbers(table, head) for head in heads]) for table in (D, M)])
         self.peaks, self.strokes, self.TS = rows[:, :6], rows[:, 6:9], rows[:, 9]
         self.TAMA = numbers(D, "TAMA_g")

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from trainmj.doe import Design, Factor, Space, entropy_weights
-from trainmj.paper import analysis, defects_of_tables, printed
+from trainmj.paper import analysis, printed
 from trainmj.paper.analysis import CRITERIA, TERMS, chosen_with, entropies, points_of
 from trainmj.paper.defects_of_study import as_printed, defects_of_study, from_table_9, rounding_reach
+from trainmj.paper.defects_of_tables import defects_of_tables
 from trainmj.paper.printed import number, numbers, published, split_unit
 
 
@@ -116,7 +117,7 @@ def test_total_stroke_is_the_sum_of_strokes_without_the_empty_stroke():
 
 
 def test_defects_stand_on_the_printed_numbers():
-    defects = [*defects_of_tables.defects_of_tables(), *defects_of_study()]
+    defects = [*defects_of_tables, *defects_of_study]
     assert not [d.title for d in defects if not d.stands]
     assert not [d.title for d in defects if not (d.where and any(c.isdigit() for c in d.arithmetic[0]))]
     assert len({d.title for d in defects}) == len(defects) >= 20
@@ -127,7 +128,7 @@ def test_a_defect_falls_when_its_numbers_are_mended(monkeypatch):
     mended["TAMA_g"] = published("table7_acceleration_vs_M").filter(like="peak").mean(axis=1)
     read = printed._read
     monkeypatch.setattr(printed, "_read", lambda name: mended if name == "table8_criteria_vs_M" else read(name))
-    fallen = [d.title for d in defects_of_tables.defects_of_tables() if not d.stands]
+    fallen = [d.title for d in defects_of_tables if not d.stands]
     assert len(fallen) == 2
     assert fallen[0] == "Table 8's TAMA is not the mean of Table 7's peak accelerations"
     assert fallen[1].startswith("TAMA has three levels")
@@ -145,7 +146,7 @@ def test_published_tables_cannot_be_changed_by_their_readers():
         ("stroke_m1_m2_mm", ("stroke_m1_m2", "mm")),
         ("R2", ("R2", "")),
         ("balance_time_s", ("balance_time", "s")),
-        ("speed_km_h", ("speed", "km_h")),
+        ("speed_km_h", ("speed", "km/h")),
     ],
 )
 def test_units_are_the_ends_of_heads(head, parts):

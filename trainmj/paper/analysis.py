@@ -65,7 +65,7 @@ class Analysis:
 
     Attributes:
         responses: factors and responses, heads as in Table 9.
-        correlation: Pearson's r of factors and responses, Eq. (3).
+        correlation: Pearson's r of factors and responses, Eq. (3) and Table 10.
         models: cubic surrogate of each criterion, Eqs (7) and (8).
         limits: surrogate of each constrained stroke.
         front: designs of which none is better in both criteria, on the surrogates.
@@ -94,10 +94,6 @@ class Analysis:
         values = dict(zip(CRITERIA.values(), criteria, strict=True))
         return pd.DataFrame(designs | values | {head: m.predict(self.points) for head, m in self.limits.items()})
 
-    def correlations(self) -> pd.DataFrame:
-        """Table 10: a row for each factor, a column for each response."""
-        return self.correlation.matrix()
-
     def coefficients(self) -> pd.DataFrame:
         """Eqs (7) and (8): a row for each term."""
         import pandas as pd
@@ -115,24 +111,15 @@ class Analysis:
             rows.append({"ARE": found.are, "RMSE": found.rmse, "R2": found.r2})
         return pd.DataFrame(rows)
 
-    def weights(self) -> pd.DataFrame:
-        """Table 12: entropy, difference coefficient and weight of each criterion."""
-        return entropies(self.responses)
-
 
 def entropies(responses: pd.DataFrame) -> pd.DataFrame:
-    """Entropy weights as Table 12 has them: Eqs (15) to (18) on the responses themselves."""
+    """Table 12: entropy, difference coefficient and weight of each criterion, Eqs (15) to (18) on the responses."""
     return entropy_weights(responses[list(CRITERIA.values())], normalised=False, names=tuple(CRITERIA)).table()
 
 
 def points_of(responses: pd.DataFrame) -> Array:
     """D and M of each row, (n, 2)."""
     return responses[["D_mm", "M_t"]].to_numpy(dtype=np.float64)
-
-
-def fit_criterion(responses: pd.DataFrame, head: str) -> Polynomial:
-    """The cubic surrogate of one response, with the terms of Eqs (7) and (8)."""
-    return fit_polynomial(points_of(responses), responses[head], space=SPACE, terms=parse_terms(TERMS, SPACE.names))
 
 
 def analyse(responses: pd.DataFrame) -> Analysis:
@@ -145,7 +132,8 @@ def analyse(responses: pd.DataFrame) -> Analysis:
     heads = [str(head) for head in responses.columns if head not in ("test", "D_mm", "M_t")]
     names = [split_unit(head)[0] for head in heads]
     correlation = correlate(x, responses[heads], x_names=SPACE.names, y_names=names)
-    models = {name: fit_criterion(responses, head) for name, head in CRITERIA.items()}
+    terms = parse_terms(TERMS, SPACE.names)
+    models = {name: fit_polynomial(x, responses[head], space=SPACE, terms=terms) for name, head in CRITERIA.items()}
     limits = fit_limits(responses, _ORDER)
     front, points = _search(models, limits)
     return Analysis(responses, correlation, models, limits, front, points, _choose(responses, front, points))

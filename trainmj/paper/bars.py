@@ -42,23 +42,8 @@ class Item(NamedTuple):
 
 PEAKS = tuple(f"peak_acc_m{n}_g" for n in range(1, 7))
 STROKES = {"anti_climber_mm": "S_anti", "stroke_m1_m2_mm": "S12", "stroke_m2_m3_mm": "S23"}
-ENERGIES = {
-    "energy_s1_m1_kJ": "energy of S1-M1",
-    "energy_m1_m2_kJ": "energy of M1-M2",
-    "energy_m2_m3_kJ": "energy of M2-M3",
-}
 MEANS_OF_7 = "7, means of rows"
 """Stands for the TAMA that Table 8 should have, in the place of a number of a table."""
-
-
-def _strokes() -> tuple[Item, ...]:
-    """Rms and mean of each stroke. The paper's own rows scatter by up to 8 mm (rms) about a smooth curve."""
-    rms = {"anti_climber_mm": 5.0, "stroke_m1_m2_mm": 8.0, "stroke_m2_m3_mm": 6.0}
-    return tuple(
-        Item(IDENTIFIED, f"Tables 3, 6: {name}", "3 6", (head,), measure, False, bar)
-        for head, name in STROKES.items()
-        for measure, bar in (("rms", rms[head]), ("mean", 3.0))
-    )
 
 
 COUPLER_MM = 0.5
@@ -74,11 +59,16 @@ ITEMS = (
         Item(IDENTIFIED, f"Tables 4, 7: peak of M{n}", "4 7", (head,), "rms", False, 0.001 if n == 1 else 0.006, 4)
         for n, head in enumerate(PEAKS, start=1)
     ),
-    *_strokes(),
-    *(
-        Item(IDENTIFIED, f"Tables 3, 6: {name}", "3 6", (head,), "rms", True, bar, 0)
-        for (head, name), bar in zip(ENERGIES.items(), (0.006, 0.028, 0.025), strict=True)
-    ),
+    # The paper's own rows scatter by up to 8 mm (rms) about a smooth curve.
+    Item(IDENTIFIED, "Tables 3, 6: S_anti", "3 6", ("anti_climber_mm",), "rms", False, 5.0),
+    Item(IDENTIFIED, "Tables 3, 6: S_anti", "3 6", ("anti_climber_mm",), "mean", False, 3.0),
+    Item(IDENTIFIED, "Tables 3, 6: S12", "3 6", ("stroke_m1_m2_mm",), "rms", False, 8.0),
+    Item(IDENTIFIED, "Tables 3, 6: S12", "3 6", ("stroke_m1_m2_mm",), "mean", False, 3.0),
+    Item(IDENTIFIED, "Tables 3, 6: S23", "3 6", ("stroke_m2_m3_mm",), "rms", False, 6.0),
+    Item(IDENTIFIED, "Tables 3, 6: S23", "3 6", ("stroke_m2_m3_mm",), "mean", False, 3.0),
+    Item(IDENTIFIED, "Tables 3, 6: energy of S1-M1", "3 6", ("energy_s1_m1_kJ",), "rms", True, 0.006, 0),
+    Item(IDENTIFIED, "Tables 3, 6: energy of M1-M2", "3 6", ("energy_m1_m2_kJ",), "rms", True, 0.028, 0),
+    Item(IDENTIFIED, "Tables 3, 6: energy of M2-M3", "3 6", ("energy_m2_m3_kJ",), "rms", True, 0.025, 0),
     Item(IDENTIFIED, "Tables 3, 6: coupler used up", "3 6", ("coupler_mm",), "largest", False, COUPLER_MM),
     # Together with Table 9 a law that is smooth in the mass cannot come below 0.58 %.
     Item(IDENTIFIED, "Tables 5, 8: TS", "5 8", ("TS_mm",), "largest", True, 0.0075),
@@ -87,10 +77,9 @@ ITEMS = (
     Item(IDENTIFIED, "Table 8: TAMA (see the defects)", "8", ("TAMA_g",), "largest", True, None, 4),
     Item(HELD_OUT, "Table 9: TS", "9", ("TS_mm",), "largest", True, 0.0075),
     *(Item(HELD_OUT, f"Table 9: {name}", "9", (head,), "rms", False, None) for head, name in STROKES.items()),
-    *(
-        Item(HELD_OUT, f"Table 9: {name} (see the defects)", "9", (head,), "largest", True, None, 2)
-        for head, name in (("peak_acc_m1_g", "peak of M1"), ("peak_acc_m2_g", "peak of M2"), ("TAMA_g", "TAMA"))
-    ),
+    Item(HELD_OUT, "Table 9: peak of M1 (see the defects)", "9", ("peak_acc_m1_g",), "largest", True, None, 2),
+    Item(HELD_OUT, "Table 9: peak of M2 (see the defects)", "9", ("peak_acc_m2_g",), "largest", True, None, 2),
+    Item(HELD_OUT, "Table 9: TAMA (see the defects)", "9", ("TAMA_g",), "largest", True, None, 2),
     Item(HELD_OUT, "Table 13: TS", "13", ("TS_mm",), "largest", True, 0.003, 2),
     Item(HELD_OUT, "Table 13: TAMA", "13", ("TAMA_g",), "largest", False, 0.008, 4),
     Item(HELD_OUT, "Balance times", "balance", ("balance_time_s",), "largest", True, BALANCE_TIME_EACH, 3),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -12,7 +11,7 @@ from trainmj.collision.device import Array
 from trainmj.doe import accuracy, entropy_weights, parse_terms
 from trainmj.doe.terms import columns
 from trainmj.paper.analysis import CRITERIA, SPACE, TERMS, Analysis, analyse, chosen_with, fit_limits, points_of
-from trainmj.paper.finding import Defect, Shown, defect
+from trainmj.paper.finding import Defects, Shown
 from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, published, split_unit
 
 ORIGINAL_EMPTY_STROKE_MM = 22.0
@@ -25,21 +24,10 @@ def from_table_9() -> Analysis:
     return analyse(published("table9_doe_responses"))
 
 
-def defects_of_study() -> Iterator[Defect]:
-    """All of them, in the order of the paper."""
-    yield _factors_correlated()
-    yield _weak_and_strong()
-    yield _cut_not_rounded()
-    yield _digits_of_eq_7()
-    yield _lost_term_of_eq_8()
-    yield _errors_of_table_11()
-    yield _raw_data_of_table_12()
-    yield _weights_against_the_text()
-    yield _optimum_not_stated()
-    yield _improvement()
+defects_of_study = Defects()
 
 
-@defect(
+@defects_of_study(
     "D's correlations mirror those of M: the ten points are not balanced",
     "Tables 9, 10; Section 7 against Section 5.3",
 )
@@ -60,7 +48,7 @@ def _factors_correlated() -> Shown:
     )
 
 
-@defect(
+@defects_of_study(
     "Correlations with D are called strong, weak or positive that ten points cannot tell from none",
     "Table 10; Section 7; Abstract",
 )
@@ -78,9 +66,9 @@ def _weak_and_strong() -> Shown:
     )
 
 
-@defect("One coefficient of Table 10 is cut off, not rounded", "Table 10")
+@defects_of_study("One coefficient of Table 10 is cut off, not rounded", "Table 10")
 def _cut_not_rounded() -> Shown:
-    r = float(numbers(from_table_9().correlations(), "stroke_m2_m3")[0])
+    r = float(numbers(from_table_9().correlation.matrix(), "stroke_m2_m3")[0])
     printed = number("table10_correlation", "D", "stroke_m2_m3")
     return (
         bool(round(r, 3) != printed and np.trunc(r * 1000) / 1000 == printed),
@@ -88,7 +76,7 @@ def _cut_not_rounded() -> Shown:
     )
 
 
-@defect("Eq. (7) cannot be used as printed: three decimals are too few", "Eq. (7)")
+@defects_of_study("Eq. (7) cannot be used as printed: three decimals are too few", "Eq. (7)")
 def _digits_of_eq_7() -> Shown:
     off = as_printed("TS_mm") / published("table9_doe_responses")["TS_mm"].to_numpy() - 1
     fit = from_table_9().models["TS"]
@@ -104,7 +92,7 @@ def _digits_of_eq_7() -> Shown:
     )
 
 
-@defect("Eq. (8) has lost its M2 term, and writes D2 as DM", "Eq. (8)")
+@defects_of_study("Eq. (8) has lost its M2 term, and writes D2 as DM", "Eq. (8)")
 def _lost_term_of_eq_8() -> Shown:
     wrong = as_printed("TAMA_g")
     fit = from_table_9().models["TAMA"].coefficients().loc[list(TERMS)]
@@ -118,7 +106,7 @@ def _lost_term_of_eq_8() -> Shown:
     )
 
 
-@defect(
+@defects_of_study(
     "Table 11 does not come from Eqs (9) to (11): it is cross-validation, over the range",
     "Table 11; Eqs (9) to (11)",
 )
@@ -148,7 +136,9 @@ def _errors_of_table_11() -> Shown:
     )
 
 
-@defect("Table 12 comes from the raw data, not from the T-scores of Eqs (13) and (14)", "Table 12; Eqs (13) to (15)")
+@defects_of_study(
+    "Table 12 comes from the raw data, not from the T-scores of Eqs (13) and (14)", "Table 12; Eqs (13) to (15)"
+)
 def _raw_data_of_table_12() -> Shown:
     nine = published("table9_doe_responses")[list(CRITERIA.values())]
     raw = entropy_weights(nine, normalised=False)
@@ -161,7 +151,7 @@ def _raw_data_of_table_12() -> Shown:
     )
 
 
-@defect(
+@defects_of_study(
     "The entropies are not scaled by 1/ln n, so the weights go to the wrong criterion",
     "Table 12; Eqs (16) to (18); Section 8.3",
 )
@@ -180,7 +170,9 @@ def _weights_against_the_text() -> Shown:
     )
 
 
-@defect("How Table 13's optimum came out is not stated, and cannot be repeated", "Table 13; Eq. (12); Section 8.3")
+@defects_of_study(
+    "How Table 13's optimum came out is not stated, and cannot be repeated", "Table 13; Eq. (12); Section 8.3"
+)
 def _optimum_not_stated() -> Shown:
     a = from_table_9()
     by_order = {1: chosen_with(a, 1), 2: a.chosen, 3: chosen_with(a, 3)}
@@ -198,7 +190,7 @@ def _optimum_not_stated() -> Shown:
     )
 
 
-@defect(
+@defects_of_study(
     "'Significantly improved' is one criterion better by little, the other worse",
     "Abstract; Section 9; Tables 5, 13",
 )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trainmj.collision.device import Array
-from trainmj.paper.finding import Defect, Shown, defect
+from trainmj.paper.finding import Defects, Shown
 from trainmj.paper.printed import (
     EMPTY_STROKE_MM,
     LIMIT_ANTI_CLIMBER_MM,
@@ -24,22 +23,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def defects_of_tables() -> Iterator[Defect]:
-    """All of them, in the order of the paper."""
-    yield _two_values_of_tama()
-    yield _accelerations_of_table_9()
-    yield _acceleration_of_m2_in_table_9()
-    yield _levels_of_tama()
-    yield _scatter()
-    yield _scatter_of_the_mass_alone()
-    yield _anti_climber_past_its_limit()
-    yield _said_of_monotony()
-    yield _said_of_m3()
-    yield _ranking_without_the_coupler()
-    yield _linear_decrease()
+defects_of_tables = Defects()
 
 
-@defect("Table 8's TAMA is not the mean of Table 7's peak accelerations", "Tables 5, 7, 8; Eq. (2)")
+@defects_of_tables("Table 8's TAMA is not the mean of Table 7's peak accelerations", "Tables 5, 7, 8; Eq. (2)")
 def _two_values_of_tama() -> Shown:
     d, m = published("table5_criteria_vs_D"), published("table8_criteria_vs_M")
     first, second = d[d["D_mm"] == 35].iloc[0], m[m["M_t"] == MASS_T].iloc[0]
@@ -56,7 +43,7 @@ def _two_values_of_tama() -> Shown:
     )
 
 
-@defect("Table 9's peak accelerations come from other forces than those of Tables 4 and 7", "Tables 4, 7, 9")
+@defects_of_tables("Table 9's peak accelerations come from other forces than those of Tables 4 and 7", "Tables 4, 7, 9")
 def _accelerations_of_table_9() -> Shown:
     force, other = (
         _force(table, "peak_acc_m1_g")
@@ -71,7 +58,7 @@ def _accelerations_of_table_9() -> Shown:
     )
 
 
-@defect(
+@defects_of_tables(
     "M2's peak acceleration depends on D in Table 9, and does not in Table 4",
     "Tables 4, 9, 10; Section 5.2 against Section 7",
 )
@@ -91,7 +78,7 @@ def _acceleration_of_m2_in_table_9() -> Shown:
     )
 
 
-@defect(
+@defects_of_tables(
     "TAMA has three levels, and Table 13's error of TAMA is the step between two of them",
     "Tables 5, 8, 9, 13; Section 8.3",
 )
@@ -111,7 +98,7 @@ def _levels_of_tama() -> Shown:
     )
 
 
-@defect(
+@defects_of_tables(
     "Strokes scatter from row to row by as much as the law that they are to show",
     "Tables 3, 6; the words 'not strictly monotonous' of Sections 5.1 and 6.1",
 )
@@ -136,7 +123,7 @@ def _scatter() -> Shown:
     )
 
 
-@defect("The scatter belongs to the mass: something else in the model changed with it", "Tables 5, 7, 8, 9")
+@defects_of_tables("The scatter belongs to the mass: something else in the model changed with it", "Tables 5, 7, 8, 9")
 def _scatter_of_the_mass_alone() -> Shown:
     five = published("table5_criteria_vs_D").assign(M_t=MASS_T)
     eight = published("table8_criteria_vs_M").assign(D_mm=EMPTY_STROKE_MM)
@@ -168,7 +155,7 @@ def _scatter_of_the_mass_alone() -> Shown:
     )
 
 
-@defect(
+@defects_of_tables(
     f"Tables 3, 6 and 9 exceed the {LIMIT_ANTI_CLIMBER_MM:g} mm that Eq. (12) allows the anti-climber",
     "Tables 3, 6, 9; Eq. (12)",
 )
@@ -187,7 +174,7 @@ def _anti_climber_past_its_limit() -> Shown:
     )
 
 
-@defect("S1-M1 is said not to be strictly monotonous in D and M, and is", "Sections 5.1, 6.1; Tables 3, 6")
+@defects_of_tables("S1-M1 is said not to be strictly monotonous in D and M, and is", "Sections 5.1, 6.1; Tables 3, 6")
 def _said_of_monotony() -> Shown:
     three, six = published("table3_devices_vs_D"), published("table6_devices_vs_M")
     least = min(np.diff(table["anti_climber_mm"]).min() for table in (three, six))
@@ -200,7 +187,7 @@ def _said_of_monotony() -> Shown:
     )
 
 
-@defect("M3's peak acceleration is said to change with D, and does not", "Sections 5.2, 5.3; Table 4")
+@defects_of_tables("M3's peak acceleration is said to change with D, and does not", "Sections 5.2, 5.3; Table 4")
 def _said_of_m3() -> Shown:
     m3 = published("table4_acceleration_vs_D")["peak_acc_m3_g"]
     return (
@@ -211,7 +198,7 @@ def _said_of_m3() -> Shown:
     )
 
 
-@defect(
+@defects_of_tables(
     "That M affects S1-M1 most in stroke and least in energy comes from leaving the coupler out",
     "Section 6.1; Table 6",
 )
@@ -234,7 +221,7 @@ def _ranking_without_the_coupler() -> Shown:
     )
 
 
-@defect("Peak accelerations are said to decrease linearly with M; they go as 1/M", "Section 6.2; Table 7")
+@defects_of_tables("Peak accelerations are said to decrease linearly with M; they go as 1/M", "Section 6.2; Table 7")
 def _linear_decrease() -> Shown:
     seven = published("table7_acceleration_vs_M")
     M, a = numbers(seven, "M_t"), numbers(seven, "peak_acc_m1_g")

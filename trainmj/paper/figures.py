@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
 
 from trainmj.collision.device import Array
@@ -44,6 +43,8 @@ _AXES = {"D": "Empty stroke D (mm)", "M": "Mass M (t)"}
 
 def figures(reproduction: Reproduction) -> dict[str, Figure]:
     """Every figure, at the width of a page, by the name of its file."""
+    import matplotlib as mpl
+
     c = reproduction.collisions
     # titles that need not look for their place draw faster
     with styled("page"), mpl.rc_context({"axes.titley": 1.0}):
@@ -181,27 +182,22 @@ def _fronts(reproduction: Reproduction) -> Figure:
     picture = figure(height=84)
     axes = picture.subplots()
     for analysis, colour, marker, name in (
-        (reproduction.recomputed, ORANGE, "^", "on surrogates of the published Table 9"),
-        (reproduction.ours, BLUE, "o", "on surrogates of our responses"),
+        (reproduction.recomputed, ORANGE, "^", "the published Table 9"),
+        (reproduction.ours, BLUE, "o", "our responses"),
     ):
         TS, TAMA = analysis.front.values.T
-        axes.plot(TS, TAMA, marker, color=colour, markersize=2.5, label=f"Front {name}")
-    for row, marker, name in (("surrogate", "P", "surrogate"), ("dynamics", "X", "collision dynamics")):
-        TS, TAMA = (number("table13_optimum", row, head) for head in ("TS_mm", "TAMA_g"))
-        axes.plot(TS, TAMA, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
-    for analysis, colour, name in (
-        (reproduction.recomputed, ORANGE, "published Table 9"),
-        (reproduction.ours, BLUE, "our responses"),
-    ):
+        axes.plot(TS, TAMA, marker, color=colour, markersize=2.5, label=f"Front on surrogates of {name}")
         D, M = analysis.chosen
         at = analysis.predict(D, M)
         label = f"Chosen from {name} ({D:g} mm, {M:g} t)"
         axes.plot(at["TS_mm"], at["TAMA_g"], "s", color=colour, markersize=7, label=label)
+    for row, marker, name in (("surrogate", "P", "surrogate"), ("dynamics", "X", "collision dynamics")):
+        TS, TAMA = (number("table13_optimum", row, head) for head in ("TS_mm", "TAMA_g"))
+        axes.plot(TS, TAMA, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
     TS, TAMA = (numbers(reproduction.optima, head)[0] for head in ("TS_simulated_mm", "TAMA_simulated_g"))
     label = "Our simulation of the paper's optimum"
     axes.plot(TS, TAMA, "D", mfc="none", color=GREEN, markersize=9, label=label)
-    axes.set_xlabel("TS (mm)")
-    axes.set_ylabel("TAMA (g)")
+    axes.set(xlabel="TS (mm)", ylabel="TAMA (g)")
     axes.legend(loc="upper right")
     return picture
 

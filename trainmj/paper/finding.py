@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 Shown = tuple[bool, *tuple[str, ...]]
@@ -26,17 +26,32 @@ class Defect:
     stands: bool
 
 
-def defect(title: str, where: str) -> Callable[[Callable[[], Shown]], Callable[[], Defect]]:
-    """Make a function that does the arithmetic one that returns the defect, title and place added."""
+class Defects:
+    """Defects, in the order in which their arithmetic is written down; going through them does it."""
 
-    def named(show: Callable[[], Shown]) -> Callable[[], Defect]:
-        def found() -> Defect:
+    def __init__(self) -> None:
+        """None so far."""
+        self._shown: list[tuple[str, str, Callable[[], Shown]]] = []
+
+    def __call__(self, title: str, where: str) -> Callable[[Callable[[], Shown]], Callable[[], Shown]]:
+        """Add the defect that the decorated function shows.
+
+        Args:
+            title: what is wrong, in one line.
+            where: tables, equations or sections.
+        """
+
+        def added(show: Callable[[], Shown]) -> Callable[[], Shown]:
+            self._shown.append((title, where, show))
+            return show
+
+        return added
+
+    def __iter__(self) -> Iterator[Defect]:
+        """Each defect with its arithmetic."""
+        for title, where, show in self._shown:
             stands, *arithmetic = show()
-            return Defect(title, where, tuple(arithmetic), bool(stands))
-
-        return found
-
-    return named
+            yield Defect(title, where, tuple(arithmetic), bool(stands))
 
 
 @dataclass(frozen=True)

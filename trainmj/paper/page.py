@@ -46,7 +46,7 @@ _NAMES = {
     **{f"peak_acc_m{n}": f"peak M{n}" for n in range(1, 7)},
 }
 _HEADS = {FROM_PRINT: ("printed", "recomputed"), ITSELF: ("simulation", "surrogate")}
-_DIGITS = {"mm": 2, "kJ": 2, "g": 4, "s": 3, "t": 2, "km_h": 1}
+_DIGITS = {"mm": 2, "kJ": 2, "g": 4, "s": 3, "t": 2, "km/h": 1}
 
 
 def verdict_tables(reproduction: Reproduction) -> Iterator[Table]:
@@ -214,4 +214,4 @@ def _column(head: str) -> Column:
 def _named(head: str) -> tuple[str, str]:
     """Name and unit of a column from its head."""
     quantity, unit = split_unit(head)
-    return _NAMES.get(quantity, quantity.replace("_", " ")), unit.replace("km_h", "km/h")
+    return _NAMES.get(quantity, quantity.replace("_", " ")), unit

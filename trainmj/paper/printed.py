@@ -13,6 +13,8 @@ import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.files.resources import shipped_folder
+from trainmj.units import head as head_of
+from trainmj.units import unit_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,8 +37,6 @@ EMPTY_STROKE_MM = 35.0
 """Empty stroke where the mass varies (Section 6)."""
 
 SPEED_KM_H = 25.0
-
-_UNITS = ("mm", "kJ", "kN", "km_h", "g", "t", "s", "percent")
 
 
 @cache
@@ -68,7 +68,5 @@ def number(name: str, row: str, head: str) -> float:
 
 def split_unit(head: str) -> tuple[str, str]:
     """Quantity and unit of a head: ``stroke_m1_m2_mm`` is ("stroke_m1_m2", "mm"); the unit may be empty."""
-    for unit in _UNITS:
-        if head.endswith(f"_{unit}"):
-            return head.removesuffix(f"_{unit}"), unit
-    return head, ""
+    unit = unit_of(head)
+    return head.removesuffix(head_of("", unit)), unit

@@ -79,7 +79,7 @@ def reproduce(threads: int = 0) -> Reproduction:
         optima(studies, collisions),
         tuple(verdicts(tables)),
         tuple(laws(collisions, tables, ours)),
-        (*defects_of_tables(), *defects_of_study()),
+        (*defects_of_tables, *defects_of_study),
     )
 
 
@@ -95,9 +95,9 @@ def optima(studies: Mapping[str, Analysis], collisions: Collisions) -> pd.DataFr
     for source, case, predicted in rows:
         row = {"source": source, "D_mm": case[0], "M_t": case[1]}
         for name, head in CRITERIA.items():
-            unit = head.removeprefix(f"{name}_")
-            row |= {f"{name}_surrogate_{unit}": predicted[head]}
-            row |= {f"{name}_simulated_{unit}": getattr(summaries[case], head)}
+            unit = head.removeprefix(name)
+            row[f"{name}_surrogate{unit}"] = predicted[head]
+            row[f"{name}_simulated{unit}"] = getattr(summaries[case], head)
         row["anti_climber_simulated_mm"] = summaries[case].interfaces[0].stages[1].stroke_mm
         table.append(row)
     return pd.DataFrame(table)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from trainmj.collision.device import Array
-from trainmj.paper.analysis import CRITERIA, Analysis
+from trainmj.paper.analysis import CRITERIA, Analysis, entropies
 from trainmj.paper.collisions import Case, cases_of
 from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, numbers, published, split_unit
 from trainmj.units import KM_H, TONNE
+from trainmj.units import head as head_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -53,8 +54,10 @@ _COLLISIONS = {  # by number: file, title, note
     ),
 }
 
-_STUDY = {  # by number: file, title, what an analysis has for it, note
-    "10": ("table10_correlation", "Table 10. Correlation coefficients", Analysis.correlations, ""),
+_STUDY: dict[
+    str, tuple[str, str, Callable[[Analysis], pd.DataFrame], str]
+] = {  # by number: file, title, what an analysis has for it, note
+    "10": ("table10_correlation", "Table 10. Correlation coefficients", lambda a: a.correlation.matrix(), ""),
     "Eqs": (
         "eq7_eq8_coefficients_as_printed",
         "Eqs (7) and (8). Coefficients of the cubic surrogates, D in mm and M in t",
@@ -67,7 +70,12 @@ _STUDY = {  # by number: file, title, what an analysis has for it, note
         Analysis.accuracies,
         "",
     ),
-    "12": ("table12_entropy_weights", "Table 12. Entropy weights of the criteria", Analysis.weights, ""),
+    "12": (
+        "table12_entropy_weights",
+        "Table 12. Entropy weights of the criteria",
+        lambda a: entropies(a.responses),
+        "",
+    ),
 }
 
 
@@ -121,17 +129,13 @@ class Comparison:
 
         columns = {str(k): self.keys[k].to_numpy() for k in self.keys.columns}
         for head in self.heads:
-            columns[_head(head, "published")] = self.published[head].to_numpy()
+            quantity, unit = split_unit(head)
+            columns[head_of(f"{quantity}_published", unit)] = self.published[head].to_numpy()
             for source, values in self.found.items():
-                columns[_head(head, source)] = values[head].to_numpy()
+                columns[head_of(f"{quantity}_{source}", unit)] = values[head].to_numpy()
                 deviation = "deviation" if len(self.found) == 1 else f"deviation_{source}"
-                columns[_head(head, deviation)] = self.deviation(head, source)
+                columns[head_of(f"{quantity}_{deviation}", unit)] = self.deviation(head, source)
         return pd.DataFrame(columns)
-
-
-def _head(head: str, what: str) -> str:
-    quantity, unit = split_unit(head)
-    return f"{quantity}_{what}_{unit}" if unit else f"{quantity}_{what}"
 
 
 def _compare(name: str, title: str, found: Mapping[str, pd.DataFrame], note: str = "") -> Comparison:
