@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
@@ -55,11 +56,13 @@ class Either:
             groups = self._of_kind(value, members)
             if len(groups) == 1:
                 return next(iter(groups))
-            marks = {tag: next(iter(keys), None) for tag, keys in _own_keys(groups).items()}
+            marks = _marks(tuple(groups.items()))
+            for tag, mark in marks.items():
+                if mark in value:
+                    return tag
             unknown = [str(key) for key in value if not any(key in keys_of(group) for group in groups.values())]
-            stated = [tag for tag, mark in marks.items() if mark in value]
-            meant = [tag for tag, mark in marks.items() if mark and nearest(mark, unknown)]
-            return next(iter(stated or meant or [tag for tag, mark in marks.items() if mark is None]), None)
+            meant = [tag for tag, mark in marks.items() if mark and unknown and nearest(mark, unknown)]
+            return next(iter(meant or [tag for tag, mark in marks.items() if mark is None]), None)
         return next((tag for tag, member in members.items() if _may_be(value, member)), None)
 
     def refusal(self, value: Any, members: Alternatives) -> tuple[str, str]:
@@ -149,6 +152,12 @@ def _own_keys(groups: Mapping[str, Group]) -> dict[str, list[str]]:
         ]
         for tag, own in keys.items()
     }
+
+
+@cache
+def _marks(groups: tuple[tuple[str, Group], ...]) -> dict[str, str | None]:
+    """The key by which each group is known, if it has one; not to be changed."""
+    return {tag: next(iter(keys), None) for tag, keys in _own_keys(dict(groups)).items()}
 
 
 def _may_be(value: Any, member: Any) -> bool:
