@@ -55,7 +55,7 @@ def unit_space(d):
         (lambda: optimal_latin_hypercube(PAPER, 10, seed=0, levels="center"), "'edge' or 'centre'"),
         (lambda: optimal_latin_hypercube(Space((Factor("a", 0, 1, kind="integer"),)), 5, seed=0), "2 different points"),
         (lambda: full_factorial(MIXED), "'c' is continuous"),
-        (lambda: full_factorial(PAPER, 9), "at most 7"),
+        (lambda: full_factorial(PAPER, [9, 9]), "at most 7"),
         (lambda: central_composite(MIXED), "a choice has none"),
     ],
 )
@@ -155,8 +155,8 @@ def test_full_factorial_has_every_combination_once():
 
 
 def test_central_composite_points():
-    face = central_composite(unit_space(3), centre=2).points
-    assert face.shape == (8 + 6 + 2, 3)
+    face = central_composite(unit_space(3)).points
+    assert face.shape == (8 + 6 + 1, 3)
     assert set(np.unique(face)) == {0.0, 0.5, 1.0}
     inscribed = central_composite(unit_space(2), kind="inscribed").points
     radius = np.linalg.norm(2 * inscribed[:8] - 1, axis=1)

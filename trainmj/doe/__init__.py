@@ -37,7 +37,7 @@ from trainmj.doe.kriging import Kriging, fit_kriging
 from trainmj.doe.optimiser import Front, Progress, SwarmOptions, mopso
 from trainmj.doe.pareto import hypervolume, nondominated
 from trainmj.doe.polynomial import Polynomial, fit_polynomial
-from trainmj.doe.selection import Selection, select_terms
+from trainmj.doe.selection import select_terms
 from trainmj.doe.sensitivity import Sensitivity, sobol_sensitivity
 from trainmj.doe.space import Factor, Lattice, Space
 from trainmj.doe.terms import full_order, parse_terms
@@ -55,7 +55,6 @@ __all__ = [
     "Progress",
     "Quality",
     "Ranking",
-    "Selection",
     "Sensitivity",
     "Space",
     "Surrogate",

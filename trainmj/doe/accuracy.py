@@ -22,8 +22,6 @@ from numpy.typing import ArrayLike
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
 from trainmj.errors import InputError
 
-Over = Literal["value", "range", "none"]
-
 
 class Surrogate(Protocol):
     """A fitted function of the factors that stands in for the simulation."""
@@ -51,17 +49,15 @@ class Accuracy:
         rmse: root mean square error: in the unit of the response, or a fraction of its range if over="range".
         r2: 1 - sum of squared errors / sum of squared deviations of the computed values from their mean.
         largest: largest error, measured as ``rmse``.
-        over: what the errors are divided by in ``are``: each value, or the range of the values.
     """
 
     are: float
     rmse: float
     r2: float
     largest: float
-    over: Over
 
 
-def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Over = "value") -> Accuracy:
+def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Literal["value", "range"] = "value") -> Accuracy:
     """Compare predictions with computed values: Eqs (9) to (11) of doi 10.1186/s10033-022-00755-8.
 
     Eq. (11) as printed puts the predictions into the denominator; its Table 11 has the computed values there (0.952 and
@@ -70,31 +66,25 @@ def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Over = "value") -> Acc
     Args:
         y: computed values, (n,).
         predicted: predictions, (n,).
-        over: ``value`` as Eqs (9) and (10) print it; ``range`` divides ARE and RMSE by max - min of y; ``none``
-            leaves both in the unit of y.
-
-    Returns:
-        The errors.
+        over: ``value`` as Eqs (9) and (10) print it; ``range`` divides all errors by max - min of y.
 
     Raises:
         InputError: unequal lengths, values that do not vary, a value of zero with over="value", unknown ``over``.
     """
     y = as_vector("y", y)
     error = np.abs(as_vector("predicted", predicted, y.size) - y)
-    check_choice("over", over, ("value", "range", "none"))
+    check_choice("over", over, ("value", "range"))
     if np.ptp(y) == 0.0:
         raise InputError(f"y must vary for R2 to have a meaning (every value is {y[0]:g})")
     if over == "value" and (y == 0.0).any():
         raise InputError("y must not be zero with over='value', which divides by it; use over='range'")
     spread = float(np.ptp(y))
-    base = {"value": np.abs(y), "range": spread, "none": 1.0}[over]
     scale = spread if over == "range" else 1.0
     return Accuracy(
-        are=float(np.mean(error / base)),
+        are=float(np.mean(error / (spread if over == "range" else np.abs(y)))),
         rmse=float(np.sqrt(np.mean(error**2))) / scale,
         r2=float(1.0 - (error**2).sum() / ((y - y.mean()) ** 2).sum()),
         largest=float(error.max() / scale),
-        over=over,
     )
 
 

@@ -86,9 +86,6 @@ def correlate(
         method: pearson or spearman.
         level: confidence level of the intervals, between 0 and 1.
 
-    Returns:
-        The coefficients. A column that does not vary has no correlation: its entries are nan.
-
     Raises:
         InputError: fewer than 3 points, unequal numbers of points, unknown method, level outside (0, 1).
     """

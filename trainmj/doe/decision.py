@@ -4,8 +4,9 @@
     front.points[choice.best]
     weight_sensitivity(front.values, weights.weight, seed=1, method=topsis).share
 
-Criteria are minimised unless ``maximise`` says otherwise. Every method scales the criteria first, and the scaling
-changes the pick, so `Ranking.description` states it.
+Every method takes the criteria of the alternatives in ``values`` (n, m), their ``weights`` (m,), scaled to add up to 1,
+and in ``maximise`` (m,) whether more is better; less is, if None. It scales the criteria first (see `normalise`), and
+the scaling changes the pick, so `Ranking.description` states it.
 """
 
 from __future__ import annotations
@@ -75,19 +76,10 @@ def weighted_sum(
     normalisation: Normalisation = "min_max",
     maximise: Sequence[bool] | None = None,
 ) -> Ranking:
-    """Rank by the weighted sum of the normalised criteria.
+    """Rank by the weighted sum of the normalised criteria; the score is its negative.
 
     On a front that is nearly straight or bulges outwards it picks one of the ends: small changes of the weights then
     move the pick from one end to the other.
-
-    Args:
-        values: criteria of each alternative, (n, m).
-        weights: of the criteria, (m,), scaled to add to 1.
-        normalisation: see `normalise`.
-        maximise: for each criterion whether more is better; less is better if None.
-
-    Returns:
-        The ranking; the score is the negative sum of what is minimised.
 
     Raises:
         InputError: wrong number of weights or directions, negative weights, unknown normalisation.
@@ -106,16 +98,8 @@ def topsis(
 ) -> Ranking:
     """Rank by closeness to the best and distance from the worst value of each criterion.
 
-    Hwang and Yoon (1981, doi 10.1007/978-3-642-48318-9).
-
-    Args:
-        values: criteria of each alternative, (n, m).
-        weights: of the criteria, (m,), scaled to add to 1.
-        normalisation: see `normalise`; the original has vector.
-        maximise: for each criterion whether more is better; less is better if None.
-
-    Returns:
-        The ranking; the score is between 0 (worst in everything) and 1 (best in everything).
+    The score is between 0 (worst in everything) and 1 (best in everything). Hwang and Yoon (1981,
+    doi 10.1007/978-3-642-48318-9), who normalise by vector.
 
     Raises:
         InputError: as for `weighted_sum`.
@@ -133,14 +117,8 @@ def knee_point(values: ArrayLike, *, maximise: Sequence[bool] | None = None) -> 
     """Rank by how far an alternative lies on the good side of the plane through the best of each criterion alone.
 
     The knee is where giving up a little in one criterion stops buying much in another (Das 1999, doi
-    10.1007/s001580050111). Criteria are scaled to [0, 1]; no weights.
-
-    Args:
-        values: criteria of each alternative, (n, m).
-        maximise: for each criterion whether more is better; less is better if None.
-
-    Returns:
-        The ranking; the score is the distance from the plane, below 0 on the bad side.
+    10.1007/s001580050111). Criteria are scaled to [0, 1]; no weights. The score is the distance from the plane, below 0
+    on the bad side.
 
     Raises:
         InputError: wrong number of directions.
@@ -163,14 +141,12 @@ class WeightSensitivity:
         share: of random weights near the given ones at which each alternative is the pick, (n,).
         lower: for each criterion the smallest weight at which the pick stays, the others scaled to fill up to 1, (m,).
         upper: the largest, (m,).
-        spread: deviation of the random weights, as part of each weight, about.
     """
 
     best: int
     share: FloatArray = field(repr=False)
     lower: FloatArray
     upper: FloatArray
-    spread: float
 
 
 def weight_sensitivity(
@@ -192,10 +168,7 @@ def weight_sensitivity(
         method: `weighted_sum` or `topsis`, or a partial of them with another normalisation.
         spread: deviation of the random weights, as part of each weight.
         samples: number of random weights.
-        maximise: for each criterion whether more is better; less is better if None.
-
-    Returns:
-        Shares of picks, and the interval of each weight in which the pick stays.
+        maximise: for each criterion whether more is better.
 
     Raises:
         InputError: as for ``method``, or spread <= 0.
@@ -213,7 +186,7 @@ def weight_sensitivity(
     drawn = w * np.exp(spread * np.random.default_rng(seed).standard_normal((samples, m)))
     share = np.bincount([pick(row) for row in drawn], minlength=len(x)) / samples
     lower, upper = np.array([_stays(pick, w, j, best) for j in range(m)]).T
-    return WeightSensitivity(best, frozen(share), frozen(lower), frozen(upper), spread)
+    return WeightSensitivity(best, frozen(share), frozen(lower), frozen(upper))
 
 
 def _stays(pick: Callable[[FloatArray], int], w: FloatArray, j: int, best: int) -> tuple[float, float]:

@@ -4,8 +4,8 @@
     design.points            # (10, d) natural values, integers rounded
     design.quality()         # smallest distance, phi_p, centred discrepancy, distinct levels
 
-The same seed gives the same design on every machine and any number of threads. Distances are taken after rounding, with
-every factor scaled to [0, 1] by its bounds, so designs with integer factors are judged as they will be run.
+Every function takes a space and gives a `Design`; the same seed gives the same one on every machine. Distances are taken after rounding, with every factor scaled to [0, 1] by its bounds, so designs with integer
+factors are judged as they will be run.
 """
 
 from __future__ import annotations
@@ -101,9 +101,6 @@ def optimal_latin_hypercube(
         levels: ``edge`` puts the n levels from bound to bound; ``centre`` in the middle of n equal cells, as tables of
             maximin designs do. Integers are rounded from there; the levels of a choice get equal shares.
 
-    Returns:
-        The design, (n, d).
-
     Raises:
         InputError: fewer than 2 points, or more than the levels of the factors can tell apart.
     """
@@ -135,20 +132,17 @@ def _levels(space: Space, n: int, levels: str) -> FloatArray:
     return x
 
 
-def full_factorial(space: Space, levels: int | Sequence[int | None] | None = None) -> Design:
+def full_factorial(space: Space, levels: Sequence[int | None] | None = None) -> Design:
     """Make every combination of evenly spaced levels, the last factor changing fastest.
 
     Args:
         space: the factors.
-        levels: how many, one number for all or one for each factor; None takes every value of an integer or choice.
-
-    Returns:
-        The design, (product of levels, d).
+        levels: how many of each factor, (d,); None takes every value of an integer or choice.
 
     Raises:
         InputError: a continuous factor without levels, fewer than 2, or more than an integer or choice has.
     """
-    wanted: Sequence[int | None] = [levels] * space.d if levels is None or isinstance(levels, int) else levels
+    wanted = [None] * space.d if levels is None else levels
     if len(wanted) != space.d:
         raise InputError(f"levels must give one number for each of the {space.d} factors (got {len(wanted)})")
     axes = []
@@ -166,21 +160,17 @@ def full_factorial(space: Space, levels: int | Sequence[int | None] | None = Non
     return Design(space, space.round(_grid(axes)), "full factorial")
 
 
-def central_composite(space: Space, *, kind: Literal["face", "inscribed"] = "face", centre: int = 1) -> Design:
-    """Make a central composite design: corners, axis points and the centre, all within the bounds.
+def central_composite(space: Space, *, kind: Literal["face", "inscribed"] = "face") -> Design:
+    """Make a central composite design: corners, axis points and the centre, 2^d + 2 d + 1 points within the bounds.
 
     Args:
-        space: the factors; integers are rounded, choices are refused because they have no centre.
+        space: the factors; integers are rounded.
         kind: ``face`` has corners and axis points on the bounds; ``inscribed`` has the axis points on the bounds and
             the corners drawn in by 2^(d/4), so that the prediction variance depends on the distance from the centre
             only.
-        centre: how often the centre is computed; once is enough for a deterministic model.
-
-    Returns:
-        The design, (2^d + 2 d + centre, d).
 
     Raises:
-        InputError: a choice among the factors, or an unknown kind.
+        InputError: a choice among the factors, which has no centre, or an unknown kind.
     """
     choices = [f.name for f in space.factors if f.kind == "choice"]
     if choices:
@@ -191,7 +181,7 @@ def central_composite(space: Space, *, kind: Literal["face", "inscribed"] = "fac
     d = space.d
     reach = 1.0 if kind == "face" else 2.0 ** (-d / 4)
     corners = _grid([np.array([-reach, reach])] * d)
-    coded = np.concatenate([corners, -np.eye(d), np.eye(d), np.zeros((centre, d))])
+    coded = np.concatenate([corners, -np.eye(d), np.eye(d), np.zeros((1, d))])
     return Design(space, space.from_coded(coded), f"central composite ({kind})")
 
 
@@ -204,14 +194,6 @@ def sobol(space: Space, n: int, *, seed: int) -> Design:
     """Make the first n points of a scrambled Sobol sequence, every level of an integer or choice with an equal share.
 
     A power of two is spread best.
-
-    Args:
-        space: the factors.
-        n: number of points.
-        seed: of the scrambling.
-
-    Returns:
-        The design, (n, d).
 
     Raises:
         InputError: n < 1.

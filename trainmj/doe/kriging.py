@@ -73,9 +73,6 @@ def fit_kriging(x: ArrayLike, y: ArrayLike, *, space: Space, seed: int, starts: 
         seed: of the random starts of the search for the lengths.
         starts: number of random starts beside the standard one.
 
-    Returns:
-        The surrogate.
-
     Raises:
         InputError: fewer than 3 points, a response that does not vary, or scikit-learn is not installed.
     """

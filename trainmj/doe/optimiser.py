@@ -128,9 +128,6 @@ def mopso(
         constraints: what messages call G's columns; g1, g2, ... if None.
         options: width and length of the search.
 
-    Returns:
-        The front.
-
     Raises:
         InputError: no feasible point found (the message says which constraint is nearest), or ``evaluate`` returned the
             wrong shape.

@@ -169,9 +169,6 @@ def fit_polynomial(x: ArrayLike, y: ArrayLike, *, space: Space, terms: Sequence[
         space: the factors.
         terms: exponents of each term; see `parse_terms` and `full_order`.
 
-    Returns:
-        The response surface.
-
     Raises:
         InputError: fewer points than terms, or terms that these points cannot tell apart; the message names them.
     """

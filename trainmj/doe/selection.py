@@ -1,6 +1,6 @@
 """Choose the terms of a polynomial: the subset that predicts points left out best.
 
-    terms = select_terms(X, y, space=space, candidates=full_order(2, 3)).terms
+    terms = select_terms(X, y, space=space, candidates=full_order(2, 3))
 
 The choice itself uses the data, so the PRESS of the chosen terms is optimistic. For an honest error, put the choice
 inside the fit that `trainmj.doe.accuracy.cross_validate` repeats.
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -26,21 +25,6 @@ Weigh = Callable[[tuple[int, ...]], float]
 MOST = 14  # candidates searched exhaustively: 2^14 small least-squares problems take about a second
 
 
-@dataclass(frozen=True)
-class Selection:
-    """The terms chosen, and what was weighed.
-
-    Attributes:
-        terms: the best subset, in the order of the candidates.
-        criterion: what was minimised.
-        tried: every subset with the value of its criterion, best first.
-    """
-
-    terms: tuple[Term, ...]
-    criterion: Criterion
-    tried: tuple[tuple[float, tuple[Term, ...]], ...] = field(repr=False)
-
-
 def select_terms(
     x: ArrayLike,
     y: ArrayLike,
@@ -48,9 +32,11 @@ def select_terms(
     space: Space,
     candidates: Sequence[Term],
     criterion: Criterion = "press",
-    hierarchical: bool = True,
-) -> Selection:
+) -> tuple[Term, ...]:
     """Search the subsets of the candidate terms: all of them, or forward one by one if there are more than 14.
+
+    Only subsets count that hold every divisor of every term; otherwise a shift of a factor's zero would change the
+    answer.
 
     Args:
         x: natural values, (n, d).
@@ -58,11 +44,9 @@ def select_terms(
         space: the factors.
         candidates: terms to choose from; the constant, if among them, is always kept.
         criterion: ``press`` (leave-one-out squared errors) or ``bic`` (Schwarz 1978, doi 10.1214/aos/1176344136).
-        hierarchical: only subsets that hold every divisor of every term; otherwise a shift of a factor's zero would
-            change the answer.
 
     Returns:
-        The best subset among those with at least one residual degree of freedom.
+        The best subset among those with at least one residual degree of freedom, in the order of the candidates.
 
     Raises:
         InputError: unknown criterion, bad candidates, or no subset that these points can support.
@@ -74,19 +58,17 @@ def select_terms(
     basis = columns(space.to_coded(x), candidates)
 
     def weigh(chosen: tuple[int, ...]) -> float:
-        if not chosen or (hierarchical and not is_hierarchical(candidates[i] for i in chosen)):
-            return np.inf
-        return _criterion(basis[:, chosen], y, criterion)
+        hierarchical = chosen and is_hierarchical(candidates[i] for i in chosen)
+        return _criterion(basis[:, chosen], y, criterion) if hierarchical else np.inf
 
     search = _all_subsets if len(candidates) <= MOST else _forward
     weighed = {chosen: weigh(chosen) for chosen in search(candidates, weigh)}
-    ranked = sorted((v, len(c), c) for c, v in weighed.items() if np.isfinite(v))
-    if not ranked:
+    value, _, best = min((v, len(c), c) for c, v in weighed.items())
+    if not np.isfinite(value):
         raise InputError(
             f"no subset of the {len(candidates)} candidate terms can be fitted to these {len(y)} points; add points"
         )
-    tried = tuple((v, tuple(candidates[i] for i in c)) for v, _, c in ranked)
-    return Selection(tried[0][1], criterion, tried)
+    return tuple(candidates[i] for i in best)
 
 
 def _criterion(basis: FloatArray, y: FloatArray, criterion: Criterion) -> float:

@@ -26,8 +26,6 @@ class Sensitivity:
         total: share in which each factor takes part, (d,).
         first_interval: confidence limits of ``first``, (d, 2).
         total_interval: confidence limits of ``total``, (d, 2).
-        level: confidence level.
-        evaluations: how often the response was computed.
     """
 
     names: tuple[str, ...]
@@ -35,8 +33,6 @@ class Sensitivity:
     total: FloatArray
     first_interval: FloatArray = field(repr=False)
     total_interval: FloatArray = field(repr=False)
-    level: float
-    evaluations: int
 
     def table(self) -> pd.DataFrame:
         """A row for each factor."""
@@ -63,9 +59,6 @@ def sobol_sensitivity(
         seed: of the random numbers.
         level: confidence level of the bootstrap intervals.
 
-    Returns:
-        The indices.
-
     Raises:
         InputError: n is no power of two, level outside (0, 1), or the response does not vary.
     """
@@ -88,7 +81,7 @@ def sobol_sensitivity(
     first, total = _indices(y)
     drawn = np.array([_indices(y[:, rng.integers(n, size=n)]) for _ in range(200)])  # (200, 2, d)
     limits = np.quantile(drawn, [0.5 - level / 2, 0.5 + level / 2], axis=0)  # (2, 2, d)
-    return Sensitivity(space.names, frozen(first), frozen(total), limits[:, 0].T, limits[:, 1].T, level, y.size)
+    return Sensitivity(space.names, frozen(first), frozen(total), limits[:, 0].T, limits[:, 1].T)
 
 
 def _indices(y: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -86,9 +86,6 @@ def entropy_weights(
             criterion to [0, 1]. They give different weights.
         names: of the criteria; y1, y2, ... if None.
 
-    Returns:
-        The weights.
-
     Raises:
         InputError: fewer than 2 alternatives, negative values, a criterion of zeros, no variation at all, or an unknown
             transform.

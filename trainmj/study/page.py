@@ -15,8 +15,8 @@ from trainmj.files.tables import read_back
 from trainmj.files.yaml import as_yaml
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.plot import COLOURS, axes, dots, numbers, plain
-from trainmj.output.style import BLUE, ORANGE
+from trainmj.output.plot import axes, dots, numbers, plain
+from trainmj.output.style import BLUE, ORANGE, PALETTE
 from trainmj.output.table import Column, Table, judged
 from trainmj.study import tables
 from trainmj.study.page_front import add_decision, add_fronts
@@ -47,7 +47,7 @@ def page_of_folder(folder: Path) -> Page:
         f"Study: {summary['title']}",
         subtitle=f"{factors}: {' and '.join(f'{goal} {name}' for name, goal in summary['objectives'].items())}",
         command=f"trainmj report {quote(folder.resolve().name)}\n\n"
-        "# the study again: save the files below as again.study.yaml and scenario.yaml\n"
+        "# the study again: save the files above as again.study.yaml and scenario.yaml\n"
         "trainmj study again.study.yaml --out again --report",
         versions=summary["versions"],
     )
@@ -177,7 +177,7 @@ def _add_surrogates(section: Section, summary: Summary, files: Tables) -> None:
 
 def _add_sensitivity(section: Section, table: pd.DataFrame) -> None:
     traces = []
-    for (factor, part), colour in zip(table.groupby("factor", sort=False), COLOURS, strict=False):
+    for (factor, part), colour in zip(table.groupby("factor", sort=False), PALETTE, strict=False):
         total = part["total"].to_numpy(dtype=np.float64)
         traces.append(
             {

@@ -74,7 +74,7 @@ def _fit(study: Study, response: Response) -> Fit:
         else:
             terms = full_order(space.d, part.order)
         if part.selection != "none":
-            terms = select_terms(x, y, space=space, candidates=terms, criterion=part.selection).terms
+            terms = select_terms(x, y, space=space, candidates=terms, criterion=part.selection)
         return fit_polynomial(x, y, space=space, terms=terms)
 
     return fit

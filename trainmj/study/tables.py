@@ -46,7 +46,7 @@ def design(summary: Summary) -> dict[str, Any]:
         "Centred discrepancy": number(made["centred_discrepancy"]),
         "Distinct values": ", ".join(f"{k} of {f}" for f, k in zip(summary["factors"], made["levels"], strict=True)),
         "Simulated": judged(
-            failed == 0, f"all {n}, 0 failed", f"{failed} of {n} failed and were left out: {done['first_failure']}"
+            failed == 0, f"all {n}", f"{failed} of {n} failed and were left out; the first is {done['first_failure']}"
         ),
         "Past a stroke limit": warned(f"{done['exhausted']} of {n}") if done["exhausted"] else passed("none"),
     }
@@ -82,7 +82,7 @@ def surrogates(summary: Summary) -> Table:
             )
             for name, row in summary["surrogates"]["responses"].items()
         ],
-        "Surrogates",
+        "How good the surrogates are",
         "Left out: each point predicted by a surrogate that was fitted to the others.",
     )
 
