@@ -13,24 +13,10 @@ from markupsafe import Markup
 from trainmj.files.plain import finite
 from trainmj.output.plot import layout_of
 from trainmj.output.style import encode
-from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, unjudged, warned
+from trainmj.output.table import Table, Verdict
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = [
-    "Block",
-    "Card",
-    "Column",
-    "Section",
-    "Verdict",
-    "as_json",
-    "failed",
-    "judged",
-    "passed",
-    "unjudged",
-    "warned",
-]
 
 
 @dataclass(frozen=True)
@@ -79,69 +65,47 @@ class Section:
 
     def text(self, *paragraphs: str | Markup) -> None:
         """Paragraphs."""
-        self.blocks.append(Block("text", {"paragraphs": paragraphs}))
+        self._add("text", paragraphs=paragraphs)
 
     def notes(self, items: Iterable[str | Markup]) -> None:
         """A list of remarks."""
-        self.blocks.append(Block("notes", {"items": tuple(items)}))
+        self._add("notes", items=tuple(items))
 
     def cards(self, *cards: Card) -> None:
         """Key figures side by side."""
-        self.blocks.append(Block("cards", {"cards": cards}))
+        self._add("cards", cards=cards)
 
-    def facts(self, items: Mapping[str, Any], half: bool = False) -> None:
+    def facts(self, items: Mapping[str, Any]) -> None:
         """Names with their values, one per line; a value may be a verdict."""
-        self.blocks.append(Block("facts", {"items": tuple(items.items())}, half))
+        self._add("facts", items=tuple(items.items()))
 
-    def table(
-        self,
-        table: Table | Sequence[Column],
-        rows: Iterable[Sequence[Any]] = (),
-        title: str = "",
-        note: str = "",
-        half: bool = False,
-        folded: bool = False,
-    ) -> None:
+    def table(self, table: Table, half: bool = False, folded: bool = False) -> None:
         """A table, whose cells may be markup too.
 
         Args:
-            table: columns and rows. (Columns, with rows, title and note beside them, are taken for now.)
-            rows: of columns.
-            title: of columns.
-            note: of columns.
+            table: columns and rows.
             half: whether it takes half the width of the page, where there is room.
             folded: whether it opens with a click on its title.
         """
-        if not isinstance(table, Table):
-            table = Table(table, list(rows), title, note)
         rows = [[_cell(c.show(v), v) for c, v in zip(table.columns, row, strict=True)] for row in table.rows]
-        content = {
-            "title": table.title,
-            "label": table.title or self.title,
-            "columns": table.columns,
-            "rows": rows,
-            "note": table.note,
-            "folded": folded,
-        }
-        self.blocks.append(Block("table", content, half))
+        label = table.title or self.title
+        self._add("table", half, table=table, label=label, rows=rows, folded=folded)
 
     def code(self, text: str, title: str = "", folded: bool = False) -> None:
         """Text as it stands: a command or a file; a folded one opens with a click on its title."""
-        self.blocks.append(Block("code", {"text": text, "title": title, "folded": folded}))
+        self._add("code", text=text, title=title, folded=folded)
 
-    def picture(self, figure: Figure, alt: str, title: str = "", half: bool = False) -> None:
+    def picture(self, figure: Figure, alt: str, title: str = "") -> None:
         """A matplotlib figure as SVG.
 
         Args:
             figure: drawn in the style of all figures.
             alt: what it shows, for those who do not see it.
             title: above it.
-            half: whether it takes half the width of the page, where there is room.
         """
         # an SVG shown as an image cannot run scripts, and its names cannot clash with those of another
         source = "data:image/svg+xml;base64," + base64.b64encode(encode(figure, "svg")).decode()
-        content = {"source": source, "alt": alt, "title": title, "width": float(figure.get_size_inches()[0])}
-        self.blocks.append(Block("picture", content, half))
+        self._add("picture", source=source, alt=alt, title=title, width=float(figure.get_size_inches()[0]))
 
     def plot(
         self,
@@ -163,11 +127,14 @@ class Section:
             half: whether it takes half the width of the page, where there is room.
         """
         figure = as_json({"data": list(data), "layout": layout_of(layout) | {"height": height}})
-        self.blocks.append(Block("plot", {"figure": figure, "title": title, "note": note, "height": height}, half))
+        self._add("plot", half, figure=figure, title=title, note=note, height=height)
 
     def raw(self, markup: Markup, script: str = "") -> None:
         """Trusted markup, and a script that makes it live; the page holds a script once, however often it is given."""
         self.blocks.append(Block("raw", {"markup": markup}, script=script))
+
+    def _add(self, kind: str, half: bool = False, **content: Any) -> None:
+        self.blocks.append(Block(kind, content, half))
 
 
 def as_json(value: Any) -> Markup:

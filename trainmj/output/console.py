@@ -67,8 +67,17 @@ def console_table(table: Table) -> Grid:
     Args:
         table: columns and rows.
     """
-    grid = _grid(table.title)
-    grid.caption = table.note or None
+    grid = Grid(
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        show_edge=False,
+        title=table.title or None,
+        title_justify="left",
+        title_style="bold",
+        caption=table.note or None,
+        caption_justify="left",
+    )
     for column in table.columns:
         side: Literal["left", "right"] = "left" if column.text else "right"
         grid.add_column(Align(_head(column), side, vertical="bottom"), justify=side, no_wrap=not column.text)
@@ -119,29 +128,6 @@ def _cell(shown: object) -> Text:
     if isinstance(shown, Verdict):
         return Text(shown.text.upper(), style="bold reverse") if shown.kind == "fail" else Text(shown.text)
     return Text(str(shown))
-
-
-def _grid(title: str | None) -> Grid:
-    return Grid(
-        box=box.SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        pad_edge=False,
-        show_edge=False,
-        title=title or None,
-        title_justify="left",
-        title_style="bold",
-        caption_justify="left",
-    )
-
-
-def new_table(first: str, *heads: str, title: str | None = None) -> Grid:
-    """A table whose first column is text and whose others are numbers: :func:`console_table` takes its place."""
-    table = _grid(title)
-    table.add_column(first, no_wrap=True, vertical="bottom")
-    for head in heads:
-        text = head in ("type", "device") or head.startswith("stages")
-        table.add_column(head, justify="left" if text else "right", no_wrap=not text, vertical="bottom")
-    return table
 
 
 def new_console() -> Console:

@@ -8,8 +8,9 @@ from shlex import quote
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
-from trainmj.output.blocks import Card, Section, judged
+from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
+from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 from trainmj.scenario.parts import RIGID_WALL
 from trainmj.single import tables
