@@ -75,7 +75,8 @@ def _in_order(schema: Schema) -> list[tuple[str, Schema]]:
 def _table(group: Schema, schema: Schema) -> str:
     rows = ["| key | type | unit | default | rule | meaning |", "|---|---|---|---|---|---|"]
     required = group.get("required", [])
-    for key, field in group["properties"].items():
+    kind_first = sorted(group["properties"].items(), key=lambda item: "const" not in item[1])
+    for key, field in kind_first:
         default = "**required**" if key in required else _default(field)
         cells = [f"`{key}`", _type(field), unit_of(key), default, _rule(field), _meaning(field, schema)]
         rows.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
@@ -160,7 +161,9 @@ def _pattern(pattern: str) -> str:
 
 def _default(field: Schema) -> str:
     value = field.get("default")
-    if value is None or isinstance(value, dict) or value in ("", []):
+    if isinstance(value, dict):  # of a group with several kinds: the kind
+        value = value.get("kind", value.get("method"))
+    if value is None or value in ("", []):
         return ""
     values = value if isinstance(value, list) else [value]
     return f"`{', '.join(f'{v:g}' if isinstance(v, float) else str(v) for v in values)}`"
