@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 
 import trainmj
-from trainmj.cases.table import case_rows, chosen, ordered
+from trainmj.cases.engine import Local
+from trainmj.cases.table import chosen
 from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import line_up
+from trainmj.collision.quantities import columns_of, ordered
 
 FAST = {"simulation.step_ms": 0.5}
 
@@ -112,11 +114,21 @@ def test_an_unknown_response_is_refused():
 
 
 def test_columns_stand_in_one_order_whatever_order_the_cases_ended_in():
-    rows = dict(case_rows(trainmj.load("b_type", FAST), [(0, {"mass_t": 33})]))
-    names = list(rows[0])
-    assert ordered(names) == ordered(names[::-1])
-    assert ordered(names)[:4] == ["status", "reason", "TS_mm", "TAMA_g"]
-    places = [
-        ordered(names).index(n) for n in ("stroke_S1_M1_mm", "stroke_M1_M2_mm", "stroke_S1_S2_mm", "peak_device_M1_g")
-    ]
+    (case,) = Local(trainmj.load("b_type", FAST))([("a key", {"mass_t": 33})])
+    assert list(case.row) == ["status", "reason", *case.columns]
+    names = [column.name for column in ordered(case.columns.values())]
+    assert names == [column.name for column in ordered(reversed(case.columns.values()))]
+    assert names[:2] == ["TS_mm", "TAMA_g"]
+    places = [names.index(n) for n in ("stroke_S1_M1_mm", "stroke_M1_M2_mm", "stroke_S1_S2_mm", "peak_device_M1_g")]
     assert places == sorted(places), "front first, then along each train, then the vehicles"
+
+
+def test_trains_of_different_size_share_one_order_of_columns():
+    long, short = (line_up(trainmj.load("b_type", FAST | {"trains.b_type.vehicles": n})) for n in (4, 2))
+    union = ordered([*columns_of(short).values(), *columns_of(long).values()])
+    assert union == ordered(columns_of(long).values())
+    cases = pd.DataFrame({"trains.b_type.vehicles": [2, 4], "collision.partner": ["rigid_wall", "b_type"]})
+    table = trainmj.run_cases(trainmj.load("b_type", FAST), cases)
+    walled = columns_of(line_up(trainmj.load("b_type", FAST | cases.iloc[0].to_dict())))
+    both = ordered([*walled.values(), *columns_of(long).values()])
+    assert list(table.columns) == [*cases.columns, "status", "reason", *(column.name for column in both)]

@@ -13,11 +13,11 @@ from kinds import BASE, STUDY, TUBE, command
 from mutations import document
 
 import trainmj
-from trainmj.collision.comparison import repeat
+from trainmj.collision.comparison import compare
 from trainmj.errors import InputError
 
 SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
-VERSIONS = {"trainmj", "mujoco", "numba", "numpy", "python", "platform"}
+VERSIONS = {"trainmj", "mujoco", "numba", "numpy", "python", "platform", "law"}
 
 
 @pytest.fixture(scope="module")
@@ -50,9 +50,9 @@ def test_a_result_or_its_folder_is_repeated_bit_for_bit(saved: Path, name: str) 
     code, output = command("run", saved / name)
     assert code == 0
     assert "The same as the saved result, bit for bit." in output
-    assert "Versions and platform are the same." in output
+    assert "Computed by the same versions." in output
     code, output = command("run", saved / name, "--json")
-    assert json.loads(output)["repeated"] == {"same": True, "differences": {}, "changed": {}}
+    assert json.loads(output)["repeated"] == {"same": True, "differences": {}, "changes": []}
 
 
 def test_a_number_that_differs_is_said_with_exit_code_1(copy: Path) -> None:
@@ -63,7 +63,8 @@ def test_a_number_that_differs_is_said_with_exit_code_1(copy: Path) -> None:
     assert code == 1
     assert "Differs from the saved result: force by" in output
     assert "mujoco 3.9.0 then" in output
-    again = repeat(trainmj.load_result(copy))
+    before = trainmj.load_result(copy)
+    again = compare(before, trainmj.run(before.scenario))
     assert list(again.differences) == ["force"]
     assert 0 < again.differences["force"] < 1e-9
 
@@ -115,7 +116,7 @@ def test_a_sweep_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
     assert (base / "1" / "results.csv").read_bytes() == (base / "2" / "results.csv").read_bytes()
     with sqlite3.connect(base / "1" / "results.sqlite") as db:
         about = dict(db.execute("SELECT key, value FROM about"))
-    assert {f"version_{name}" for name in VERSIONS} | {"scenario", "seed", "fingerprint"} <= set(about)
+    assert {f"version_{name}" for name in VERSIONS} | {"scenario", "seed", "values", "responses"} <= set(about)
     assert "step_ms: 0.2" in about["scenario"]
 
 

@@ -37,6 +37,7 @@ def fill(
     """
     waiting: list[tuple[Key, Row]] = []
     columns: dict[str, Column] = {}
+    last: Mapping[str, Column] = columns
     written, finished = time.monotonic(), 0
 
     def write() -> None:
@@ -50,8 +51,8 @@ def fill(
     try:
         for computed in engine(cases):
             waiting.append((computed.key, keep(computed)))
-            if not columns.keys() >= computed.columns.keys():
-                columns |= computed.columns
+            if computed.columns is not last:  # one object for all chains of one kind
+                columns |= (last := computed.columns)
             if len(waiting) == _MOST_WAITING or time.monotonic() - written > COMMIT_EVERY:
                 write()
     finally:
