@@ -126,7 +126,7 @@ def test_contributing_names_targets_that_make_has():
 
 
 def test_the_citation_is_of_this_version():
-    cited, _ = parse(read("CITATION.cff"), "CITATION.cff")
+    cited = parse(read("CITATION.cff"), "CITATION.cff").values
     assert cited["cff-version"] == "1.2.0"
     assert str(cited["version"]) == version("trainmj")
     assert cited["references"][0]["doi"] in read("README.md")

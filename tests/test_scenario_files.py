@@ -402,7 +402,7 @@ def test_circles_of_builds_on_are_refused(tmp_path):
     ("line", "said"),
     [
         ("builds_on: b_typ\n", r"my\.yaml:1:1: builds_on = 'b_typ': there is no such file.*did you mean 'b_type'"),
-        ("builds_on: 5\n", r"builds_on: must be the name of a scenario file"),
+        ("builds_on: 5\n", r"builds_on = 5: must be the name of a scenario file"),
         ("builds_on: [a]\n", r"builds_on: must be the name of a scenario file"),
     ],
 )

@@ -52,7 +52,7 @@ class Origin:
         now = self.about()
         found: list[str] = []
         if about.get(_SCENARIO) != now[_SCENARIO]:
-            found += differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO)[0], self.scenario.values())
+            found += differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
         for name in self.inputs:
             then, here = json.loads(about.get(name, "null")), json.loads(now[name])
             both = isinstance(then, dict) and isinstance(here, dict)

@@ -1,27 +1,21 @@
-"""What is wrong with an input file, said so that its author can mend it: place, key, value, rule, cure."""
+"""What is wrong with the values of an input file, in words that help their author: rule and cure."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from trainmj.errors import InputError, close_match, nearest
+from trainmj.errors import close_match, nearest
 from trainmj.files.either import Either, alternatives, base_of, is_group, keys_of
 from trainmj.files.parts import Spelt
 
-Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
-Origins = Mapping[Path, str]
-"""Where each value stands: ``"my.yaml:12:5"`` or ``"--set"``, by path."""
+"""Keys and positions that lead to a value."""
 
-_SHOWN = 60  # characters of a value in a message
-_LONGEST = 300  # characters of a path in a message
-_MOST = 20  # problems in one message
 _MOST_ERRORS = 200  # that are put into words; several may be one problem
 
 
@@ -33,47 +27,9 @@ class Problem:
     rule: str
 
 
-def refuse(problems: Iterable[Problem], values: Any, origins: Origins) -> InputError:
-    """The error that lists problems, each with its place and value."""
-    listed = list(islice(problems, _MOST + 1))
-    lines = [f"{said_of(p.path, values, origins)}: {p.rule}" for p in listed[:_MOST]]
-    if len(listed) > _MOST:
-        lines.append("and more")
-    return InputError("\n".join(lines))
-
-
-def said_of(path: Path, values: Any, origins: Origins) -> str:
-    """Place, key and value, to begin a message with: ``my.yaml:1:1: scenario = 'b_typ'``."""
-    key = dotted(path)[:_LONGEST]
-    found, value = _value(values, path)
-    shown = f" = {_short(value)}" if found and not isinstance(value, (dict, list)) else ""
-    return f"{_origin(path, origins)}{key or 'file'}{shown}"
-
-
 def dotted(path: Path) -> str:
     """A path as a person writes it: ``trains.b_type.mass_t``."""
     return ".".join(str(key) for key in path)
-
-
-def _origin(path: Path, origins: Origins) -> str:
-    for n in range(len(path), -1, -1):
-        if path[:n] in origins:
-            return f"{origins[path[:n]]}: "
-    return ""
-
-
-def _value(values: Any, path: Path) -> tuple[bool, Any]:
-    for key in path:
-        try:
-            values = values[key]
-        except (KeyError, IndexError, TypeError):
-            return False, None
-    return True, values
-
-
-def _short(value: Any) -> str:
-    text = ascii(value)
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 
 _RULES = {
@@ -96,23 +52,6 @@ _RULES = {
     "string_too_long": "must have at most {max_length} characters",
     "literal_error": "must be {expected}",
 }
-
-
-def validated(model: type[Model], values: Any, origins: Origins) -> Model:
-    """The model that plain values make.
-
-    Raises:
-        InputError: listing every key and value that is wrong.
-    """
-    try:
-        return model.model_validate(values)
-    except ValidationError as error:
-        kind, keys = model.model_config.get("title"), keys_of(model)
-        if kind and isinstance(values, Mapping) and 2 * sum(key in keys for key in values) < len(values):
-            needed = ", ".join(key for key, field in keys.items() if field.is_required())
-            where = f"{origins[()]}: " if () in origins else ""
-            raise InputError(f"{where}is not a {kind}, which states {needed}") from None
-        raise refuse(from_pydantic(error, model), values, origins) from None
 
 
 def from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Problem]:

@@ -1,31 +1,39 @@
-"""An input file as it was read: plain values, the place of each, and the folder in which it names other files."""
+"""An input file as it was read: plain values, the place of each for messages, and the folder of other files."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
 
 from trainmj.errors import InputError
-from trainmj.files.problems import Model, Origins, Problem, refuse, said_of, validated
-from trainmj.files.resources import find_file
-from trainmj.files.yaml import read_yaml
+from trainmj.files.either import keys_of
+from trainmj.files.problems import Path, Problem, dotted, from_pydantic
+
+Model = TypeVar("Model", bound=BaseModel)
+
+_SHOWN = 60  # characters of a value in a message
+_LONGEST = 300  # characters of a path in a message
+_MOST = 20  # problems in one message
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where checked values come from.
+    """Plain values, and where they come from.
 
     Attributes:
         values: nested dicts, lists, strings and numbers, as a YAML file gives them.
-        folder: where files named in it are.
-        origins: file, line and column of each value by path; empty for values that are not from a file.
+        origins: where values stand, by path: ``"my.yaml:12:5"`` or ``"change mass_t=33"``; may be empty.
+        folder: where files named in the values are.
     """
 
     values: Mapping[str, Any]
+    origins: Mapping[Path, str] = field(default_factory=dict, repr=False)
     folder: FilePath = FilePath()
-    origins: Origins = field(default_factory=dict, repr=False)
 
     def checked(self, model: type[Model]) -> Model:
         """The values as a model.
@@ -33,38 +41,45 @@ class Source:
         Raises:
             InputError: listing every key and value that is wrong.
         """
-        return validated(model, self.values, self.origins)
+        try:
+            return model.model_validate(self.values)
+        except ValidationError as error:
+            kind, keys = model.model_config.get("title"), keys_of(model)
+            if kind and 2 * sum(key in keys for key in self.values) < len(self.values):
+                needed = ", ".join(key for key, field in keys.items() if field.is_required())
+                rule = f"is not a {kind}, which states {needed}"
+                raise InputError(f"{self.origins[()]}: {rule}" if () in self.origins else rule) from None
+            raise self.refusal(from_pydantic(error, model)) from None
 
     def refuse(self, problems: Iterable[Problem]) -> None:
-        """Raise an error that lists the problems, if there are any.
+        """Raise the error that lists problems, if there are any.
 
         Raises:
             InputError: with the place and value of each.
         """
-        listed = list(problems)
+        listed = list(islice(problems, _MOST + 1))
         if listed:
-            raise refuse(listed, self.values, self.origins)
+            raise self.refusal(listed)
+
+    def refusal(self, problems: Iterable[Problem]) -> InputError:
+        """The error that lists problems, each with its place and value."""
+        listed = list(islice(problems, _MOST + 1))
+        lines = [f"{self.said(*problem.path)}: {problem.rule}" for problem in listed[:_MOST]]
+        return InputError("\n".join(lines + ["and more"] * (len(listed) > _MOST)))
 
     def error(self, rule: str, *path: str | int) -> InputError:
         """The error that says what is wrong with a value."""
-        return refuse([Problem(path, rule)], self.values, self.origins)
+        return self.refusal([Problem(path, rule)])
 
     def said(self, *path: str | int) -> str:
         """Place, key and value, to begin a message with: ``my.yaml:1:1: scenario = 'b_typ'``."""
-        return said_of(path, self.values, self.origins)
-
-
-def read_source(file: str | FilePath, ending: str, what: str) -> Source:
-    """Read an input file, or one that ships with trainmj by its name.
-
-    Args:
-        file: path of a YAML file, or the name of a shipped one.
-        ending: of the names of shipped ones: ``.study.yaml``.
-        what: it is, for messages: study.
-
-    Raises:
-        InputError: if there is no such file, or it is not a group of keys and values.
-    """
-    path = find_file(file, ending, what)
-    values, origins = read_yaml(path)
-    return Source(values, path.parent, origins)
+        origin = next((self.origins[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self.origins), "")
+        value: Any = self.values
+        try:
+            for key in path:
+                value = value[key]
+            text = "" if isinstance(value, (dict, list)) else ascii(value)
+        except (KeyError, IndexError, TypeError):
+            text = ""
+        shown = f" = {text[:_SHOWN]}{'...' if len(text) > _SHOWN else ''}" if text else ""
+        return f"{f'{origin}: ' if origin else ''}{dotted(path)[:_LONGEST] or 'file'}{shown}"

@@ -9,11 +9,13 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError
 from trainmj.files.problems import Path, dotted
+from trainmj.files.source import Source
 from trainmj.files.text import HIDDEN, printable, read_text
 
 if TYPE_CHECKING:
@@ -26,13 +28,17 @@ _DEEPEST = 30
 _TAG = "tag:yaml.org,2002:"
 
 
-def read_yaml(path: FilePath) -> tuple[dict[str, Any], dict[Path, str]]:
-    """Plain values of a YAML file, and file, line and column of each by path.
+def read_yaml(path: FilePath) -> Source:
+    """Plain values of a YAML file, and file, line and column of each.
 
     Raises:
         InputError: if the file cannot be read or is not a YAML group of keys and values.
     """
-    return parse(_text(path), str(path))
+    try:
+        text = read_text(path, MOST_BYTES)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return replace(parse(text, str(path)), folder=path.parent)
 
 
 def read_value(text: str, said: str) -> Any:
@@ -42,7 +48,7 @@ def read_value(text: str, said: str) -> Any:
         InputError: if it is not valid YAML; said says where it stands.
     """
     said = said[:200]
-    values, _ = parse(f"value: {text}", said)
+    values = parse(f"value: {text}", said).values
     if set(values) != {"value"}:
         raise InputError(f"{said}: must be a single value")
     return values["value"]
@@ -62,7 +68,7 @@ def as_yaml(values: Mapping[str, Any]) -> str:
     return text.getvalue()
 
 
-def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
+def parse(text: str, name: str) -> Source:
     """Plain values of a YAML text, and the line and column of each.
 
     Args:
@@ -89,8 +95,7 @@ def parse(text: str, name: str) -> tuple[dict[str, Any], dict[Path, str]]:
     if root is None or root.tag != f"{_TAG}map":
         raise InputError(f"{name}: must be a group of keys and values such as 'devices:'")
     reader = _Reader(name, yaml.constructor)
-    values: dict[str, Any] = reader.group(root, ())
-    return values, reader.origins
+    return Source(reader.group(root, ()), reader.origins)
 
 
 def _measure(text: str, name: str) -> None:
@@ -175,10 +180,3 @@ class _Reader:
     def _place(self, node: Node) -> str:
         mark = node.start_mark
         return f"{self._name}:{mark.line + 1}:{mark.column + 1}"
-
-
-def _text(path: FilePath) -> str:
-    try:
-        return read_text(path, MOST_BYTES)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None

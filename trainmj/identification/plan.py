@@ -15,7 +15,9 @@ from trainmj.collision.device import Array
 from trainmj.collision.quantities import columns_of
 from trainmj.errors import InputError, close_match
 from trainmj.files.problems import Problem
-from trainmj.files.source import Source, read_source
+from trainmj.files.resources import find_file
+from trainmj.files.source import Source
+from trainmj.files.yaml import read_yaml
 from trainmj.identification.data import Observation, cases_of, observations
 from trainmj.identification.file import TargetPart, TargetsFile, absolute
 from trainmj.identification.rules import broken_rules
@@ -169,7 +171,7 @@ def load_targets(file: str | Path) -> Identification:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_source(file, _ENDING, "targets file"))
+    return _checked(read_yaml(find_file(file, _ENDING, "targets file")))
 
 
 def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identification:
@@ -182,7 +184,7 @@ def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identific
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    return _checked(Source(values, Path(folder)))
+    return _checked(Source(values, folder=Path(folder)))
 
 
 def _checked(source: Source) -> Identification:

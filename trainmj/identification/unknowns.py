@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from trainmj.collision.device import Array
+from trainmj.files.source import Source
 from trainmj.scenario import Scenario
 from trainmj.scenario.paths import changed
 from trainmj.units import KJ, KN, MM
@@ -184,7 +185,7 @@ class Unknowns:
         self.parameters = parameters
         self.constraints = constraints
         self.curves = curves
-        self._values = scenario.values()
+        self._source = Source(scenario.values())
         self._short = dict(scenario.parameters)
         solved = {c.by for c in constraints}
         self.free = [k for k in range(len(parameters)) if k not in solved]
@@ -250,7 +251,7 @@ class Unknowns:
 
     def area(self, constraint: Area, values: Array) -> float:
         """Area under the curve of a constraint [kJ]."""
-        given, _ = changed(self._values, {}, self._short, self.changes(values))
+        given = changed(self._source, self._short, self.changes(values)).values
         return _area(constraint, *curve_points(given, constraint.curve))
 
     def _parts(self, unit: Array) -> Iterator[tuple[Rise, Array]]:

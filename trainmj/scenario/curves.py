@@ -8,6 +8,7 @@ from typing import Any
 
 from trainmj.errors import InputError
 from trainmj.files.problems import Path
+from trainmj.files.source import Source
 from trainmj.files.tables import find_table, rows_given
 from trainmj.files.text import read_text
 from trainmj.files.yaml import MOST_BYTES
@@ -17,30 +18,27 @@ _COLUMNS = ("stroke_mm", "force_kN")
 _SHOWN = 120  # letters of the heads of a file
 
 
-def read_curves(values: Any, origins: dict[Path, str], folder: FilePath, path: Path = ()) -> None:
-    """Replace each curve that names a CSV file by the points in it.
-
-    Args:
-        values: the plain values of a file, or those at a path in it; changed in place.
-        origins: file, line and column of each value of the file.
-        folder: of the file.
-        path: where the values stand in it.
+def read_curves(source: Source) -> dict[str, Any]:
+    """The values of a file, each curve that names a CSV file replaced by the points in it.
 
     Raises:
         InputError: naming file and point, or where the scenario names the file.
     """
-    items = values.items() if isinstance(values, dict) else enumerate(values) if isinstance(values, list) else ()
-    for key, value in items:
-        at = (*path, key)
-        if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-            values[key] = _read_curve(value["file"], folder, origins[at])
-        else:
-            read_curves(value, origins, folder, at)
+    return {key: _with_points(value, (key,), source) for key, value in source.values.items()}
 
 
-def _read_curve(name: str, folder: FilePath, where: str) -> dict[str, list[float]]:
+def _with_points(value: Any, path: Path, source: Source) -> Any:
+    if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
+        return _read_curve(value["file"], source.folder, source.said(*path, "file"))
+    if isinstance(value, dict):
+        return {key: _with_points(inner, (*path, key), source) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_with_points(inner, (*path, n), source) for n, inner in enumerate(value)]
+    return value
+
+
+def _read_curve(name: str, folder: FilePath, said: str) -> dict[str, list[float]]:
     """Points of a CSV file with columns stroke_mm and force_kN; others are left out."""
-    said = f"{where}: file = {name[:200]!a}"
     path = find_table(folder, name, said)
     try:
         heads, *rows = rows_given(read_text(path, MOST_BYTES)) or [[]]

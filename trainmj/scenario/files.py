@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
-from trainmj.files.problems import Path, Problem, said_of
+from trainmj.files.problems import Path, Problem
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Source
 from trainmj.files.text import beside
@@ -37,8 +38,7 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    values, origins = _read_built(find_file(file, ".yaml", "scenario"), ())
-    scenario = Scenario.from_values(values, origins)
+    scenario = Scenario.from_source(_read_built(find_file(file, ".yaml", "scenario"), ()))
     return scenario.with_values(changes) if changes else scenario
 
 
@@ -63,8 +63,7 @@ def to_yaml(scenario: Scenario) -> str:
 
 def from_yaml(text: str, name: str = "scenario") -> Scenario:
     """The scenario that a self-contained YAML text states; name stands for the file in messages."""
-    values, origins = parse(text, name)
-    return Scenario.from_values(values, origins)
+    return Scenario.from_source(parse(text, name))
 
 
 def schema() -> dict[str, Any]:
@@ -141,7 +140,7 @@ def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenar
         alone = {key: _refusal(part, scenario) for key, part in changes.items()}
         for key, part in changes.items():
             if key in part:  # the place that the rule is said of names the path already
-                alone[key] = alone[key].removeprefix(f"change: {said_of((key,), part, {})}: ").removeprefix(f"{key}: ")
+                alone[key] = alone[key].removeprefix(f"change: {Source(part).said(key)}: ").removeprefix(f"{key}: ")
         yield from [Problem((*at, key), rule) for key, rule in alone.items() if rule] or [Problem(at, together)]
 
 
@@ -163,27 +162,24 @@ def _refusal(changes: Mapping[str, Any], scenario: Scenario) -> str:
     return ""
 
 
-def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> tuple[dict[str, Any], dict[Path, str]]:
-    """Values and origins of a file merged over those of the file it builds on."""
+def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
+    """A file merged over the one that it builds on."""
     if path.resolve() in before:
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
-    values, origins = read_yaml(path)
-    read_curves(values, origins, path.parent)
+    source = read_yaml(path)
+    values = read_curves(source)
     base = values.pop(BUILDS_ON, None)
     if base is None:
-        return values, origins
-    where = origins[(BUILDS_ON,)]
+        return replace(source, values=values)
     if not isinstance(base, str):
-        raise InputError(f"{where}: {BUILDS_ON}: must be the name of a scenario file")
-    said = f"{where}: {BUILDS_ON} = {base[:200]!a}"
-    below = find_beside(path.parent, base, said)
-    under, under_origins = _read_built(below, (*before, path.resolve()))
-    return _merged(under, values), under_origins | origins
+        raise source.error("must be the name of a scenario file", BUILDS_ON)
+    below = _read_built(find_beside(source.folder, base, source.said(BUILDS_ON)), (*before, path.resolve()))
+    return replace(source, values=_merged(below.values, values), origins={**below.origins, **source.origins})
 
 
-def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Mappings merge key by key; everything else, lists and curves too, is replaced."""
     result = dict(under)
     for key, value in over.items():

@@ -3,38 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.problems import Origins, Path, dotted
+from trainmj.files.problems import Path, dotted
+from trainmj.files.source import Source
 from trainmj.scenario.parts import Parts
 
 
-def changed(
-    values: Mapping[str, Any],
-    origins: Origins,
-    parameters: Mapping[str, str | list[str]],
-    changes: Mapping[str, Any],
-) -> tuple[dict[str, Any], Origins]:
-    """Plain values with some of them replaced; what is not on the way to one is shared, not copied.
+def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
+    """A scenario's values with some of them replaced; what is not on the way to one is shared, not copied.
 
     Args:
-        values: the nested values of a scenario.
-        origins: where each comes from.
+        source: the values.
         parameters: short names and the path or paths they stand for.
         changes: new values by path or short name.
 
     Raises:
         InputError: if a path leads nowhere.
     """
-    result = dict(values)
-    places = dict(origins)
+    values, origins = dict(source.values), dict(source.origins)
     for name, value in changes.items():
         targets = parameters.get(name, name)
         for target in [targets] if isinstance(targets, str) else targets:
-            path = _replace(result, target, value, parameters)
-            places[path] = f"change {name}={value}" if name != target else "change"
-    return result, places
+            path = _replace(values, target, value, parameters)
+            origins[path] = f"change {name}={value}" if name != target else "change"
+    return replace(source, values=values, origins=origins)
 
 
 def find(values: Mapping[str, Any], parameters: Mapping[str, str | list[str]], name: str) -> list[Any]:
@@ -43,7 +38,7 @@ def find(values: Mapping[str, Any], parameters: Mapping[str, str | list[str]], n
     Raises:
         InputError: if it leads nowhere.
     """
-    _, places = changed(values, {}, parameters, {name: None})
+    places = changed(Source(values), parameters, {name: None}).origins
     found = []
     for path in places:
         here: Any = values

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable, Mapping
-from itertools import islice
 from typing import Any, Self
 
 from pydantic import PrivateAttr
 
 from trainmj.errors import InputError
-from trainmj.files.problems import Origins, Problem, refuse, validated
+from trainmj.files.problems import Problem
+from trainmj.files.source import Source
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.paths import changed, find
 from trainmj.scenario.rules import broken_rules
@@ -19,32 +19,35 @@ from trainmj.scenario.rules import broken_rules
 class Scenario(Parts):
     """A scenario of which every name exists and every value can be simulated."""
 
-    _values: dict[str, Any] = PrivateAttr(default_factory=dict)
-    _origins: Origins = PrivateAttr(default_factory=dict)
+    _source: Source = PrivateAttr(default=Source({}))
 
     @classmethod
-    def from_values(cls, values: Mapping[str, Any], origins: Origins | None = None) -> Self:
+    def from_values(cls, values: Mapping[str, Any]) -> Self:
         """Check plain values, as a YAML file gives them, and make the scenario.
 
         Args:
             values: nested dicts, lists, strings and numbers, keys as in a scenario file.
-            origins: where each value comes from, for messages.
 
         Raises:
             InputError: listing every key, value and rule that is broken.
         """
-        origins = origins or {}
-        scenario = validated(cls, values, origins)
-        problems = list(islice(broken_rules(scenario), 100))  # more are not said, and may take long to find
-        if problems:
-            raise refuse(problems, values, origins)
-        scenario._values = dict(values)
-        scenario._origins = origins
+        return cls.from_source(Source(values))
+
+    @classmethod
+    def from_source(cls, source: Source) -> Self:
+        """Check plain values whose places are known.
+
+        Raises:
+            InputError: listing every key, value and rule that is broken, each with its place.
+        """
+        scenario = source.checked(cls)
+        source.refuse(broken_rules(scenario))
+        scenario._source = source
         return scenario
 
     def values(self) -> dict[str, Any]:
         """The plain values this scenario was made from; a copy."""
-        return copy.deepcopy(self._values)
+        return copy.deepcopy(dict(self._source.values))
 
     def with_values(self, changes: Mapping[str, Any]) -> Self:
         """A copy with some values changed.
@@ -55,12 +58,11 @@ class Scenario(Parts):
         Raises:
             InputError: if a path leads nowhere or the changed scenario breaks a rule.
         """
-        values, origins = changed(self._values, self._origins, self.parameters, changes)
-        return type(self).from_values(values, origins)
+        return self.from_source(changed(self._source, self.parameters, changes))
 
     def refusal(self, problems: Iterable[Problem]) -> InputError:
         """The error that lists what is found wrong in this scenario later, with the place of each value."""
-        return refuse(problems, self._values, self._origins)
+        return self._source.refusal(problems)
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""
@@ -73,4 +75,4 @@ class Scenario(Parts):
         Raises:
             InputError: if it leads nowhere.
         """
-        return find(self._values, self.parameters, name)
+        return find(self._source.values, self.parameters, name)

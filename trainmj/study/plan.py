@@ -15,9 +15,10 @@ from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.files.problems import Problem
-from trainmj.files.resources import shipped_files
-from trainmj.files.source import Source, read_source
+from trainmj.files.resources import find_file, shipped_files
+from trainmj.files.source import Source
 from trainmj.files.text import beside
+from trainmj.files.yaml import read_yaml
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.scenario.files import refused, scenario_of
 from trainmj.study.file import GivenPoints, StudyFile
@@ -165,7 +166,7 @@ def load_study(file: str | Path) -> Study:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_source(file, _ENDING, "study"))
+    return _checked(read_yaml(find_file(file, _ENDING, "study")))
 
 
 def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
@@ -178,7 +179,7 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    return _checked(Source(values, Path(folder)))
+    return _checked(Source(values, folder=Path(folder)))
 
 
 def _checked(source: Source) -> Study:

@@ -19,8 +19,9 @@ from pydantic import ValidationError
 from trainmj.cases.table import STATUS, check_columns
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
-from trainmj.files.problems import Problem, from_pydantic, refuse
-from trainmj.files.source import Source, read_source
+from trainmj.files.problems import dotted, from_pydantic
+from trainmj.files.resources import find_file
+from trainmj.files.source import Source
 from trainmj.files.tables import read_beside
 from trainmj.files.text import FORMULA, HIDDEN
 from trainmj.files.yaml import read_value, read_yaml
@@ -144,7 +145,8 @@ def grid_values(values: Any, said: str) -> list[Any]:
         try:
             return Span.model_validate({"from": numbers[0], "to": numbers[1], "count": numbers[2]}).values()
         except ValidationError as error:
-            raise refuse([Problem(p.path, f"{said}: {p.rule}") for p in from_pydantic(error, Span)], {}, {}) from None
+            rules = [f"{dotted(p.path)} {p.rule}" for p in from_pydantic(error, Span)]
+            raise InputError(f"{said}: {'; '.join(rules)}") from None
     if not all(part.strip() for part in values.split(",")):
         raise InputError(f"{said}: must be values with commas between, as in 30,33,36")
     return [read_value(part, said) for part in values.split(",")]
@@ -157,7 +159,7 @@ def is_sweep_file(file: str) -> bool:
         there = path.is_file()
     except (OSError, ValueError):
         return False  # what looks for a scenario of this name says why
-    return there and "scenario" in read_yaml(path)[0]
+    return there and "scenario" in read_yaml(path).values
 
 
 def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Plan:
@@ -170,7 +172,7 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
     Raises:
         InputError: with file, line, key, value and rule.
     """
-    source = read_source(file, ".sweep.yaml", "sweep")
+    source = read_yaml(find_file(file, ".sweep.yaml", "sweep"))
     spec = source.checked(SweepFile)
     source.refuse(broken_rules(spec))
     scenario = scenario_of(source, spec.scenario, spec.set)
