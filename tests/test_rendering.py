@@ -238,6 +238,13 @@ def test_what_cannot_be_drawn_is_refused(standard_result, tmp_path, file, more, 
     assert not list(tmp_path.iterdir())
 
 
+def test_a_film_without_its_package_is_refused_before_anything_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setattr(film, "find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'trainmj\[film\]'"):
+        film.check(tmp_path / "a.mp4", "front", 1.0, SMALL)
+    film.check(tmp_path / "a.webp", "front", 1.0, SMALL)
+
+
 def test_results_cannot_be_changed(saved, tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["render", str(saved), "--out", str(tmp_path / "a.png"), "--set", "mass_t=33"])

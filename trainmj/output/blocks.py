@@ -21,38 +21,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Card:
-    """One key figure, shown large.
+    """One key figure, shown large."""
 
-    Attributes:
-        name: such as TS.
-        value: as it is read, such as "1354.2".
-        unit: such as mm.
-        note: what it means, in a few words.
-        verdict: how it compares with its limit.
-    """
-
-    name: str
-    value: str
-    unit: str = ""
-    note: str = ""
-    verdict: Verdict | None = None
+    name: str  # such as TS
+    value: str  # as it is read, such as "1354.2"
+    unit: str = ""  # such as mm
+    note: str = ""  # what it means, in a few words
+    verdict: Verdict | None = None  # how it compares with its limit
 
 
 @dataclass(frozen=True)
 class Block:
-    """A part of a section.
+    """A part of a section."""
 
-    Attributes:
-        kind: name of the macro in templates/blocks.html that shows it.
-        content: arguments of the macro.
-        half: whether it takes half the width of the page, where there is room.
-        script: that makes it live.
-    """
-
-    kind: str
-    content: Mapping[str, Any]
-    half: bool = False
-    script: str = ""
+    kind: str  # name of the macro in templates/blocks.html that shows it
+    content: Mapping[str, Any]  # arguments of the macro
+    half: bool = False  # whether it takes half the width of the page, where there is room
+    script: str = ""  # that makes it live
 
 
 @dataclass

@@ -45,17 +45,11 @@ def add_devices(section: Section, result: Result) -> None:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a device stands.
+    """Where a device stands."""
 
-    Attributes:
-        interface: at which interface.
-        index: of the interface.
-        side: 0 on its left, 1 on its right.
-    """
-
-    interface: Interface
-    index: int
-    side: int
+    interface: Interface  # at which interface
+    index: int  # of the interface
+    side: int  # 0 on its left, 1 on its right
 
     @property
     def device(self) -> Device:

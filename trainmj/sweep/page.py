@@ -27,21 +27,13 @@ _MOST_ROWS = 100  # of cases and of reasons that are listed
 
 @dataclass(frozen=True)
 class Sweep:
-    """What a folder holds.
+    """What a folder holds."""
 
-    Attributes:
-        about: what the store says of the sweep: scenario, versions and so on.
-        planned: number of cases of the whole sweep.
-        table: a row for each finished case.
-        factors: what was varied.
-        responses: what is drawn.
-    """
-
-    about: dict[str, str]
-    planned: int
-    table: pd.DataFrame
-    factors: list[Factor]
-    responses: list[Response]
+    about: dict[str, str]  # what the store says of the sweep: scenario, versions and so on
+    planned: int  # number of cases of the whole sweep
+    table: pd.DataFrame  # a row for each finished case
+    factors: list[Factor]  # what was varied
+    responses: list[Response]  # what is drawn
 
     @property
     def usable(self) -> pd.DataFrame:

@@ -32,17 +32,11 @@ _NEVER_DRAWN = ("duration_s", "energy_error", "momentum_error")
 
 @dataclass(frozen=True)
 class Factor:
-    """What was varied.
+    """What was varied."""
 
-    Attributes:
-        name: parameter or path.
-        levels: its distinct values, sorted if they are numbers.
-        numeric: whether they are.
-    """
-
-    name: str
-    levels: list[Any]
-    numeric: bool
+    name: str  # parameter or path
+    levels: list[Any]  # its distinct values, sorted if they are numbers
+    numeric: bool  # whether they are
 
     @property
     def unit(self) -> str:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import io
 import struct
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
 
 from PIL.Image import Image
 
-from trainmj.errors import InputError
 from trainmj.files.atomic import replacing
 
 FILMS, STILLS = (".webp", ".mp4"), (".png",)
@@ -33,22 +32,21 @@ def write_still(file: Path, image: Image) -> None:
         image.save(part, format="PNG", optimize=True)
 
 
-def film_writer(file: Path) -> Callable[[Iterator[Image], tuple[int, int], float, float], None]:
-    """The function that writes a film: it takes images, size [pixels], fps, and how long to hold the last image [s].
+def write_film(file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
+    """Write a film.
 
     Args:
         file: .webp or .mp4.
+        images: its frames.
+        size: width and height [pixels].
+        fps: frames a second.
+        hold: how long it rests on the last frame [s].
 
     Raises:
-        InputError: if the package for MP4 is not installed.
+        OutputError: if it cannot be written.
     """
-    if file.suffix.lower() == ".webp":
-        return partial(_write_webp, file)
-    try:
-        import av
-    except ImportError:
-        raise InputError(f"{file}: MP4 needs an extra: pip install 'trainmj[film]'; .webp does not") from None
-    return partial(_write_mp4, av, file)
+    write = _write_webp if file.suffix.lower() == ".webp" else _write_mp4
+    write(file, images, size, fps, hold)
 
 
 def _write_webp(file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
@@ -109,10 +107,11 @@ def _three(number: int) -> bytes:
     return struct.pack("<I", number)[:3]
 
 
-def _write_mp4(av: Any, file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
+def _write_mp4(file: Path, images: Iterator[Image], size: tuple[int, int], fps: float, hold: float) -> None:
     """H.264, which every player and presentation program shows."""
     from fractions import Fraction
 
+    av: Any = import_module("av")  # its types are incomplete
     rate = Fraction(fps).limit_denominator(1000)
     with replacing(file) as part, part.open("wb") as out:
         kept = _Kept(out)

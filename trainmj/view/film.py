@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -16,7 +17,7 @@ from trainmj.collision.result import Result
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN
 from trainmj.view.cameras import CAMERAS, Camera, Director, strip_height
-from trainmj.view.files import FILMS, STILLS, film_writer, write_still
+from trainmj.view.files import FILMS, STILLS, write_film, write_still
 from trainmj.view.offscreen import Canvas
 from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
@@ -63,21 +64,32 @@ def render(
     """
     file = Path(file)
     check(file, camera, slow, size, at, fps)
-    if file.suffix.lower() in STILLS:
-        samples = _still(result, at)
-        with closing(_draw(result, samples, camera, size, "", smooth)) as images:
+    samples = _samples(result, file, slow, fps, at)
+    still = file.suffix.lower() in STILLS
+    with closing(_draw(result, samples, camera, size, "" if still else f"{slow:g} x real time", smooth)) as images:
+        if still:
             write_still(file, next(images))
-        return 1
-    write = film_writer(file)
-    samples = _film(result, slow / fps)
-    with closing(_draw(result, samples, camera, size, f"{slow:g} x real time", smooth)) as images:
-        write(_watched(images, watch), size, fps, _HOLD)
+        else:
+            write_film(file, _watched(images, watch), size, fps, _HOLD)
     return len(samples)
 
 
 def count(result: Result, file: Path, slow: float, fps: float) -> int:
     """How many frames :func:`render` makes."""
-    return 1 if file.suffix.lower() in STILLS else len(_film(result, slow / fps))
+    return len(_samples(result, file, slow, fps, None))
+
+
+def _samples(result: Result, file: Path, slow: float, fps: float, at: float | None) -> NDArray[np.intp]:
+    """Indices of the samples that are shown: of a film those nearest to evenly spaced times, the last one included."""
+    end = float(result.time[-1])
+    if file.suffix.lower() in STILLS:
+        time = end if at is None else at
+        if not 0 <= time <= end + 1e-9:
+            raise InputError(f"at {time:g}: the collision was followed from 0 to {end:.4g} s")
+        return np.array([np.abs(result.time - time).argmin()])
+    step = slow / fps
+    times = np.arange(0.0, end + 0.5 * step, step)
+    return np.searchsorted(result.time, times - 1e-9).clip(max=len(result.time) - 1)
 
 
 def _watched(images: Iterator[Image], watch: Callable[[int], None]) -> Iterator[Image]:
@@ -105,6 +117,8 @@ def check(
         raise InputError(f"fps {fps:g}: must be from 1 to 120 frames a second")
     if not all(64 <= s <= most for s, most in zip(size, LARGEST, strict=True)):
         raise InputError(f"size {size[0]}x{size[1]}: must be from 64x64 to {LARGEST[0]}x{LARGEST[1]} pixels")
+    if suffix == ".mp4" and find_spec("av") is None:
+        raise InputError(f"{file}: MP4 needs an extra: pip install 'trainmj[film]'; .webp does not")
     if suffix == ".mp4" and (size[0] % 2 or size[1] % 2):
         raise InputError(f"size {size[0]}x{size[1]}: width and height of an MP4 film must be even")
     if at is not None and suffix not in STILLS:
@@ -123,20 +137,6 @@ def check_pace(slow: float) -> None:
     """
     if not 1e-4 <= slow <= 10:
         raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
-
-
-def _still(result: Result, at: float | None) -> NDArray[np.intp]:
-    end = float(result.time[-1])
-    time = end if at is None else at
-    if not 0 <= time <= end + 1e-9:
-        raise InputError(f"at {time:g}: the collision was followed from 0 to {end:.4g} s")
-    return np.array([np.abs(result.time - time).argmin()])
-
-
-def _film(result: Result, step: float) -> NDArray[np.intp]:
-    """Indices of the samples that show evenly spaced times, including the last one."""
-    times = np.arange(0.0, float(result.time[-1]) + 0.5 * step, step)
-    return np.searchsorted(result.time, times - 1e-9).clip(max=len(result.time) - 1)
 
 
 def _draw(

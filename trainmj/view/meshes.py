@@ -27,15 +27,10 @@ _LAMPS = (-0.82, 0.82)  # y of their middles [m]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles.
+    """Triangles."""
 
-    Attributes:
-        vertices: (n, 3) corners [m].
-        faces: (m, 3) indices of the corners of each triangle, anticlockwise from outside.
-    """
-
-    vertices: Array
-    faces: NDArray[np.int32]
+    vertices: Array  # (n, 3) corners [m]
+    faces: NDArray[np.int32]  # (m, 3) indices of the corners of each triangle, anticlockwise from outside
 
 
 def joined(pieces: Sequence[Mesh]) -> Mesh:

@@ -24,21 +24,13 @@ _NEAR, _FAR = 0.3, 3000.0  # what a camera sees [m]
 
 @dataclass(frozen=True)
 class View:
-    """A camera and the part of the picture it fills.
+    """A camera and the part of the picture it fills."""
 
-    Attributes:
-        eye: (3,) where it stands [m].
-        target: (3,) what it looks at [m].
-        angle: vertical field of view [rad]; None for parallel projection.
-        height: of what it shows in parallel projection [m].
-        place: left, bottom, width and height in the picture [pixels].
-    """
-
-    eye: Array
-    target: Array
-    angle: float | None
-    height: float
-    place: tuple[int, int, int, int]
+    eye: Array  # (3,) where it stands [m]
+    target: Array  # (3,) what it looks at [m]
+    angle: float | None  # vertical field of view [rad]; None for parallel projection
+    height: float  # of what it shows in parallel projection [m]
+    place: tuple[int, int, int, int]  # left, bottom, width and height in the picture [pixels]
 
 
 class Canvas:

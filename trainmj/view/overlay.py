@@ -24,36 +24,22 @@ _INK, _SOFT, _PAPER = (25, 30, 36), (84, 92, 101), (255, 255, 255)
 
 @dataclass(frozen=True)
 class Label:
-    """A word below the strip with the whole train.
+    """A word below the strip with the whole train."""
 
-    Attributes:
-        text: name of a vehicle, or the energy of an interface in kJ.
-        x: where [pixels from the left].
-        share: of the full energy; None for a name.
-    """
-
-    text: str
-    x: float
-    share: float | None = None
+    text: str  # name of a vehicle, or the energy of an interface in kJ
+    x: float  # where [pixels from the left]
+    share: float | None = None  # of the full energy; None for a name
 
 
 @dataclass(frozen=True)
 class Overlay:
-    """Writes on pictures of one film.
+    """Writes on pictures of one film."""
 
-    Attributes:
-        width: [pixels].
-        height: [pixels].
-        title: of the collision.
-        full_kJ: energy at the end of the colours.
-        strip: height of the strip [pixels].
-    """
-
-    width: int
-    height: int
-    title: str
-    full_kJ: float
-    strip: int = 0
+    width: int  # [pixels]
+    height: int  # [pixels]
+    title: str  # of the collision
+    full_kJ: float  # energy at the end of the colours
+    strip: int = 0  # height of the strip [pixels]
 
     def write(self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]) -> Image:
         """The picture with its text.

@@ -18,15 +18,10 @@ _SHORTEST = 0.03  # length of a fully crushed tube [m]
 
 @dataclass(frozen=True)
 class Shape:
-    """The cross section of a part, and what it is made of.
+    """The cross section of a part, and what it is made of."""
 
-    Attributes:
-        section: (radius,) of a cylinder, or half width and half height of a box [m].
-        material: of the base scene; "device" takes the colour of the energy absorbed.
-    """
-
-    section: tuple[float, ...]
-    material: str
+    section: tuple[float, ...]  # (radius,) of a cylinder, or half width and half height of a box [m]
+    material: str  # of the base scene; "device" takes the colour of the energy absorbed
 
 
 _COUPLER, _ANTI_CLIMBER, _GANGWAY = (0.0, 0.78), (0.85, 1.22), (0.0, 2.12)  # y and z above the rail [m]
@@ -39,42 +34,25 @@ _BELLOWS = Shape((0.62, 1.02), "gangway")
 
 @dataclass(frozen=True)
 class Zone:
-    """The length along a vehicle that one stage of a device crushes, measured towards the face of its coupler.
+    """The length along a vehicle that one stage of a device crushes, measured towards the face of its coupler."""
 
-    Attributes:
-        start: at rest, from the middle of the vehicle [m].
-        end: at rest [m].
-        begin_at: stroke of the device at which the stage begins [m].
-        end_at: stroke at which it ends; from there on the stage is pushed back as it is [m].
-        stage: which of the device's stages.
-    """
-
-    start: float
-    end: float
-    begin_at: float
-    end_at: float
-    stage: int
+    start: float  # at rest, from the middle of the vehicle [m]
+    end: float  # at rest [m]
+    begin_at: float  # stroke of the device at which the stage begins [m]
+    end_at: float  # stroke at which it ends; from there on the stage is pushed back as it is [m]
+    stage: int  # which of the device's stages
 
 
 @dataclass(frozen=True)
 class Part:
-    """A piece of a device, in a vehicle's own direction: along +x towards the face of its coupler.
+    """A piece of a device, in a vehicle's own direction: along +x towards the face of its coupler."""
 
-    Attributes:
-        name: of its geom.
-        shape: cross section and material.
-        place: y and z [m].
-        start: where it begins at rest, from the middle of the vehicle [m].
-        end: where it ends at rest [m].
-        zone: that moves it.
-    """
-
-    name: str
-    shape: Shape
-    place: tuple[float, float]
-    start: float
-    end: float
-    zone: Zone
+    name: str  # of its geom
+    shape: Shape  # cross section and material
+    place: tuple[float, float]  # y and z [m]
+    start: float  # where it begins at rest, from the middle of the vehicle [m]
+    end: float  # where it ends at rest [m]
+    zone: Zone  # that moves it
 
     def placed(self, stroke: float) -> tuple[float, float]:
         """Begin and end [m] when the device is compressed by a stroke [m]."""
@@ -93,21 +71,13 @@ class Part:
 
 @dataclass(frozen=True)
 class End:
-    """One end of a vehicle with the device that it carries there.
+    """One end of a vehicle with the device that it carries there."""
 
-    Attributes:
-        vehicle: index in the chain.
-        direction: 1 if the end faces +x, -1 if it faces -x.
-        interface: index of the interface.
-        side: 0 on the left of the interface, 1 on the right.
-        parts: what is drawn of the device.
-    """
-
-    vehicle: int
-    direction: int
-    interface: int
-    side: int
-    parts: tuple[Part, ...]
+    vehicle: int  # index in the chain
+    direction: int  # 1 if the end faces +x, -1 if it faces -x
+    interface: int  # index of the interface
+    side: int  # 0 on the left of the interface, 1 on the right
+    parts: tuple[Part, ...]  # what is drawn of the device
 
 
 def ends(chain: Chain) -> Iterator[End]:
