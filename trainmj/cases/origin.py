@@ -54,7 +54,7 @@ class Origin:
         if about.get(_SCENARIO) != now[_SCENARIO]:
             found += differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
         for name in self.inputs:
-            then, here = json.loads(about.get(name, "null")), json.loads(now[name])
+            then, here = _read(about.get(name)), _read(now[name])
             both = isinstance(then, dict) and isinstance(here, dict)
             found += differences(then, here, "" if both else name)
         return found
@@ -81,6 +81,14 @@ def differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
             yield from differences(*pair, f"{path}.{n}")
     elif then != now:
         yield f"{path} {_said(then)} then, {_said(now)} now"
+
+
+def _read(text: str | None) -> Any:
+    """What a store states; None for what it does not, or has not written itself."""
+    try:
+        return json.loads(text or "null")
+    except ValueError:
+        return None
 
 
 def _said(value: Any) -> str:

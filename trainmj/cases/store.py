@@ -10,8 +10,8 @@ from __future__ import annotations
 import csv
 import json
 import sqlite3
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -20,6 +20,7 @@ from trainmj.cases.engine import Key, Row
 from trainmj.cases.origin import Origin, in_words
 from trainmj.errors import InputError, OutputError
 from trainmj.files.atomic import replacing
+from trainmj.files.text import printable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,17 +52,17 @@ class Store:
         self._key = key
         self._numbered = key == CASE
         first = f'"{key}" INTEGER PRIMARY KEY' if self._numbered else f'"{key}" TEXT PRIMARY KEY'
-        try:
+        with self._troubles():
             self._db = sqlite3.connect(file, timeout=_PATIENCE, isolation_level=None)
             self._db.execute("PRAGMA synchronous = NORMAL")
-            self._db.execute("BEGIN IMMEDIATE")
-            self._db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
-            self._db.execute(f"CREATE TABLE IF NOT EXISTS results ({first})")
-            self._db.execute("COMMIT")
-            self._names = self._read_names()
-            self._known = read_columns(self.about())
-        except sqlite3.Error as error:
-            raise self._trouble(error) from None
+        self._write(
+            [
+                ("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)", [()]),
+                (f"CREATE TABLE IF NOT EXISTS results ({first})", [()]),
+            ]
+        )
+        self._names = self._read_names()
+        self._known = read_columns(self.about(), file)
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -77,11 +78,12 @@ class Store:
 
     def __len__(self) -> int:
         """How many cases there are."""
-        return int(self._db.execute("SELECT count(*) FROM results").fetchone()[0])
+        ((count,),) = self._select("SELECT count(*) FROM results")
+        return int(count)
 
     def about(self) -> dict[str, str]:
         """What the file says of its cases; empty for a new one."""
-        return dict(self._db.execute("SELECT key, value FROM about"))
+        return dict(self._select("SELECT key, value FROM about"))
 
     def describe(self, about: Mapping[str, str]) -> None:
         """State what the cases are computed from."""
@@ -106,7 +108,7 @@ class Store:
 
     def finished(self) -> set[Any]:
         """Keys of the cases that are in the file."""
-        return {key for (key,) in self._db.execute(f'SELECT "{self._key}" FROM results')}
+        return {key for (key,) in self._select(f'SELECT "{self._key}" FROM results')}
 
     def columns(self) -> dict[str, Column]:
         """The responses by column name, in the order of one table."""
@@ -120,15 +122,14 @@ class Store:
         """All values of a column, in the order of the keys; empty if there is none of that name."""
         if name not in self._names:
             return []
-        return [value for (value,) in self._db.execute(f'SELECT {_quoted(name)} FROM results ORDER BY "{self._key}"')]
+        return [value for (value,) in self._select(f'SELECT {_quoted(name)} FROM results ORDER BY "{self._key}"')]
 
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
         """The rows of those keys that are in the file, without what is no number."""
         found: dict[Key, Row] = {}
         names = self.names()[1:]
         for key in keys:
-            values = self._db.execute(f'SELECT * FROM results WHERE "{self._key}" = ?', (key,)).fetchone()
-            if values is not None:
+            for values in self._select(f'SELECT * FROM results WHERE "{self._key}" = ?', (key,)):
                 found[key] = {n: v for n, v in zip(names, values[1:], strict=True) if v is not None}
         return found
 
@@ -178,7 +179,7 @@ class Store:
         order = [self._key, *first, *(name for name in self._known if name in there)]
         if order == self.names():
             return
-        kinds = {row[1]: row[2] for row in self._db.execute("PRAGMA table_info(results)")}
+        kinds = {row[1]: row[2] for row in self._select("PRAGMA table_info(results)")}
         made = ", ".join(f"{_quoted(n)} {kinds[n]}" + (" PRIMARY KEY" if n == self._key else "") for n in order)
         heads = ", ".join(map(_quoted, order))
         self._write(
@@ -201,12 +202,12 @@ class Store:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
                 table = csv.writer(out)
                 table.writerow(self.names())
-                table.writerows(self._db.execute(f'SELECT * FROM results ORDER BY "{self._key}"'))
+                table.writerows(self._select(f'SELECT * FROM results ORDER BY "{self._key}"'))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
 
     def _read_names(self) -> dict[str, None]:
-        return {row[1]: None for row in self._db.execute("PRAGMA table_info(results)")}
+        return {row[1]: None for row in self._select("PRAGMA table_info(results)")}
 
     def _kind(self, value: Any) -> str:
         """The type of a column; where nobody but trainmj reads it there is none, so that -0.0 stays what it is."""
@@ -216,17 +217,28 @@ class Store:
             return " INTEGER"
         return " REAL" if isinstance(value, float) else " TEXT"
 
+    def _select(self, query: str, values: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+        with self._troubles():
+            yield from self._db.execute(query, values)
+
     def _write(self, statements: Sequence[tuple[str, Sequence[Any]]]) -> None:
+        with self._troubles():
+            try:
+                self._db.execute("BEGIN IMMEDIATE")
+                for statement, values in statements:
+                    self._db.executemany(statement, values)
+                self._db.execute("COMMIT")
+            finally:
+                if self._db.in_transaction:
+                    self._db.execute("ROLLBACK")
+
+    @contextmanager
+    def _troubles(self) -> Iterator[None]:
+        """Say what is wrong with the file, and what to do."""
         try:
-            self._db.execute("BEGIN IMMEDIATE")
-            for statement, values in statements:
-                self._db.executemany(statement, values)
-            self._db.execute("COMMIT")
+            yield
         except sqlite3.Error as error:
             raise self._trouble(error) from None
-        finally:
-            if self._db.in_transaction:
-                self._db.execute("ROLLBACK")
 
     def _trouble(self, error: sqlite3.Error) -> OutputError:
         text = str(error)
@@ -279,14 +291,21 @@ def _reading(file: Path) -> sqlite3.Connection:
     return sqlite3.connect(f"{file.resolve().as_uri()}?mode=rw", timeout=_PATIENCE, uri=True)
 
 
-def read_columns(about: Mapping[str, str]) -> dict[str, Column]:
-    """What a store says of its responses, by column name."""
+def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
+    """What a store says of its responses, by column name.
+
+    Raises:
+        InputError: if that is not what a store says.
+    """
     if _COLUMNS not in about:
         return {}
     from trainmj.collision.quantities import Column
 
-    said: dict[str, dict[str, Any]] = json.loads(about[_COLUMNS])
-    return {name: Column(**{**column, "place": tuple(column["place"])}) for name, column in said.items()}
+    try:
+        said: dict[str, dict[str, Any]] = json.loads(about[_COLUMNS])
+        return {name: Column(**{**column, "place": tuple(column["place"])}) for name, column in said.items()}
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{file}: is damaged, or was changed by hand ({printable(str(error))})") from None
 
 
 def read_table(folder: str | Path) -> pd.DataFrame:
@@ -318,13 +337,12 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
             db.execute("BEGIN")  # both from one moment
             about = dict(db.execute("SELECT key, value FROM about"))
             table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
-        columns = read_columns(about)
-    except (sqlite3.Error, DatabaseError) as error:
+    except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
         if "locked" in str(error):
             raise InputError(f"{file}: is being written by another process: try again in a moment") from None
-        raise InputError(f"{file}: is not the file of a sweep, or damaged ({error})") from None
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{file}: is damaged, or was changed by hand ({error})") from None
+        reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
+        raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
+    columns = read_columns(about, file)
     first = [name for name in table if name not in columns]
     table = table[[*first, *(name for name in columns if name in table)]]
     table.attrs["columns"] = columns
