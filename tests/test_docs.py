@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 
@@ -102,7 +103,7 @@ def test_the_whole_scenario_file_of_the_docs_runs(tmp_path):
 def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):
     for title in ("cases.csv", "many.yaml"):
         (tmp_path / title).write_text(file_block("docs/sweeps.md", title), encoding="utf-8")
-    assert f"{len(trainmj.load_plan(tmp_path / 'many.yaml'))} cases" in read("docs/sweeps.md")
+    assert f"{len(trainmj.load_sweep(tmp_path / 'many.yaml'))} cases" in read("docs/sweeps.md")
 
 
 def test_links_lead_somewhere():
@@ -130,6 +131,20 @@ def test_the_citation_is_of_this_version():
     assert cited["cff-version"] == "1.2.0"
     assert str(cited["version"]) == version("trainmj")
     assert cited["references"][0]["doi"] in read("README.md")
+
+
+def test_the_architecture_names_what_is_there():
+    """Breaks if a module or name that the page sends its reader to has moved."""
+    said = re.findall(r"`([\w./]+)`", without_blocks("docs/architecture.md"))
+    packages = {p.parent.name for p in (ROOT / "trainmj").glob("*/__init__.py")}
+    modules = [name for name in said if re.fullmatch(r"[a-z_]+(\.\w+)+", name) and name.split(".")[0] in packages]
+    assert len(modules) > 20
+    for name in modules:
+        package, module, *rest = name.split(".")
+        home = import_module(f"trainmj.{package}.{module}")
+        assert all(hasattr(home, word) for word in rest[:1]), name
+    for file in (name for name in said if name.startswith("collision/") or "/__init__" in name):
+        assert (ROOT / "trainmj" / file).exists(), file
 
 
 # every page as written
