@@ -231,7 +231,9 @@ def test_plain_values_have_none_where_json_has_no_number(against_a_wall):
     assert plain["vehicles"][1]["peak_device_acceleration_g"] is None
     assert plain["criteria"]["TAMA_g"] is None
     assert plain["criteria"]["TS_mm"] == pytest.approx(250.0)
-    assert set(plain) == {*("status", "where", "reason", "criteria", "duration_s", "interfaces", "vehicles", "balance")}
+    assert set(plain) == {
+        *("status", "where", "reason", "criteria", "duration_s", "interfaces", "vehicles", "balance", "limits")
+    }
     front = plain["interfaces"][0]
     assert (front["crush_mm"], front["exhausted"]) == (200.0, False)
     assert front["stages"] == [{"name": "device", "stroke_mm": 200.0, "limit_mm": 300.0}]
