@@ -42,7 +42,7 @@ def said_no(done, *words):
 def plan_in(tmp_path, text, name="many.yaml"):
     file = tmp_path / name
     file.write_text(text, encoding="utf-8")
-    return trainmj.load_plan(file)
+    return trainmj.load_sweep(file)
 
 
 # the cases of a plan
@@ -93,6 +93,12 @@ def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tm
     assert set(table["collision.gap_mm"]) == {0, 10}
 
 
+def test_a_sweep_of_plain_values_is_that_of_a_file(tmp_path):
+    sweep = trainmj.sweep_of({"scenario": "b_type", "vary": {"mass_t": {"from": 30, "to": 36, "count": 3}}})
+    file = plan_in(tmp_path, "scenario: b_type\nvary: {mass_t: {from: 30, to: 36, count: 3}}\n")
+    assert list(sweep.cases()) == list(file.cases())
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -106,7 +112,10 @@ def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tm
         ("scenario: b_type\nvary: {mass_t: '30,33'}\ntogether: {mass_t: [30]}\n", ["mass_t", "twice"]),
         ("scenario: b_type\ncases: none.csv\n", ["none.csv", "there is no such file"]),
         ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {uniform: [3, 1]}}}\n", ["uniform", "lower"]),
-        ("scenario: b_type\nsample: {count: 3, factors: {mass_t: {}}}\n", ["mass_t", "needs uniform, normal or choice"]),
+        (
+            "scenario: b_type\nsample: {count: 3, factors: {mass_t: {}}}\n",
+            ["needs uniform, normal or choice"],
+        ),
         ("scenario: b_type\nsample: {count: 0, factors: {mass_t: {uniform: [1, 3]}}}\n", ["count", "at least 1"]),
         ("scenario: b_type\nvary: {mass_t: '30,33'}\nhistories: [2]\n", ["no case 2", "last is 1"]),
         ("scenario: b_type\nvary: {mass_t: '1:2:900000', speed_km_h: '1:2:900000'}\n", ["cases, more than"]),

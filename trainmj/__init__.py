@@ -25,9 +25,10 @@ if TYPE_CHECKING:
     from trainmj.collision.result import Result, load_result
     from trainmj.collision.simulation import run
     from trainmj.collision.summary import Summary, summarise
+    from trainmj.identification import identify, load_targets, targets_of
     from trainmj.scenario import Scenario, load, save
     from trainmj.study import Study, StudyResult, load_study, run_study, study_of
-    from trainmj.sweep import load_plan, plan_of, read_table, run_sweep
+    from trainmj.sweep import load_sweep, plan_of, read_table, run_sweep, sweep_of
 
 _HOMES = {
     "line_up": "collision.chain",
@@ -41,15 +42,19 @@ _HOMES = {
     "load": "scenario",
     "save": "scenario",
     "run": "collision.simulation",
-    "load_plan": "sweep",
+    "load_sweep": "sweep",
     "plan_of": "sweep",
     "read_table": "sweep",
     "run_sweep": "sweep",
+    "sweep_of": "sweep",
     "Study": "study",
     "StudyResult": "study",
     "load_study": "study",
     "run_study": "study",
     "study_of": "study",
+    "identify": "identification",
+    "load_targets": "identification",
+    "targets_of": "identification",
 }
 
 __all__ = [
@@ -62,12 +67,14 @@ __all__ = [
     "StudyResult",
     "Summary",
     "TrainmjError",
+    "identify",
     "installed",
     "line_up",
     "load",
-    "load_plan",
     "load_result",
     "load_study",
+    "load_sweep",
+    "load_targets",
     "plan_of",
     "read_table",
     "run",
@@ -77,6 +84,8 @@ __all__ = [
     "save",
     "study_of",
     "summarise",
+    "sweep_of",
+    "targets_of",
 ]
 
 

@@ -211,7 +211,7 @@ def cost_of_study(study: Any) -> float:
     design, optimiser = study.spec.design, study.spec.optimiser
     if design.kind in ("full_factorial", "central_composite"):
         return float("inf")  # the number of points is not known before the design
-    runs = (design.n or 8) + (
+    runs = getattr(design, "n", 8) + (
         optimiser.simulator.particles * optimiser.simulator.iterations if optimiser.on != "surrogate" else 0
     )
     guesses = optimiser.surrogate.particles * optimiser.surrogate.iterations * (optimiser.on != "simulator")
@@ -292,7 +292,7 @@ def results_of(kind: str) -> Mapping[str, Any]:
         if kind == "study":
             trainmj.run_study(trainmj.load_study(Path(name, "my.study.yaml")), folder, threads=1, figures=())
         elif kind == "sweep":
-            trainmj.run_sweep(trainmj.load_plan(Path(name, "my.sweep.yaml")), folder, threads=1)
+            trainmj.run_sweep(trainmj.load_sweep(Path(name, "my.sweep.yaml")), folder, threads=1)
         else:
             folder.mkdir()
             trainmj.run(trainmj.load(Path(name, "base.yaml"))).save(folder / "result.nc")
@@ -310,7 +310,7 @@ KINDS = (
         "sweep",
         "my.sweep.yaml",
         lambda: BESIDE | {"my.sweep.yaml": SWEEP, "cases.csv": CASES},
-        trainmj.load_plan,
+        trainmj.load_sweep,
         cost_of_sweep,
         use_sweep,
     ),

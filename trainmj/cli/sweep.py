@@ -63,7 +63,7 @@ def sweep(
     if plan.is_sweep_file(scenario):
         if vary:
             raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
-        cases = plan.load_plan(scenario, changes)
+        cases = plan.load_sweep(scenario, changes)
     else:
         grid: dict[str, str] = {}
         for text in vary:

@@ -1,7 +1,7 @@
 """Sweeps: many cases of a scenario, stored as they end, resumed where they stopped."""
 
 from trainmj.cases.store import read_table
-from trainmj.sweep.plan import Plan, load_plan, plan_of
+from trainmj.sweep.plan import Plan, load_sweep, plan_of, sweep_of
 from trainmj.sweep.run import Outcome, run_sweep
 
-__all__ = ["Outcome", "Plan", "load_plan", "plan_of", "read_table", "run_sweep"]
+__all__ = ["Outcome", "Plan", "load_sweep", "plan_of", "read_table", "run_sweep", "sweep_of"]

@@ -162,7 +162,7 @@ def is_sweep_file(file: str) -> bool:
     return there and "scenario" in read_yaml(path).values
 
 
-def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Plan:
+def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Plan:
     """Read a sweep file.
 
     Args:
@@ -172,7 +172,23 @@ def load_plan(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pla
     Raises:
         InputError: with file, line, key, value and rule.
     """
-    source = read_yaml(find_file(file, ".sweep.yaml", "sweep"))
+    return _checked(read_yaml(find_file(file, ".sweep.yaml", "sweep")), changes or {})
+
+
+def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Plan:
+    """Check plain values, keys as in a sweep file, and make the plan.
+
+    Args:
+        values: nested dicts, lists, strings and numbers.
+        folder: where files named in it are.
+
+    Raises:
+        InputError: listing every key, value and rule that is broken.
+    """
+    return _checked(Source(values, folder=Path(folder)), {})
+
+
+def _checked(source: Source, changes: Mapping[str, Any]) -> Plan:
     spec = source.checked(SweepFile)
     source.refuse(broken_rules(spec))
     scenario = scenario_of(source, spec.scenario, spec.set)
