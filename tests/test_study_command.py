@@ -424,6 +424,7 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
         ("set.mass_t", 33, ["factors.M.sets", "fixed under set"]),
         ("factors.D", {"sets": "mass_t", "levels": ["=1", "b"]}, ["factors.D.levels.0 = '=1'", "formulas"]),
         ("factors.D", {"sets": "mass_t", "levels": [1, [2]]}, ["factors.D.levels.1", "must be text"]),
+        ("factors.test", COUPLER, ["factors.test", "second column 'test'"]),
         ("responses.D", "TS_mm", ["responses.D", "name of a factor"]),
         ("responses.TS", "TS_m", ["responses.TS = 'TS_m'", "no response of this name", "did you mean 'TS_mm'"]),
         ("design.n", 1, ["design.n = 1", "at least 2"]),

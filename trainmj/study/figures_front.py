@@ -37,11 +37,12 @@ def fronts(
     study: Study,
     predicted: FloatArray,
     simulated: FloatArray,
-    kept: NDArray[np.bool_],
     direct: FloatArray,
+    *,
+    kept: NDArray[np.bool_],
     facts: Mapping[str, Any],
 ) -> Figure:
-    """The surrogates' front, the same designs simulated, and the front found on the simulator; all (n, r)."""
+    """The surrogates' front, the same designs simulated, and the front found on the simulator; objectives (n, m)."""
     figure, panels = _pairs(study)
     for axes, i, j in panels:
         axes.scatter(direct[:, i], direct[:, j], s=40, color=SKY, label="found on the simulator", zorder=2)
@@ -75,7 +76,7 @@ def weights(found: Weights) -> Figure:
 
 def decision(study: Study, values: FloatArray, best: int, others: Mapping[str, int], method: str) -> Figure:
     """The front (n, m) with the chosen design and what other methods would choose."""
-    figure, panels = _pairs(study, of_responses=False)
+    figure, panels = _pairs(study)
     for axes, i, j in panels:
         axes.plot(values[:, i], values[:, j], ".", ms=5, color=GREY, label="front", zorder=2)
         axes.plot(*values[best, [i, j]], "o", ms=8, color=ORANGE, label=f"chosen: {method}", zorder=4)
@@ -123,13 +124,11 @@ def _bars(axes: Axes, names: list[str], values: FloatArray, colour: str, form: s
     axes.grid(visible=False, axis="y")
 
 
-def _pairs(study: Study, of_responses: bool = True) -> tuple[Figure, list[tuple[Axes, int, int]]]:
-    """A panel for each pair of objectives, with the columns of the two among the responses or the objectives."""
-    pairs = list(itertools.combinations(study.objectives, 2))
+def _pairs(study: Study) -> tuple[Figure, list[tuple[Axes, int, int]]]:
+    """A panel for each pair of objectives, with the places of the two."""
+    labels = [r.label for r in study.objectives]
+    pairs = list(itertools.combinations(range(len(labels)), 2))
     figure, panels = grid(len(pairs), 66.0)
-    columns = study.responses if of_responses else study.objectives
-    result = []
-    for axes, (a, b) in zip(panels, pairs, strict=True):
-        axes.set(xlabel=a.label, ylabel=b.label)
-        result.append((axes, columns.index(a), columns.index(b)))
-    return figure, result
+    for axes, (i, j) in zip(panels, pairs, strict=True):
+        axes.set(xlabel=labels[i], ylabel=labels[j])
+    return figure, [(axes, i, j) for axes, (i, j) in zip(panels, pairs, strict=True)]

@@ -117,5 +117,6 @@ def compared(study: Study, predicted: Designs, direct: Designs, simulator: Simul
     }
     simulated = pd.DataFrame(real.responses, columns=[head(f"{r.name}_simulated", r.unit) for r in study.responses])
     table = pd.concat([predicted.table(), simulated.assign(status=real.status, kept=kept)], axis=1)
-    draw = partial(figures.fronts, study, predicted.responses, real.responses, kept, direct.responses, facts)
+    fronts = [study.criteria(designs.responses) for designs in (predicted, real, direct)]
+    draw = partial(figures.fronts, study, *fronts, kept=kept, facts=facts)
     return Output(None, {"07_fronts": table}, facts, {"07_fronts": draw} if len(study.objectives) > 1 else {})

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
+from trainmj.collision.quantities import Column
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
 from trainmj.files.problems import Path, Problem
@@ -23,9 +24,12 @@ from trainmj.study.file import (
     PolynomialOfTerms,
     StudyFile,
 )
-from trainmj.units import unit_of
+from trainmj.units import head, unit_of
 
 DEFAULT = "default"
+
+_TAKEN = ("test", "status", "reason", "method", "picked_for", "rank", "score", "share_of_near_weights", "kept")
+"""Columns that the study's tables have beside factors and responses."""
 
 _MOST_CORNERED = 10  # factors of a central composite design
 _MOST_STEPS = 1e9  # of a resolution over the range of a factor
@@ -34,16 +38,17 @@ _MOST_COMBINATIONS = 100_000  # of exponents that are gone through for the terms
 _MOST_EVALUATIONS = {"surrogate": 10_000_000, "simulator": 1_000_000}
 
 
-def broken_rules(spec: StudyFile, scenario: Scenario, columns: Collection[str]) -> Iterator[Problem]:
+def broken_rules(spec: StudyFile, scenario: Scenario, columns: Mapping[str, Column]) -> Iterator[Problem]:
     """Every rule that the parts of a study file break between them.
 
     Args:
         spec: the parts.
         scenario: with the values under ``set``.
-        columns: names of the responses that the scenario has.
+        columns: responses that the scenario has, by name.
     """
     yield from _factors(spec, scenario)
     yield from _responses(spec, columns)
+    yield from _heads(spec, columns)
     yield from _design(spec)
     yield from _surrogates(spec)
     yield from _criteria(spec)
@@ -57,11 +62,14 @@ def factor_of(name: str, part: FactorPart) -> Factor:
     Raises:
         InputError: if bounds are not in order, or levels not different.
     """
-    unit = part.unit if part.unit is not None else unit_of(part.targets[0])
     if isinstance(part, ChoiceFactor):
-        return Factor(name, unit=unit, kind="choice", levels=tuple(part.levels))
+        return Factor(name, unit=_unit(part), kind="choice", levels=tuple(part.levels))
     lower, upper = part.bounds
-    return Factor(name, lower, upper, unit=unit, kind=part.kind)
+    return Factor(name, lower, upper, unit=_unit(part), kind=part.kind)
+
+
+def _unit(part: FactorPart) -> str:
+    return part.unit if part.unit is not None else unit_of(part.targets[0])
 
 
 def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
@@ -91,7 +99,7 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 yield Problem((*at, "sets"), "is fixed under set: leave it out there")
 
 
-def _responses(spec: StudyFile, columns: Collection[str]) -> Iterator[Problem]:
+def _responses(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:
     for name, column in spec.responses.items():
         at: Path = ("responses", name)
         if column not in columns:
@@ -100,6 +108,17 @@ def _responses(spec: StudyFile, columns: Collection[str]) -> Iterator[Problem]:
             yield Problem(at, "is the name of a factor: choose another")
         if name == DEFAULT:
             yield Problem(at, "is reserved for the surrogate of all others: choose another")
+
+
+def _heads(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:
+    """Factors and responses whose columns in the study's tables would not have a name of their own."""
+    heads = {("factors", name): head(name, _unit(part)) for name, part in spec.factors.items()}
+    heads |= {("responses", name): head(name, columns[c].unit) for name, c in spec.responses.items() if c in columns}
+    taken = set(_TAKEN)
+    for at, column in heads.items():
+        if column in taken and at[1] not in spec.factors.keys() & spec.responses.keys():
+            yield Problem(at, f"makes a second column {column!r} in the study's tables: choose another name")
+        taken.add(column)
 
 
 def _design(spec: StudyFile) -> Iterator[Problem]:
