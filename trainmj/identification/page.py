@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from shlex import quote
-from typing import Any
 
 import numpy as np
 
@@ -33,9 +31,8 @@ def page_of(found: Found, command: str = "") -> Page:
     plan = found.plan
     page = Page(plan.title, subtitle=tables.size(plan), command=command, versions=identity())
     _outcome(page.section("Outcome"), found)
-    for role, title in tables.ROLES.items():
-        if role in found.samples:
-            _fit(page.section(title), found, role)
+    for role in found.samples:
+        _fit(page.section(role.capitalize()), found, role)
     section = page.section("Values found")
     section.table(tables.parameters(found))
     section.facts(tables.constraints(found))
@@ -80,7 +77,7 @@ def _fit(section: Section, found: Found, role: str) -> None:
     table = found.residuals[found.residuals["role"] == role]
     ratio = (table["deviation"] / table["allowed"]).to_numpy()
     section.plot(
-        [dots(role, ratio, table["target"].tolist(), texts=[_said(found, row) for row in table.to_dict("records")])],
+        [dots(role, ratio, table["target"].tolist(), texts=[_said(found, row) for row in tables.rows_of(table)])],
         axes(
             "(found - wanted) / allowed",
             "",
@@ -96,7 +93,7 @@ def _fit(section: Section, found: Found, role: str) -> None:
     section.table(tables.values(found, role), folded=True)
 
 
-def _said(found: Found, row: Mapping[Any, Any]) -> str:
+def _said(found: Found, row: tables.Row) -> str:
     return f"{tables.case_of(found, row)}: {row['found']:.5g} for {row['wanted']:.5g} {row['unit']}"
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,50 @@ from trainmj.identification.frames import OPEN
 from trainmj.identification.plan import Identification
 from trainmj.output.table import Column, Table, Verdict, judged, passed, warned
 
+if TYPE_CHECKING:
+    import pandas as pd
+
+Row = Mapping[str, Any]
+
 ROLES = {"fitted": "Fit", "held out": "Held out: never seen by the search"}
+
+_FIT = {
+    "target": Column("Target", text=True),
+    "unit": Column("unit", text=True),
+    "values": Column("values"),
+    "rms": Column("rms", digits=".3g"),
+    "bias": Column("bias", digits="+.2g"),
+    "largest": Column("largest", digits="+.3g"),
+    "largest_percent": Column("largest", "%", digits="+.2f"),
+    "outside": Column("outside"),
+    "bars": Column("bars", text=True),
+}
+_PARAMETERS = {
+    "parameter": Column("Parameter", text=True),
+    "unit": Column("unit", text=True),
+    "value": Column("value", digits=".6g"),
+    "low": Column("95 % from", head="95 %\nfrom"),
+    "high": Column("to"),
+    "remark": Column("remark", text=True),
+    "standard_error": Column("standard error"),
+    "lower_bound": Column("lower bound"),
+    "upper_bound": Column("upper bound"),
+}
+_DIRECTIONS = {
+    "in_words": Column("Combination", text=True),
+    "deviation": Column("deviation", "%"),
+    "verdict": Column("", text=True),
+}
+_VALUES = {
+    "data": Column("Data", text=True),
+    "case": Column("case", text=True),
+    "target": Column("target", text=True),
+    "unit": Column("unit", text=True),
+    "wanted": Column("wanted"),
+    "found": Column("found"),
+    "deviation": Column("deviation"),
+    "verdict": Column("", text=True),
+}
 
 
 def size(plan: Identification) -> str:
@@ -22,27 +65,54 @@ def size(plan: Identification) -> str:
 
 def fit(found: Found, role: str) -> Table:
     """How closely each target is met, by the values that were fitted or held out."""
-    rows = found.fit[found.fit["role"] == role].to_dict("records")
-    keys = ("target", "unit", "values", "rms", "bias", "largest", "largest_percent", "outside")
-    return Table(
-        [
-            Column("Target", text=True),
-            Column("unit", text=True),
-            Column("values"),
-            Column("rms", digits=".3g"),
-            Column("bias", digits="+.2g"),
-            Column("largest", digits="+.3g"),
-            Column("largest", "%", digits="+.2f"),
-            Column("outside"),
-            Column("bars", text=True),
-        ],
-        [(*(row[key] for key in keys), _bars(row)) for row in rows],
-        ROLES[role],
-        "Outside: beyond the tolerance, or the bar on each value where there is one.",
+    rows = rows_of(found.fit[found.fit["role"] == role])
+    note = "Outside: beyond the tolerance, or the bar on each value where there is one."
+    return _table(_FIT, [row | {"bars": _bars(row)} for row in rows], ROLES[role], note)
+
+
+def parameters(found: Found) -> Table:
+    """The values found, and how well they are known."""
+    return _table(
+        _PARAMETERS,
+        [row | _known(row) for row in rows_of(found.parameters)],
+        "Parameters",
+        "Errors follow from the derivatives at the values found, tolerances taken as standard deviations; they "
+        "grow with the misfit where that is larger than the tolerances say.",
     )
 
 
-def _bars(row: Mapping[Any, Any]) -> Verdict:
+def directions(found: Found) -> Table:
+    """Combinations of parameters, worst determined first."""
+    rows = [
+        {
+            "in_words": row["in_words"],
+            "deviation": row["deviation_percent"] if np.isfinite(row["deviation_percent"]) else "no limit",
+            "verdict": passed("determined") if row["determined"] else warned("left open"),
+        }
+        for row in rows_of(found.directions)
+    ]
+    note = "One standard deviation along each, in percent of the ranges between the bounds."
+    return _table(_DIRECTIONS, rows, "Combinations of parameters, worst determined first", note)
+
+
+def values(found: Found, role: str) -> Table:
+    """Every value that was fitted or held out, with its case."""
+    rows = rows_of(found.residuals[found.residuals["role"] == role])
+    more = [{"case": case_of(found, row), "verdict": judged(row["within"], "within", "outside")} for row in rows]
+    return _table(_VALUES, [row | m for row, m in zip(rows, more, strict=True)], f"All {len(rows)} values")
+
+
+def rows_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    """The rows of a data frame, by the heads of its columns."""
+    return [{str(key): value for key, value in row.items()} for row in frame.to_dict("records")]
+
+
+def _table(columns: Mapping[str, Column], rows: Sequence[Row], title: str = "", note: str = "") -> Table:
+    """Some of the values of rows, under their heads."""
+    return Table(list(columns.values()), [[row[key] for key in columns] for row in rows], title, note)
+
+
+def _bars(row: Row) -> Verdict:
     stated = [f"{key} {row[f'bar_{key}']}" for key in ("each", "rms", "bias") if _is_there(row[f"bar_{key}"])]
     kept = None if row["kept"] is None else bool(row["kept"])
     return judged(kept, ", ".join(stated), f"not kept: {', '.join(stated)}", "none")
@@ -53,102 +123,21 @@ def _is_there(value: Any) -> bool:
     return value is not None and value == value
 
 
-def parameters(found: Found) -> Table:
-    """The values found, and how well they are known."""
-    return Table(
-        [
-            Column("Parameter", text=True),
-            Column("unit", text=True),
-            Column("value", digits=".6g"),
-            Column("95 % from"),
-            Column("to"),
-            Column("remark", text=True),
-            Column("standard error"),
-            Column("lower bound"),
-            Column("upper bound"),
-        ],
-        [
-            (
-                row["parameter"],
-                row["unit"],
-                row["value"],
-                *_interval(row),
-                row["remark"],
-                None if row["remark"] == OPEN else row["standard_error"],
-                row["lower_bound"],
-                row["upper_bound"],
-            )
-            for row in found.parameters.to_dict("records")
-        ],
-        "Values found",
-        "Errors follow from the derivatives at the values found, tolerances taken as standard deviations; they grow "
-        "with the misfit where that is larger than the tolerances say.",
-    )
-
-
-def _interval(row: Mapping[Any, Any]) -> tuple[str, str]:
-    """Both ends of the 95 % interval; of an end beyond a bound, only that it is."""
+def _known(row: Row) -> dict[str, Any]:
+    """Both ends of the 95 % interval, and the standard error; of an end beyond a bound, only that it is."""
     low, high = row["low_95"], row["high_95"]
-    return (
-        f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
-        f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
-    )
+    return {
+        "low": f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
+        "high": f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
+        "standard_error": None if OPEN in row["remark"] else row["standard_error"],
+    }
 
 
 def _number(value: float) -> str:
     return f"{value:.5g}" if np.isfinite(value) else "-"
 
 
-def directions(found: Found) -> Table:
-    """Combinations of parameters, worst determined first."""
-    names = found.plan.unknowns.names
-    return Table(
-        [Column("Combination", text=True), Column("deviation", "%"), Column("", text=True)],
-        [
-            (
-                d.in_words(names),
-                100.0 * d.deviation if np.isfinite(d.deviation) else "no limit",
-                passed("determined") if d.determined else warned("left open"),
-            )
-            for d in found.known.directions
-        ],
-        "Combinations of parameters, worst determined first",
-        "One standard deviation along each, in percent of the ranges between the bounds.",
-    )
-
-
-def values(found: Found, role: str) -> Table:
-    """Every value that was fitted or held out, with its case."""
-    rows = found.residuals[found.residuals["role"] == role].to_dict("records")
-    return Table(
-        [
-            Column("Data", text=True),
-            Column("case", text=True),
-            Column("target", text=True),
-            Column("unit", text=True),
-            Column("wanted"),
-            Column("found"),
-            Column("deviation"),
-            Column("", text=True),
-        ],
-        [
-            (
-                row["data"],
-                case_of(found, row),
-                row["target"],
-                row["unit"],
-                row["wanted"],
-                row["found"],
-                row["deviation"],
-                judged(row["within"], "within", "outside"),
-            )
-            for row in rows
-        ],
-        f"All {len(rows)} values",
-    )
-
-
-def case_of(found: Found, row: Mapping[Any, Any]) -> str:
+def case_of(found: Found, row: Row) -> str:
     """The case of a row of the residuals in words: ``mass_t = 33, speed_km_h = 20``."""
     names = dict.fromkeys(name for sample, _ in found.samples.values() for case in sample.cases for name in case)
     return ", ".join(f"{name} = {row[name]}" for name in names if _is_there(row[name]))
