@@ -39,7 +39,7 @@ class Found:
         way: of the search.
         folder: where the files are.
         simulated: trials simulated now.
-        there: trials that were in the folder before.
+        there: collisions that were in the folder before.
         seconds: wall time.
     """
 

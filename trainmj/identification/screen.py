@@ -53,7 +53,7 @@ def print_found(found: Found) -> None:
     """The closing summary of an identification."""
     console = new_console()
     plan, known = found.plan, found.known
-    before = f", {found.there} were there" if found.there else ""
+    before = f", {found.there} collisions were there" if found.there else ""
     wide = "; below 1: the tolerances are wide" if known.chi2 < 0.3 else ", about 1 if the tolerances are right"
     console.print(Text(plan.title, style="bold"))
     console.print(f"{tables.size(plan)}; {found.simulated} trials simulated now{before}", markup=False)

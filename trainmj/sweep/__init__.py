@@ -1,4 +1,4 @@
-"""Sweeps: many cases of a scenario, stored as they end, resumed where they stopped."""
+"""Sweeps: many cases of a scenario, each kept as it ends."""
 
 from trainmj.cases.store import read_table
 from trainmj.sweep.plan import Plan, load_sweep, plan_of, sweep_of
