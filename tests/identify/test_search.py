@@ -19,10 +19,10 @@ def unknowns(tolerance: float = 0.01) -> Unknowns:
     """Three forces of the buffer that never fall, the last one solved from the area."""
     force = "curves.buffer.force_kN"
     parameters = (
-        Unknown("k", "", 20.0, 400.0, True, 80.0, None, 0.0, (Setting("devices.coupler.stiffness_kN_per_mm", 1, 0),)),
-        Unknown("f10", "", 100.0, 400.0, False, 250.0, None, 0.0, (Setting(f"{force}.1", 1.0, 0.0),)),
-        Unknown("f30", "", 150.0, 600.0, False, 460.0, 1, 5.0, (Setting(f"{force}.2", 1.0, 0.0),)),
-        Unknown("f60", "", 200.0, 900.0, False, 600.0, 2, 0.0, (Setting(f"{force}.3", 1.0, 0.0),)),
+        Unknown("k", "", 20.0, 400.0, 80.0, (Setting("devices.coupler.stiffness_kN_per_mm"),), log=True),
+        Unknown("f10", "", 100.0, 400.0, 250.0, (Setting(f"{force}.1"),)),
+        Unknown("f30", "", 150.0, 600.0, 460.0, (Setting(f"{force}.2"),), above=1, gap=5.0),
+        Unknown("f60", "", 200.0, 900.0, 600.0, (Setting(f"{force}.3"),), above=2),
     )
     return Unknowns(scenario(), parameters, (Area("energy", "curves.buffer", 0.0, 60.0, AREA_KJ, 3, tolerance),))
 
@@ -69,7 +69,7 @@ def test_the_area_is_that_of_the_curve():
 
 def test_a_parameter_sets_several_places_with_factor_and_offset():
     both = (Setting("curves.tube.force_kN.0", 1.0, 0.0), Setting("curves.tube.force_kN.1", 2.0, -100.0))
-    one = Unknowns(scenario(), (Unknown("x", "", 1.0, 900.0, False, 500.0, None, 0.0, both),), ())
+    one = Unknowns(scenario(), (Unknown("x", "", 1.0, 900.0, 500.0, both),), ())
     assert one.changes(np.array([450.0])) == {"curves.tube.force_kN.0": 450.0, "curves.tube.force_kN.1": 800.0}
 
 
@@ -77,8 +77,7 @@ def curve(area: float | None = AREA_KJ, factor: float = 10.0) -> Unknowns:
     """The buffer sought as a whole: 250 and 460 kN between 0 and 600 kN, at 10 and 30 of 60 mm."""
     force = "curves.buffer.force_kN"
     inner = tuple(
-        Unknown(f"b{k}", "kN", 0.0, 600.0, False, value, None, 0.0, (Setting(f"{force}.{k}", 1.0, 0.0),))
-        for k, value in ((1, 250.0), (2, 460.0))
+        Unknown(f"b{k}", "kN", 0.0, 600.0, value, (Setting(f"{force}.{k}"),)) for k, value in ((1, 250.0), (2, 460.0))
     )
     rise = Rise("b", (0, 1), np.array([0.0, 10.0, 30.0, 60.0]), 0.0, 600.0, factor)
     energy = () if area is None else (Area("energy", "curves.buffer", 0.0, 60.0, area, rise.widest(0, 60), 0.01),)

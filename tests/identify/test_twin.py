@@ -118,10 +118,7 @@ def test_the_standard_errors_are_those_of_a_linear_model():
 
             unknowns = Unknowns(
                 scenario(),
-                tuple(
-                    Unknown(n, "", 0.0, 10.0 * (k + 1), False, 1.0, None, 0.0, (Setting(f"p{k}", 1.0, 0.0),))
-                    for k, n in enumerate("abc")
-                ),
+                tuple(Unknown(n, "", 0.0, 10.0 * (k + 1), 1.0, (Setting(f"p{k}"),)) for k, n in enumerate("abc")),
                 (),
             )
 

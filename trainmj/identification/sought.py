@@ -76,11 +76,11 @@ def _single(name: str, part: ParameterPart, scenario: Scenario, places: dict[str
         _unit_of_path(settings[0].path) if part.unit is None else part.unit,
         part.bounds[0],
         part.bounds[1],
-        part.scale == "log",
         start,
-        None if part.above is None else places[part.above],
-        part.gap,
         settings,
+        log=part.scale == "log",
+        above=None if part.above is None else places[part.above],
+        gap=part.gap,
     )
 
 
@@ -92,17 +92,9 @@ def _unit_of_path(path: str) -> str:
 def _inner(name: str, part: CurvePart, stroke: Array, force: Array) -> list[Unknown]:
     """The inner forces of a curve that is sought as a whole, by the strokes at which they are."""
     first, last = float(force[0]), float(force[-1])
+    settings = [(Setting(f"{part.curve}.force_kN.{k}"),) for k in range(stroke.size)]
+    start = np.clip(force, first, last).tolist()
     return [
-        Unknown(
-            member_name(name, stroke[k]),
-            "kN",
-            first,
-            last,
-            False,
-            float(np.clip(force[k], first, last)),
-            None,
-            0.0,
-            (Setting(f"{part.curve}.force_kN.{k}", 1.0, 0.0),),
-        )
+        Unknown(member_name(name, stroke[k]), "kN", first, last, start[k], settings[k])
         for k in range(1, stroke.size - 1)
     ]

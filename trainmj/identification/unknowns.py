@@ -30,8 +30,8 @@ class Setting(NamedTuple):
     """A place in the scenario that gets factor * parameter + offset."""
 
     path: str
-    factor: float
-    offset: float
+    factor: float = 1.0
+    offset: float = 0.0
 
     def of(self, parameter: float) -> float:
         """What the place gets."""
@@ -47,22 +47,22 @@ class Unknown:
         unit: of its value; empty if there is none.
         lower: bound.
         upper: bound.
-        log: whether the search and the uncertainty are in its logarithm.
         start: value at which the search may begin.
+        settings: what it sets.
+        log: whether the search and the uncertainty are in its logarithm.
         above: place of the parameter it never falls below; None if there is none.
         gap: by how much it stays above that one.
-        settings: what it sets.
     """
 
     name: str
     unit: str
     lower: float
     upper: float
-    log: bool
     start: float
-    above: int | None
-    gap: float
     settings: tuple[Setting, ...]
+    log: bool = False
+    above: int | None = None
+    gap: float = 0.0
 
     def scaled(self, value: float) -> float:
         """The value on its axis, which is straight or logarithmic."""
