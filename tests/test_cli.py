@@ -193,7 +193,7 @@ def test_a_passed_limit_is_marked():
     assert "stroke exhausted at S1-M1 anti_climber" in text
     (line,) = (line for line in text.splitlines() if line.startswith("stroke of front anti_climber"))
     assert "159  FAIL" in line
-    assert re.search(r"^  anti_climber .* > 265 *$", text, re.MULTILINE)
+    assert re.search(r"^\s+anti_climber .* > 265\s*$", text, re.MULTILINE)
 
 
 def test_titles_are_printed_as_they_are(tmp_path):
