@@ -4,10 +4,8 @@ The law of docs/physics.md makes a hybrid system. Each interface is on one of fi
 sticks; between two switches every force is a linear function of strokes and rates, so the motion is y' = A y + b. A
 branch is left when one of its conditions, rows of G y + h >= 0, fails; DOP853 finds that moment by event location.
 
-Nothing here calls :mod:`trainmj.collision.device` or the compiled law: a chain is taken as plain numbers (masses,
-speeds, curve points, stiffnesses, dashpots, friction), and only :meth:`_Joint.force`, ``conditions`` and ``leave``
-say what a
-device does.
+Nothing here calls the device law, compiled or not: a chain is taken as plain numbers (masses, speeds, curve points,
+stiffnesses, dashpots, friction), and only :meth:`_Joint.force`, ``conditions`` and ``leave`` say what a device does.
 """
 
 from __future__ import annotations
