@@ -240,6 +240,14 @@ def test_a_change_redoes_only_what_depends_on_it(again, changes, redone, simulat
     assert second.simulated in simulated
 
 
+def test_what_is_done_again_from_files_is_what_a_new_study_finds(again, tmp_path):
+    changes = {"weights": {"of": "front"}, "surrogates": {"default": {"order": 1}}, "design__resolution": {"D": 1}}
+    run(small(design__resolution={"D": 1}), again)
+    second, fresh = run(small(**changes), again), run(small(**changes), tmp_path / "out")
+    assert {"design", "simulations"}.isdisjoint(second.computed)
+    assert digests(again) == digests(fresh.folder)
+
+
 def test_other_surrogates_need_no_new_simulations(again):
     second = run(small(surrogates={"default": {"order": 1}}), again)
     assert {"surrogates", "front on the surrogates"} <= set(second.computed)

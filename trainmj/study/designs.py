@@ -53,7 +53,7 @@ class Designs:
             InputError: if there are fewer than three of them.
         """
         good = ~self.failed
-        if good.sum() >= 3:  # column by column in memory: numpy adds up a column most accurately then
+        if good.sum() >= 3:  # columns in one piece are added up most accurately
             return np.asfortranarray(self.points[good]), np.asfortranarray(self.responses[good])
         if good.all():
             raise InputError(f"the design has {len(self)} points, too few to go on: give three or more")
