@@ -13,7 +13,9 @@ from click.testing import CliRunner
 from trainmj.cli import main
 from trainmj.collision.device import Envelope
 from trainmj.errors import EngineError
-from trainmj.verification import closed_forms, independent, oracles, suite, symmetries
+from trainmj.paper import analysis
+from trainmj.paper.bars import FROM_PRINT, HELD_OUT, IDENTIFIED
+from trainmj.verification import closed_forms, independent, oracles, published, suite, symmetries
 from trainmj.verification.check import Check, Kind, furthest
 from trainmj.verification.independent import solve
 from trainmj.verification.systems import shipped
@@ -129,6 +131,18 @@ def test_a_case_that_cannot_be_computed_fails_and_the_others_go_on(short):
     assert len(found.failed) == 1
     assert "the law <b>did not</b> run" in found.failed[0].what
     assert len(found.checks) == 8
+
+
+def test_published_numbers_need_no_study(monkeypatch):
+    def called(*_, **__):
+        raise AssertionError("did the paper's study")
+
+    for name in ("fit_polynomial", "correlate", "entropy_weights", "mopso"):
+        monkeypatch.setattr(analysis, name, called)
+    checks = list(published.paper())
+    assert len(checks) == 25
+    assert all(check.passed for check in checks)
+    assert {check.case for check in checks} == {f"Paper: {group}" for group in (FROM_PRINT, IDENTIFIED, HELD_OUT)}
 
 
 def test_an_empty_suite_does_not_pass(monkeypatch):
