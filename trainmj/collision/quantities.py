@@ -255,7 +255,7 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
     Quantity("mass", "t", -6, "mass", "mass", lambda m: m.chain.mass / TONNE),
     Quantity(
         "peak_device_acceleration", "g", 4, "device\npeak",
-        "largest |acceleration| by the devices alone, from every step, as the paper of the B-type train counts it",
+        "largest |acceleration| by the devices alone, from every step",
         lambda m: m.tally.device_peak / G, "peak_device",
     ),
     Quantity(
