@@ -1,18 +1,20 @@
-"""The study runner: from a study file to a chosen and verified design, each step kept in a folder.
+"""Studies: from a study file to a chosen and verified design, each step kept in a folder.
 
-The numerical steps are :mod:`trainmj.doe`; this package gives them trains.
+The numerical methods are in :mod:`trainmj.doe`; this package applies them to trains.
 
-    spec, rules, plan   the study file: parts, rules between them, the frozen study
-    folder, simulator   what is kept: steps with their files, finished collisions
-    lattice             points that are whole multiples of a resolution
-    steps               design, simulations, correlation
-    surrogates          what stands in for the simulation
-    fronts              search on the surrogates, on the simulator, and the one against the other
-    choice              weights, decision, check
-    run, screen         all of it, in order; what the command prints
+    file, rules, plan         the study file: parts, rules between them, the checked study
+    folder, simulator         what is kept: steps with their files, finished collisions
+    designs                   what steps hand on: designs with their responses
+    steps                     the scenario as it stands, design, simulations, correlation
+    surrogates                what stands in for the simulation
+    fronts                    searches on the surrogates and on the simulator, and their comparison
+    choice                    weights, decision, check
+    run                       all steps, in order
+    tables                    what was found, told once for terminal and page
+    screen, page, figures     terminal, report, pictures
 """
 
-from trainmj.study.plan import Study, load_study, shipped_studies, study_of
+from trainmj.study.plan import Study, load_study, study_of
 from trainmj.study.run import STEPS, StudyResult, Watch, run_study
 
-__all__ = ["STEPS", "Study", "StudyResult", "Watch", "load_study", "run_study", "shipped_studies", "study_of"]
+__all__ = ["STEPS", "Study", "StudyResult", "Watch", "load_study", "run_study", "study_of"]

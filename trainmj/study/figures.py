@@ -34,9 +34,9 @@ def design(space: Space, points: FloatArray) -> Figure:
     for axes, (i, j) in zip(panels, pairs, strict=True):
         y = points[:, j] if i != j else np.zeros(len(points))
         axes.scatter(points[:, i], y, s=18, color=BLUE, zorder=3, clip_on=False)
-        name_axis(axes, "x", space.factors[i])
+        _name_axis(axes, "x", space.factors[i])
         if i != j:
-            name_axis(axes, "y", space.factors[j])
+            _name_axis(axes, "y", space.factors[j])
         else:
             axes.set_yticks([])
     picture.suptitle(f"Design: {len(points)} points", x=0.01, ha="left", fontweight="bold")
@@ -62,7 +62,7 @@ def _responses_by_factor(study: Study, draw: Callable[[Axes, int, int], None]) -
             draw(axes[k, i], i, k)
         axes[k, 0].set_ylabel(response.label)
     for i, factor in enumerate(space.factors):
-        name_axis(axes[-1, i], "x", factor)
+        _name_axis(axes[-1, i], "x", factor)
     picture.align_ylabels(axes[:, 0])
     return picture
 
@@ -162,14 +162,14 @@ def _contours(study: Study, models: Sequence[Surrogate], points: FloatArray) -> 
         axes.scatter(points[:, 0], points[:, 1], s=6, color="black", zorder=3, clip_on=False)
         axes.set_title(response.label)
         axes.grid(visible=False)
-        name_axis(axes, "x", first)
-        name_axis(axes, "y", second)
+        _name_axis(axes, "x", first)
+        _name_axis(axes, "y", second)
     title = "Surrogates; dots: simulated" + ("; shaded: beyond the limit" if study.limits else "")
     picture.suptitle(title, x=0.01, ha="left")
     return picture
 
 
-def name_axis(axes: Axes, which: str, factor: Factor) -> None:
+def _name_axis(axes: Axes, which: str, factor: Factor) -> None:
     """Label an axis by a factor with its unit; a choice by its levels."""
     spread = 0.03 * (factor.upper - factor.lower)
     settings: dict[str, Any] = {

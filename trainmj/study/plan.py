@@ -15,7 +15,7 @@ from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.files.problems import Problem
-from trainmj.files.resources import find_file, shipped_files
+from trainmj.files.resources import find_file
 from trainmj.files.source import Source
 from trainmj.files.text import beside
 from trainmj.files.yaml import read_yaml
@@ -215,8 +215,3 @@ def _file(spec: StudyFile, folder: Path) -> Iterator[Problem]:
                 yield Problem(("design", "file"), "there is no such file beside it")
         except InputError as error:
             yield Problem(("design", "file"), str(error).removeprefix("file: "))
-
-
-def shipped_studies() -> dict[str, Path]:
-    """Names and paths of the studies that ship with trainmj."""
-    return shipped_files(_ENDING)
