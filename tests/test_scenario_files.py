@@ -388,6 +388,12 @@ def test_anchors_that_multiply_are_refused(tmp_path):
         load(written(tmp_path, "\n".join(lines)))
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_anchor_may_be_used_again():
+    text = GOOD.replace("vehicles: 3", "vehicles: &a 3").replace("speed_km_h: 20", "speed_km_h: &a 20, gap_mm: *a")
+    assert from_yaml(text).collision.gap_mm == 20
+
+
 def test_circles_of_builds_on_are_refused(tmp_path):
     written(tmp_path, "builds_on: b.yaml\n", "a.yaml")
     written(tmp_path, "builds_on: a.yaml\n", "b.yaml")
