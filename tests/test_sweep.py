@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import sqlite3
 import subprocess
 import time
@@ -18,6 +19,7 @@ import trainmj
 from trainmj.cases.engine import Computed, Local
 from trainmj.cases.store import Store
 from trainmj.cli import main
+from trainmj.collision.identity import identity
 from trainmj.files.folder import held
 from trainmj.sweep.plan import grid_values
 
@@ -451,9 +453,51 @@ def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undis
     assert csv_of(tmp_path) == csv_of(undisturbed[0])
 
 
+def change_identity(**parts):
+    """On a worker: as if other versions were installed."""
+    import trainmj.collision.identity as home
+
+    now = tuple((home.identity() | parts).items())
+    home._identity = lambda: now
+
+
+@pytest.mark.thorough
+def test_workers_of_another_identity_are_refused_with_what_differs(tmp_path):
+    from dask.distributed import Client, LocalCluster
+
+    from trainmj.cases.cluster import engine
+
+    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:200"})
+    mine = identity()
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        one, two = client.scheduler_info()["workers"]
+        client.run(change_identity, mujoco="3.3.0", workers=[two])
+        with pytest.raises(trainmj.InputError, match=rf"worker {two}: .* mujoco 3.3.0 there, {mine['mujoco']} here"):
+            engine(client, plan.scenario)
+        client.run(change_identity, mujoco=mine["mujoco"], platform="a node", workers=[two])
+        with pytest.raises(trainmj.InputError, match="platform .*a node"):
+            engine(client, plan.scenario)
+        client.run(change_identity, platform="a node", workers=[one])
+        nodes = engine(client, plan.scenario)  # all alike, and another processor than the one that hands cases out
+        client.run(change_identity, platform="another node", workers=[two])  # one that comes later
+        with pytest.raises(trainmj.InputError, match="platform another node there, a node here"):
+            trainmj.run_sweep(plan, tmp_path, engine=nodes)
+    with sqlite3.connect(tmp_path / "results.sqlite") as db:
+        assert db.execute("SELECT value FROM about WHERE key = 'version_platform'").fetchone() == ("a node",)
+
+
 def test_no_scheduler_at_the_address_is_said(tmp_path):
     done = trainmj_sweep("b_type", *CASES, "--out", tmp_path, "--dask", "nonsense")
     assert said_no(done, "--dask nonsense", "no scheduler")
+
+
+def test_another_service_at_the_address_is_no_scheduler(tmp_path, monkeypatch):
+    """It answers nothing, for ever."""
+    monkeypatch.setattr("trainmj.cases.cluster._PATIENCE", 0.5)
+    with socket.create_server(("127.0.0.1", 0)) as service:
+        address = f"tcp://127.0.0.1:{service.getsockname()[1]}"
+        done = trainmj_sweep("b_type", *CASES, "--out", tmp_path, "--dask", address)
+    assert said_no(done, f"--dask {address}", "no scheduler answers at this address (timed out)")
 
 
 def test_json_values_survive_in_the_table(tmp_path):

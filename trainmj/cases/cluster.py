@@ -7,6 +7,7 @@ has ended is in the store already.
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
@@ -48,6 +49,8 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
     Raises:
         InputError: if no scheduler answers at the address, or it has no workers or unsuitable ones.
     """
+    for name in ("distributed", "distributed.client"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong comes back as an exception
     if address == LOCAL:
         with LocalCluster(threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
             yield engine(client, scenario)
@@ -56,7 +59,9 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
         asyncio.run(asyncio.wait_for(_reach(address), _PATIENCE))  # a client would wait for ever for another service
         client = Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(f"--dask {address}: no scheduler answers at this address ({error or 'timed out'})") from None
+        raise InputError(
+            f"--dask {address}: no scheduler answers at this address ({str(error) or 'timed out'})"
+        ) from None
     with client:
         try:
             client.wait_for_workers(1, timeout=_PATIENCE)
@@ -113,14 +118,17 @@ class _Cluster:
                     at_work += 1
                 if not at_work:
                     return
-                _, (worker, found, computed) = next(running)
+                _, result = next(running)
+                if isinstance(result, Exception):  # a task that was cancelled is not raised
+                    raise result
+                worker, found, computed = result
                 at_work -= 1
                 self._agree(worker, found)
                 yield from computed
         except _LOST as error:
-            said = str(error) or type(error).__name__
+            said = (str(error) or type(error).__name__).splitlines()[0]
             raise EngineError(
-                f"the cluster is gone ({said}); finished cases are kept: the same command goes on"
+                f"the cluster failed ({said}); finished cases are kept: the same command goes on"
             ) from None
 
     def _most(self) -> int:
