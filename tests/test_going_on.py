@@ -3,6 +3,8 @@
 import importlib.util
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 from hashlib import sha256
 from pathlib import Path
 
@@ -231,6 +233,32 @@ def test_a_folder_that_somebody_writes_to_is_not_started_over(place, command):
     assert code == 2
     assert "another trainmj is writing" in said
     assert {file: file.read_bytes() for file in (place / command).iterdir()} == there
+
+
+def report(folder):
+    """Exit code and output of trainmj report."""
+    done = CliRunner().invoke(main, ["report", str(folder)])
+    assert "Traceback" not in done.output
+    return done.exit_code, done.output
+
+
+@pytest.mark.parametrize("command", ["sweep", "study"])
+def test_a_report_beside_a_running_writer_has_what_is_there_or_a_clear_word(place, command):
+    folder = place / command
+    with held(folder):
+        assert report(folder)[0] == 0
+        if command == "sweep":
+            with closing(sqlite3.connect(folder / "results.sqlite")) as db, db:
+                db.execute("DELETE FROM results")
+        else:
+            (folder / "summary.json").unlink()
+        code, said = report(folder)
+    assert code == 2
+    assert "another trainmj is writing to this folder: wait for it" in said
+    code, said = report(folder)
+    assert code == 2
+    assert "goes on" in said
+    assert "damaged" not in said
 
 
 @pytest.mark.parametrize("fresh", [(), ("--fresh",)])

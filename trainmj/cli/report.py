@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from trainmj.errors import InputError
+from trainmj.files.folder import is_held
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
@@ -101,9 +102,11 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
     file = source.with_name(name) if out is None else Path(out)
     try:
         page = kind.page(source)
-    except InputError:
-        raise
     except _DAMAGED as error:
+        if is_held(source.parent):
+            raise InputError(f"{source.parent}: another trainmj is writing to this folder: wait for it") from error
+        if isinstance(error, InputError):
+            raise
         said = printable(f"{type(error).__name__}: {error}")[:200]
         raise InputError(
             f"{source.parent}: a file here is damaged or was changed by hand ({said}): make the results again"

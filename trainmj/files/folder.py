@@ -45,6 +45,15 @@ def held(folder: str | Path) -> Iterator[Path]:
             os.close(handle)
 
 
+def is_held(folder: Path) -> bool:
+    """Whether something is writing results to a folder."""
+    try:
+        with held(folder):
+            return False
+    except OutputError:
+        return True
+
+
 def _locked(folder: Path) -> int | None:
     """A handle that holds the folder; None where there are no locks."""
     if fcntl is None:  # pragma: no cover
