@@ -4,9 +4,9 @@
     design.points            # (10, d) natural values, integers rounded
     design.quality()         # smallest distance, phi_p, centred discrepancy, distinct levels
 
-Every function takes a space and gives a `Design`; the same seed gives the same one on every machine. Distances are taken
-after rounding, with every factor scaled to [0, 1] by its bounds, so designs with integer factors are judged as they
-will be run.
+Every function takes a space and gives a `Design`; the same seed gives the same one on every machine. Distances are
+taken after rounding, with every factor scaled to [0, 1] by its bounds, so designs with integer factors are judged as
+they will be run.
 """
 
 from __future__ import annotations
