@@ -14,7 +14,8 @@ result = trainmj.run(trainmj.load("b_type", {"empty_stroke_mm": 50}))
 print(trainmj.summarise(result).TS_mm)
 ```
 
-Values inside are in SI. Other units appear at the edges only, in the names. Names that are not on these pages may change.
+Values inside are in SI. Other units appear at the edges only, in the names. Names that are not on these pages may
+change.
 """
 
 _STUDY = """# Python: studies on arrays

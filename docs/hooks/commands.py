@@ -10,8 +10,8 @@ from trainmj.cli import main
 
 _INTRODUCTION = """# Commands
 
-This page is made from the commands themselves; `trainmj COMMAND --help` shows the same. Wrong input ends with one message
-and exit code 2, never with a traceback.
+This page is made from the commands themselves; `trainmj COMMAND --help` shows the same. Wrong input ends with one
+message and exit code 2, never with a traceback.
 """
 
 

@@ -6,16 +6,16 @@ from trainmj.collision.quantities import BALANCE, COLLISION, INTERFACE, STAGE, T
 
 _INTRODUCTION = """# Responses
 
-Every number that is computed of a collision: its name in JSON, in `interfaces.csv` and `vehicles.csv` and in Python, and
-its column in a sweep, a study or a targets file. Interfaces are named from the front: `S1_M1` is the front, `M1_M2` the
-coupler behind the head car of the moving train, `S1_S2` that of its partner.
+Every number that is computed for a collision: its name in JSON, `interfaces.csv`, `vehicles.csv` and Python, and its
+column in a sweep, a study or a targets file. Interfaces are named from the front: `S1_M1` is the front, `M1_M2` the
+coupler behind the head car of the moving train, and `S1_S2` that of its partner.
 """
 
 _THINGS = {INTERFACE: "M1-M2", (STAGE,): "S1-M1 anti_climber", TRAIN: "", COLLISION: "", BALANCE: ""}
 
 
 def page() -> str:
-    """All quantities by what they belong to."""
+    """All quantities, grouped by what they belong to."""
     parts = [_INTRODUCTION]
     for title, quantities in groups().items():
         thing = _THINGS.get(quantities, "M1")

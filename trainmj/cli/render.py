@@ -1,4 +1,4 @@
-"""The commands render and view: see a collision."""
+"""The commands render and view, which show a collision."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _size(context: click.Context, parameter: click.Parameter, text: str) -> tupl
 @click.command()
 @takes_scenario
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Film (.webp, .mp4) or still (.png).")
-@click.option("--camera", type=click.Choice(_CAMERAS), default="overview", show_default=True, help="Where it stands.")
+@click.option("--camera", type=click.Choice(_CAMERAS), default="overview", show_default=True, help="Point of view.")
 @click.option("--slow", type=float, default=0.1, show_default=True, help="Pace of a film; 1 is real time.")
 @click.option("--fps", type=float, default=15.0, show_default=True, help="Frames of a film a second.")
 @click.option(
@@ -52,7 +52,7 @@ def render(
 ) -> None:
     """Write a film or a still of a collision, at true scale.
 
-    No screen and no graphics card are needed. SCENARIO may also be a saved result, result.nc or its folder: it is
+    This needs no screen and no graphics card. SCENARIO may also be a saved result, result.nc or its folder, which is
     shown without simulating again.
     """
     with _without("MUJOCO_GL"):  # MuJoCo would load that library on import, and fail in its own way
@@ -77,9 +77,9 @@ def render(
 @takes_scenario
 @click.option("--slow", type=float, default=0.1, show_default=True, help="Pace; 1 is real time.")
 def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
-    """Open MuJoCo's viewer and let the collision happen in it.
+    """Open MuJoCo's viewer and play the collision in it.
 
-    A screen is needed.
+    This needs a screen.
     """
     from trainmj.view import viewer
 
@@ -89,7 +89,7 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
 
 @contextmanager
 def _without(variable: str) -> Iterator[None]:
-    """Keep a variable of the environment from what is imported."""
+    """Hide a variable of the environment from what is imported."""
     value = os.environ.pop(variable, None)
     try:
         yield
@@ -99,7 +99,7 @@ def _without(variable: str) -> Iterator[None]:
 
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:
-    """A saved result, or a scenario's, computed."""
+    """A saved result, or that of a scenario, computed now."""
     from trainmj.collision.result import find_result, load_result
 
     file = find_result(scenario)
