@@ -110,7 +110,7 @@ def test_an_unknown_column_is_refused_before_anything_runs():
 
 def test_an_unknown_response_is_refused():
     with pytest.raises(trainmj.InputError, match=r"TSmm.*did you mean 'TS_mm'"):
-        chosen(["TS_mm", "TAMA_g"], ["TSmm"])
+        chosen(["TSmm"], columns_of(line_up(trainmj.load("b_type", FAST))))
 
 
 def test_columns_stand_in_one_order_whatever_order_the_cases_ended_in():

@@ -310,3 +310,18 @@ def test_a_study_removes_nothing_outside_its_folder_whatever_the_folder_says(pla
         assert code == 2
         assert "which is not a plain name" in said
     assert victim.read_text() == "precious"
+
+
+@pytest.mark.parametrize("command", ["study", "identify"])
+def test_a_response_that_cannot_be_a_number_is_refused_before_anything_runs(tmp_path, command):
+    inputs(tmp_path)
+    for name, response in (("my.study.yaml", "peak_device_M1_g"), ("my.targets.yaml", "stroke_M1_wall_mm")):
+        file = tmp_path / name
+        file.write_text(file.read_text().replace(response, "cfc60_peak_M1_g"))
+    train = tmp_path / "train.yaml"
+    train.write_text(train.read_text().replace("step_ms: 0.1", "step_ms: 0.1\n  record_every_ms: 5"))
+    code, said = do(tmp_path, command)
+    assert code == 2
+    assert "is not a number with simulation.record_every_ms = 5" in said
+    assert "take at most 1.6" in said
+    assert not (tmp_path / command).exists()

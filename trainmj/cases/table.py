@@ -12,14 +12,11 @@ with its status and reason; the others go on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from trainmj.cases.engine import Local, Row
-from trainmj.collision.deceleration import FILTER_INTERVAL
-from trainmj.collision.quantities import Column, ordered
-from trainmj.errors import InputError, close_match
+from trainmj.collision.quantities import Column, matching, ordered
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -59,23 +56,21 @@ def run_cases(
     for number, row, of_row in Local(scenario, threads)(enumerate(plain)):
         rows[number] = row
         columns |= of_row
-    names = chosen([*STATUS, *(column.name for column in ordered(columns.values()))], responses)
+    names = chosen(responses, {column.name: column for column in ordered(columns.values())})
     found = pd.DataFrame([rows[i] for i in range(len(cases))], index=cases.index, columns=names)
     table = pd.concat([cases, found], axis=1)
     table.attrs["columns"] = {name: columns[name] for name in names if name in columns}
     return table
 
 
-def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
-    """The names that patterns choose, in their own order; status and reason always.
+def chosen(patterns: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
+    """Status and reason, and the responses that names or patterns choose; none where every case was refused.
 
     Raises:
         InputError: if a pattern chooses none.
     """
-    for pattern in patterns:
-        if not any(fnmatchcase(name, pattern) for name in names):
-            raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, names)}")
-    return [n for n in names if n in STATUS or any(fnmatchcase(n, p) for p in patterns)]
+    asked = [pattern for pattern in patterns if pattern not in STATUS]
+    return [*STATUS, *(matching(asked, columns) if columns else ())]
 
 
 def check_columns(scenario: Scenario, columns: Sequence[str]) -> None:
@@ -86,13 +81,6 @@ def check_columns(scenario: Scenario, columns: Sequence[str]) -> None:
     """
     for name in columns:
         scenario.locate(name)
-
-
-def no_number(name: str, scenario: Scenario) -> str:
-    """What is said of a response that is NaN: only the channel filter needs records that are close to each other."""
-    longest = int(1e4 * FILTER_INTERVAL) / 10
-    every = scenario.simulation.record_every_ms
-    return f"{name} is not a number with simulation.record_every_ms = {every:g}: take at most {longest:g}"
 
 
 def _plain(value: Any) -> Any:

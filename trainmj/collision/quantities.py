@@ -16,10 +16,10 @@ import numpy as np
 
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import WALL, Chain, Interface
-from trainmj.collision.deceleration import cfc60_peak, mean_deceleration, window_peak
+from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, mean_deceleration, window_peak
 from trainmj.collision.device import Array, Device
 from trainmj.errors import InputError, close_match
-from trainmj.units import KJ, KM_H, KN, MM, TONNE, G, head
+from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
 
 T = TypeVar("T")
 
@@ -412,6 +412,18 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
         if not any(fnmatchcase(name, pattern) for name in columns):
             raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, columns)}")
     return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
+
+
+def no_number(column: Column, chain: Chain) -> str:
+    """Why a response of a chain is not a number, and the cure; empty if it is one."""
+    interval = chain.step * chain.steps_per_record
+    if not column.quantity.startswith("cfc60") or interval <= FILTER_INTERVAL:
+        return ""
+    longest = int(FILTER_INTERVAL * 1e4) / 10
+    return (
+        f"{column.name} is not a number with simulation.record_every_ms = {interval / MS:g}, too far apart for its "
+        f"filter: take at most {longest:g}"
+    )
 
 
 def ordered(columns: Iterable[Column]) -> list[Column]:

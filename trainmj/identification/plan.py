@@ -12,7 +12,7 @@ import numpy as np
 
 from trainmj.collision.chain import line_up
 from trainmj.collision.device import Array
-from trainmj.collision.quantities import columns_of
+from trainmj.collision.quantities import columns_of, no_number
 from trainmj.errors import InputError, close_match
 from trainmj.files.problems import Problem
 from trainmj.files.resources import find_file
@@ -211,11 +211,15 @@ def _target(name: str, part: TargetPart, found: Sequence[Observation], start: Sc
     terms = parse_sum(part.response)
     case = next(o.case for o in found if o.target == name)
     try:
-        columns = columns_of(line_up(start.with_values(case)))
+        chain = line_up(start.with_values(case))
     except InputError as error:
         raise InputError(f"start values, the case {dict(case)}: {error}") from None
+    columns = columns_of(chain)
     for column in terms:
         if column not in columns:
             rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, columns)}"
+        else:
+            rule = no_number(columns[column], chain)
+        if rule:
             raise source.error(rule, "targets", name, "response")
     return Target(name, terms, columns[next(iter(terms))].unit, part)

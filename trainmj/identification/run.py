@@ -13,7 +13,6 @@ import numpy as np
 from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store, remove
-from trainmj.cases.table import no_number
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
@@ -133,12 +132,8 @@ def _check_start(plan: Identification, threads: int) -> None:
             raise InputError(f"start values, {said}: {row['status']}: {row['reason']}")
         for target in plan.targets:
             for column in target.terms:
-                rule = ""
                 if column not in columns:
                     rule = f"there is no response {column!r} in {said}{close_match(column, columns)}"
-                elif not np.isfinite(row[column]):
-                    rule = no_number(column, plan.scenario)
-                if rule:
                     raise plan.source.error(rule, "targets", target.name, "response")
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.chain import line_up
-from trainmj.collision.quantities import columns_of
+from trainmj.collision.quantities import columns_of, no_number
 from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
@@ -186,13 +186,16 @@ def _checked(source: Source) -> Study:
     spec = source.checked(StudyFile)
     scenario = scenario_of(source, spec.scenario, spec.set)
     try:
-        columns = columns_of(line_up(scenario))
+        chain = line_up(scenario)
     except InputError as error:
         raise source.error(str(error), "scenario") from None
+    columns = columns_of(chain)
+    reasons = {name: no_number(columns[c], chain) for name, c in spec.responses.items() if c in columns}
     check = {name: {name: value} for name, value in spec.check.set.items()}
     source.refuse(
         [
             *broken_rules(spec, scenario, columns),
+            *(Problem(("responses", name), reason) for name, reason in reasons.items() if reason),
             *refused(("check", "set"), check, scenario),
             *_file(spec, source.folder),
         ]

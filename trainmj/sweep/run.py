@@ -122,7 +122,7 @@ def _keeper(plan: Plan) -> Callable[[Computed], Row]:
             double = set(names) & set(plan.names)
             if double:
                 raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
-            wanted[names] = chosen(names, plan.responses) if computed.columns else list(names)
+            wanted[names] = chosen(plan.responses, computed.columns)
         return plan.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
 
     return keep
