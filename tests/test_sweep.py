@@ -475,7 +475,7 @@ def test_workers_of_another_identity_are_refused_with_what_differs(tmp_path):
         with pytest.raises(trainmj.InputError, match=rf"worker {two}: .* mujoco 3.3.0 there, {mine['mujoco']} here"):
             engine(client, plan.scenario)
         client.run(change_identity, mujoco=mine["mujoco"], platform="a node", workers=[two])
-        with pytest.raises(trainmj.InputError, match="platform .*a node"):
+        with pytest.raises(trainmj.InputError, match=r"platform .*a node"):
             engine(client, plan.scenario)
         client.run(change_identity, platform="a node", workers=[one])
         nodes = engine(client, plan.scenario)  # all alike, and another processor than the one that hands cases out
