@@ -32,8 +32,9 @@ import trainmj
 from trainmj.collision import kernel
 from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Layout
-from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
+from trainmj.collision.lineup import line_up
 from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import brentq, least_squares
 
 import trainmj
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, numbers, published
 from trainmj.units import G
 

@@ -10,7 +10,7 @@ import trainmj
 from trainmj.cases.engine import Local
 from trainmj.cases.table import chosen
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, ordered
 
 FAST = {"simulation.step_ms": 0.5}

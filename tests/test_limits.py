@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
 from trainmj.scenario import load

@@ -10,7 +10,8 @@ from builders import chain, changed, envelope, joined, scenario, values
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Tally
-from trainmj.collision.chain import Chain, largest_step, line_up
+from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.lineup import line_up
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, measure, summarise

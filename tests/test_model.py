@@ -11,7 +11,8 @@ import pytest
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Car, Joint, Layout
-from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.chain import Chain
+from trainmj.collision.lineup import line_up
 from trainmj.collision.model import MOTION, SENSED, build, plateau, spec
 from trainmj.collision.simulation import start
 from trainmj.files.resources import shipped_folder

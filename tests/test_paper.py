@@ -182,7 +182,7 @@ def test_table_2_scenarios_ship_as_printed(paper):
 
 def test_parameters_of_the_paper_are_set_by_their_short_names():
     """``--set empty_stroke_mm=35 --set mass_t=33 --set speed_km_h=25`` on the standard case."""
-    from trainmj.collision.chain import line_up
+    from trainmj.collision.lineup import line_up
 
     changed = line_up(load("b_type", {"empty_stroke_mm": 41, "mass_t": 31.5, "speed_km_h": 20}))
     assert changed.mass == pytest.approx([31.5e3] * 12)

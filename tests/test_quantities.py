@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, groups, ordered
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise

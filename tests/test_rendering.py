@@ -16,7 +16,7 @@ from PIL import Image
 
 from trainmj.cli import main
 from trainmj.collision import simulation
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.summary import summarise
 from trainmj.errors import EngineError, InputError, OutputError
 from trainmj.scenario import load

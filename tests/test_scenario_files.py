@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 
-from trainmj.collision.chain import largest_step, line_up
+from trainmj.collision.chain import largest_step
+from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError, OutputError, TrainmjError
 from trainmj.scenario import Scenario, from_yaml, load, save, schema, shipped, to_yaml
 

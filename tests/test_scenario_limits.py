@@ -11,8 +11,8 @@ from builders import scenario
 from click.testing import CliRunner
 
 from trainmj.cli import main
-from trainmj.collision.chain import line_up
 from trainmj.collision.limits import Criterion
+from trainmj.collision.lineup import line_up
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError

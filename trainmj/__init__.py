@@ -20,8 +20,8 @@ from trainmj.errors import EngineError, InputError, OutputError, TrainmjError
 
 if TYPE_CHECKING:
     from trainmj.cases.table import run_cases
-    from trainmj.collision.chain import line_up
     from trainmj.collision.kernel import installed
+    from trainmj.collision.lineup import line_up
     from trainmj.collision.result import Result, load_result
     from trainmj.collision.simulation import run
     from trainmj.collision.summary import Summary, summarise
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from trainmj.sweep import load_sweep, plan_of, read_table, run_sweep, sweep_of
 
 _HOMES = {
-    "line_up": "collision.chain",
+    "line_up": "collision.lineup",
     "run_cases": "cases.table",
     "Summary": "collision.summary",
     "summarise": "collision.summary",

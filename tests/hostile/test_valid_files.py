@@ -12,7 +12,7 @@ from kinds import KINDS, Kind
 from mutations import document, good
 
 import trainmj
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.study import Study

@@ -9,7 +9,7 @@ from scipy.stats import t
 from twins import AREA_KJ, KNOWN, plan, rows, scenario, values
 
 from trainmj import run_cases
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.identification import Found, identify
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Setting, Unknown, Unknowns

@@ -6,8 +6,9 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
+from trainmj.collision.lineup import line_up
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario

@@ -118,7 +118,7 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
 def check(scenario: str, changes: dict[str, Any]) -> None:
     """Check a scenario and print what would run."""
     loaded = load_scenario(scenario, changes)
-    from trainmj.collision.chain import line_up
+    from trainmj.collision.lineup import line_up
     from trainmj.single import screen
 
     screen.print_chain(loaded, line_up(loaded))
@@ -133,7 +133,7 @@ def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as the comment in it says.
     """
     loaded = load_scenario(scenario, changes)
-    from trainmj.collision.chain import line_up
+    from trainmj.collision.lineup import line_up
     from trainmj.files.atomic import write_bytes
     from trainmj.view.export import export as mjcf_of
 

@@ -13,11 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from trainmj.collision.device import Array, Device, Envelope, Stage, in_series
+from trainmj.collision.device import Array, Device, Envelope
 from trainmj.errors import InputError
-from trainmj.scenario import Scenario
-from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
-from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, G
+from trainmj.units import G
 
 WALL = -1
 """Stands for the rigid wall where an interface names the vehicle on its right."""
@@ -156,61 +154,6 @@ class Chain:
         return self.rail_friction * G * self.mass
 
 
-def line_up(scenario: Scenario) -> Chain:
-    """The chain of vehicles and interfaces that a scenario describes.
-
-    Args:
-        scenario: a checked scenario.
-
-    Raises:
-        InputError: if its step is too large for the stiffest device and the lightest vehicle, or a limit is stated for
-            what this chain does not have.
-    """
-    from trainmj.collision.limits import unknown_limits  # which knows the responses of a chain
-
-    c = scenario.collision
-    devices = {name: _device(name, spec, scenario) for name, spec in scenario.devices.items()}
-    train = scenario.trains[c.train]
-    moving = train.cars()
-    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h) for i, car in enumerate(moving)][::-1]
-    interfaces = [
-        _joint(f"M{i + 1}-M{i + 2}", len(moving) - i - 2, devices[str(moving[i].coupler)])
-        for i in range(len(moving) - 1)
-    ][::-1]
-    near = devices[str(train.front)]
-    n = len(moving)
-    if c.partner == RIGID_WALL:
-        interfaces.append(Interface("M1-wall", n - 1, WALL, near.envelope, near.envelope.stroke, (near,)))
-    else:
-        partner = scenario.trains[c.partner]
-        cars = partner.cars()
-        couplers = [car.coupler for car in cars[:-1]]
-        if c.partner_end == "rear":
-            cars, couplers = cars[::-1], couplers[::-1]
-        far = devices[str(getattr(partner, c.partner_end))]
-        envelope, left_stroke = in_series(near, far)
-        interfaces.append(Interface("S1-M1", n - 1, n, envelope, left_stroke, (near, far)))
-        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h) for i, car in enumerate(cars)]
-        interfaces += [_joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)]
-    s = scenario.simulation
-    chain = Chain(
-        tuple(vehicles),
-        tuple(interfaces),
-        n,
-        c.gap_mm * MM,
-        c.rail_friction,
-        s.step_ms * MS,
-        s.steps_per_record,
-        s.time_limit_s,
-        s.integrator,
-        scenario.limits,
-    )
-    check_step(chain)
-    if problems := list(unknown_limits(chain)):
-        raise scenario.refusal(problems)
-    return chain
-
-
 def largest_step(chain: Chain) -> float:
     """Largest stable step of a chain [s].
 
@@ -241,46 +184,3 @@ def check_step(chain: Chain) -> None:
             f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and "
             "damping of these devices and the mass of these vehicles, or the integration is unstable"
         )
-
-
-def _vehicle(name: str, car: Car, speed_km_h: float) -> Vehicle:
-    assert car.mass_t is not None  # held by the rules of a scenario
-    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H)
-
-
-def _joint(name: str, left: int, device: Device) -> Interface:
-    return Interface(name, left, left + 1, device.envelope, device.envelope.stroke, (device,))
-
-
-def _device(name: str, spec: DeviceSpec, parts: Parts) -> Device:
-    """The envelope and stages of a device, its stages laid end to end."""
-    stroke: list[float] = []
-    force: list[float] = []
-    stages: list[Stage] = []
-    at = 0.0  # where the stage before ends [mm]
-    for stage_name, stage in spec.all_stages().items():
-        u, f = parts.curve_points(stage.curve)
-        start = at + stage.empty_stroke_mm
-        if stage.empty_stroke_mm > 0:
-            idle_from = max(at, stroke[-1]) if stroke else 0.0
-            stroke += [idle_from, start]
-            force += [0.0, 0.0]
-        stroke += [start + x for x in u]
-        force += f
-        at = start + u[-1]
-        if stage.shear_off is not None:
-            ramp = stage.shear_off.ramp_mm
-            stroke += [at + ramp, at + 2 * ramp]
-            force += [stage.shear_off.force_kN, 0.0]
-        limit = np.inf if stage.stroke_limit_mm is None else stage.stroke_limit_mm * MM
-        stages.append(Stage(stage_name, start * MM, at * MM, limit))
-    stages[-1] = Stage(stages[-1].name, stages[-1].start, np.inf, stages[-1].limit)
-    points = np.column_stack([stroke, force])
-    points = points[np.append(True, np.any(np.diff(points, axis=0) != 0.0, axis=1))]
-    envelope = Envelope(
-        points[:, 0] * MM,
-        points[:, 1] * KN,
-        spec.stiffness_kN_per_mm * KN_PER_MM,
-        spec.damping_kN_s_per_m * KN_S_PER_M,
-    )
-    return Device(name, envelope, tuple(stages))

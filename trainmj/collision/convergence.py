@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, matching
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError

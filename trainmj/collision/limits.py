@@ -8,19 +8,14 @@ stages belong to the devices and hold wherever these are built in.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from trainmj.collision.quantities import INTERFACE, STAGE, VEHICLE, Quantity, columns_of
-from trainmj.errors import close_match
-from trainmj.files.problems import Problem
+from trainmj.collision.quantities import STAGE, Column, of_each
+from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 
-if TYPE_CHECKING:
-    from trainmj.collision.chain import Chain
-    from trainmj.collision.summary import Summary
-
-_EACH: dict[str, Quantity[Any]] = {q.name: q for q in VEHICLE} | {q.name: q for q in INTERFACE}
+Part = VehicleMetrics | InterfaceMetrics
 
 
 @dataclass(frozen=True)
@@ -62,57 +57,40 @@ class Criterion:
         return {name: getattr(self, name) for name in names}
 
 
-def unknown_limits(chain: Chain) -> Iterator[Problem]:
-    """A problem for each limit of a chain whose name is neither a quantity nor a response of this chain."""
-    known = {**_EACH, **columns_of(chain)} if chain.limits else {}
-    for name in chain.limits:
-        if name not in known:
-            rule = "there is no quantity or response of this name"
-            yield Problem(("limits", name), f"{rule}{close_match(name, known)}")
+def of_responses(
+    limits: Mapping[str, float], row: Mapping[str, float], columns: Mapping[str, Column], own: Iterable[Part]
+) -> Iterator[Criterion]:
+    """What became of the limits that a scenario states.
 
-
-def judge(summary: Summary) -> tuple[Criterion, ...]:
-    """Every limit beside what was found: those of the scenario, then the strokes of stages."""
-    return (*_of_scenario(summary), *_of_stages(summary))
-
-
-def _of_scenario(summary: Summary) -> Iterator[Criterion]:
-    row = summary.row()
-    for name, limit in summary.allowed.items():
-        if name in summary.columns:
-            column = summary.columns[name]
+    Args:
+        limits: largest values by quantity or column.
+        row: the responses by column.
+        columns: of the responses.
+        own: vehicles and interfaces of the moving train.
+    """
+    parts = list(own)
+    for name, limit in limits.items():
+        if name in columns:
+            column = columns[name]
             yield Criterion(name, column.title, "", row[name], limit, column.unit, column.digits)
         else:
-            quantity = _EACH[name]
-            things = summary.vehicles if quantity in VEHICLE else summary.interfaces
-            found = {thing.name: thing.values[name] for thing in things[: summary.n_moving]}
-            where = max(found, key=lambda thing: _badness(found[thing]))
+            quantity = of_each()[name]
+            worst = max((p for p in parts if name in p.values), key=lambda part: _badness(part.values[name]))
             title = quantity.key.replace("_", " ")
-            yield Criterion(name, title, where, found[where], limit, quantity.unit, quantity.digits)
+            yield Criterion(name, title, worst.name, worst.values[name], limit, quantity.unit, quantity.digits)
 
 
-def _of_stages(summary: Summary) -> Iterator[Criterion]:
+def of_stages(interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
     """The stroke limit of each stage that has one, where the stage is used most."""
     found: dict[str, Criterion] = {}
-    for interface in summary.interfaces:
+    for interface in interfaces:
         for stage in interface.stages:
-            if stage.limit_mm is None:
-                continue
-            several = len(interface.stages) > 1
-            path = f"devices.{interface.device}" + (f".stages.{stage.name}" if several else "")
-            of = f"{interface.device} {stage.name}" if several else interface.device
-            criterion = Criterion(
-                f"{path}.stroke_limit_mm",
-                f"stroke of {of}",
-                interface.name,
-                stage.stroke_mm,
-                stage.limit_mm,
-                STAGE.unit,
-                STAGE.digits,
-            )
-            before = found.get(criterion.name)
-            if before is None or _badness(before.found) < _badness(criterion.found):
-                found[criterion.name] = criterion
+            if stage.limit_mm is not None:
+                several = len(interface.stages) > 1
+                path = f"devices.{interface.device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"
+                title = f"stroke of {interface.device}{f' {stage.name}' if several else ''}"
+                one = Criterion(path, title, interface.name, stage.stroke_mm, stage.limit_mm, STAGE.unit, STAGE.digits)
+                found[path] = max(found.get(path, one), one, key=lambda criterion: _badness(criterion.found))
     yield from found.values()
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache, cached_property
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -342,6 +342,11 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
         "A stage": (STAGE,),
         "A vehicle": VEHICLE,
     }
+
+
+def of_each() -> dict[str, Quantity[Any]]:
+    """The quantities of every vehicle and interface by name."""
+    return {q.name: q for q in (*cast(tuple[Quantity[Any], ...], VEHICLE), *INTERFACE)}
 
 
 def crush_mm(side: Side) -> float:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from trainmj.collision.block import TALLY, Tally
-from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
+from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
 from trainmj.files.atomic import write_bytes
 from trainmj.files.text import printable

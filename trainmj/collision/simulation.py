@@ -7,9 +7,10 @@ import numpy as np
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Head, Layout, Tally
-from trainmj.collision.chain import Chain, line_up
+from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
 from trainmj.collision.identity import identity
+from trainmj.collision.lineup import line_up
 from trainmj.collision.model import build, split_sensors
 from trainmj.collision.result import Result
 from trainmj.errors import EngineError

@@ -14,7 +14,7 @@ import numpy as np
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
-from trainmj.collision.limits import Criterion, judge
+from trainmj.collision.limits import Criterion, Part, of_responses, of_stages
 from trainmj.collision.quantities import (
     BALANCE,
     COLLISION,
@@ -29,114 +29,14 @@ from trainmj.collision.quantities import (
     columns_of,
     order_of_vehicles,
 )
+from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
-from trainmj.errors import close_match
 from trainmj.files.plain import finite
 from trainmj.units import MM
 
 UNSTABLE = 1e-3
 """An energy balance that is further off, relative to the energy a collision can convert, makes a run unstable."""
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """Numbers by name; each is an attribute too.
-
-    Attributes:
-        values: by name, in the order of their table.
-    """
-
-    values: Mapping[str, float]
-
-    def __getattr__(self, name: str) -> float:
-        """A number by its name.
-
-        Raises:
-            AttributeError: if there is none of that name; the message says which name is near.
-        """
-        values: Mapping[str, float] = self.__dict__.get("values", {})
-        try:
-            return values[name]
-        except KeyError:
-            raise AttributeError(f"there is no {name!r} here{close_match(name, values)}") from None
-
-
-@dataclass(frozen=True)
-class StageUse:
-    """How far one stage of a device was used.
-
-    Attributes:
-        name: of the stage, such as anti_climber.
-        stroke_mm: largest stroke.
-        limit_mm: what the design allows; None if it states nothing.
-    """
-
-    name: str
-    stroke_mm: float
-    limit_mm: float | None
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether the limit was passed."""
-        return self.limit_mm is not None and self.stroke_mm > self.limit_mm
-
-
-@dataclass(frozen=True)
-class InterfaceMetrics(Numbers):
-    """One interface, or one train's side of the front interface.
-
-    Its numbers are those of :data:`trainmj.collision.quantities.INTERFACE`: ``stroke_mm``, ``energy_kJ`` and so on.
-
-    Attributes:
-        name: S1-M1, M1-M2 and so on; the partner's side of an unequal front is "S1-M1 partner".
-        device: name of the device.
-        stages: how far each stage of the device was used.
-        beyond_curve: whether the stroke went past the last point of the curve, where the force is only held.
-    """
-
-    name: str
-    device: str
-    stages: tuple[StageUse, ...]
-    beyond_curve: bool
-
-    @property
-    def crush_mm(self) -> float:
-        """Stroke without empty strokes: what counts in TS."""
-        return sum(stage.stroke_mm for stage in self.stages)
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether a stroke limit was passed, or the end of the curve."""
-        return self.beyond_curve or any(stage.exhausted for stage in self.stages)
-
-    def as_row(self) -> dict[str, Any]:
-        """Plain values for a table; stages are left out."""
-        return {"name": self.name, "device": self.device, **self.values, "beyond_curve": self.beyond_curve}
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain values, stages too."""
-        stages = [vars(stage) for stage in self.stages]
-        return self.as_row() | {"stages": stages, "crush_mm": self.crush_mm, "exhausted": self.exhausted}
-
-
-@dataclass(frozen=True)
-class VehicleMetrics(Numbers):
-    """One vehicle.
-
-    Its numbers are those of :data:`trainmj.collision.quantities.VEHICLE`: ``peak_device_acceleration_g`` and so on.
-
-    Attributes:
-        name: M1, S1 and so on.
-        kind: what its train calls it.
-    """
-
-    name: str
-    kind: str
-
-    def as_row(self) -> dict[str, Any]:
-        """Plain values for a table."""
-        return {"name": self.name, "kind": self.kind, **self.values}
 
 
 @dataclass(frozen=True)
@@ -167,7 +67,8 @@ class Summary(Numbers):
     @property
     def limits(self) -> tuple[Criterion, ...]:
         """Every limit beside what was found: those of the scenario, then the strokes of stages."""
-        return judge(self)
+        own: tuple[Part, ...] = (*self.vehicles[: self.n_moving], *self.interfaces[: self.n_moving])
+        return (*of_responses(self.allowed, self.row(), self.columns, own), *of_stages(self.interfaces))
 
     def row(self) -> dict[str, Any]:
         """Status, reason and every response by the name of its column: ``stroke_S1_M1_mm``, ``peak_device_M1_g``."""

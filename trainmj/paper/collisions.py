@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, summarise

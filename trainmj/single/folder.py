@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.collision.result import Result
-from trainmj.collision.summary import InterfaceMetrics, Summary, VehicleMetrics
+from trainmj.collision.summary import Summary
 from trainmj.errors import OutputError
 from trainmj.output.style import Format, Width, save
 from trainmj.scenario import to_yaml

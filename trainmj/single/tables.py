@@ -11,9 +11,10 @@ import numpy as np
 from trainmj.collision.chain import Chain, Interface, largest_step
 from trainmj.collision.device import Device
 from trainmj.collision.quantities import BALANCE, INTERFACE, VEHICLE, Quantity
+from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import MEANING, Kind, Status
-from trainmj.collision.summary import UNSTABLE, InterfaceMetrics, StageUse, Summary
+from trainmj.collision.summary import UNSTABLE, Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, no_number
 from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray

@@ -16,7 +16,7 @@ from trainmj.cases.origin import Origin
 from trainmj.cases.runner import rows_of
 from trainmj.cases.store import Store, key_of
 from trainmj.cases.table import STATUS
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.collision.status import FAILED
 from trainmj.doe.arrays import FloatArray

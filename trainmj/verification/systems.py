@@ -12,8 +12,9 @@ import numpy as np
 from trainmj.collision import kernel
 from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Joint, Layout, Tally
-from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, line_up
+from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
 from trainmj.collision.device import Array, Device, Envelope, Stage
+from trainmj.collision.lineup import line_up
 from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 from trainmj.collision.summary import Summary

@@ -10,7 +10,7 @@ import mujoco
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Head, Joint, Layout
-from trainmj.collision.chain import line_up
+from trainmj.collision.lineup import line_up
 from trainmj.collision.simulation import run, start
 from trainmj.errors import EngineError
 from trainmj.scenario import Scenario

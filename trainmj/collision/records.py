@@ -1,0 +1,109 @@
+"""What a summary is made of: the numbers of a vehicle, an interface, a stage."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from trainmj.errors import close_match
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers by name; each is an attribute too.
+
+    Attributes:
+        values: by name, in the order of their table.
+    """
+
+    values: Mapping[str, float]
+
+    def __getattr__(self, name: str) -> float:
+        """A number by its name.
+
+        Raises:
+            AttributeError: if there is none of that name; the message says which name is near.
+        """
+        values: Mapping[str, float] = self.__dict__.get("values", {})
+        try:
+            return values[name]
+        except KeyError:
+            raise AttributeError(f"there is no {name!r} here{close_match(name, values)}") from None
+
+
+@dataclass(frozen=True)
+class StageUse:
+    """How far one stage of a device was used.
+
+    Attributes:
+        name: of the stage, such as anti_climber.
+        stroke_mm: largest stroke.
+        limit_mm: what the design allows; None if it states nothing.
+    """
+
+    name: str
+    stroke_mm: float
+    limit_mm: float | None
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether the limit was passed."""
+        return self.limit_mm is not None and self.stroke_mm > self.limit_mm
+
+
+@dataclass(frozen=True)
+class InterfaceMetrics(Numbers):
+    """One interface, or one train's side of the front interface.
+
+    Its numbers are those of :data:`trainmj.collision.quantities.INTERFACE`: ``stroke_mm``, ``energy_kJ`` and so on.
+
+    Attributes:
+        name: S1-M1, M1-M2 and so on; the partner's side of an unequal front is "S1-M1 partner".
+        device: name of the device.
+        stages: how far each stage of the device was used.
+        beyond_curve: whether the stroke went past the last point of the curve, where the force is only held.
+    """
+
+    name: str
+    device: str
+    stages: tuple[StageUse, ...]
+    beyond_curve: bool
+
+    @property
+    def crush_mm(self) -> float:
+        """Stroke without empty strokes: what counts in TS."""
+        return sum(stage.stroke_mm for stage in self.stages)
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether a stroke limit was passed, or the end of the curve."""
+        return self.beyond_curve or any(stage.exhausted for stage in self.stages)
+
+    def as_row(self) -> dict[str, Any]:
+        """Plain values for a table; stages are left out."""
+        return {"name": self.name, "device": self.device, **self.values, "beyond_curve": self.beyond_curve}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, stages too."""
+        stages = [vars(stage) for stage in self.stages]
+        return self.as_row() | {"stages": stages, "crush_mm": self.crush_mm, "exhausted": self.exhausted}
+
+
+@dataclass(frozen=True)
+class VehicleMetrics(Numbers):
+    """One vehicle.
+
+    Its numbers are those of :data:`trainmj.collision.quantities.VEHICLE`: ``peak_device_acceleration_g`` and so on.
+
+    Attributes:
+        name: M1, S1 and so on.
+        kind: what its train calls it.
+    """
+
+    name: str
+    kind: str
+
+    def as_row(self) -> dict[str, Any]:
+        """Plain values for a table."""
+        return {"name": self.name, "kind": self.kind, **self.values}
