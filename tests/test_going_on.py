@@ -131,6 +131,19 @@ def test_a_study_uses_nothing_that_another_identity_computed(place, monkeypatch)
     assert back.changes == (f"numba 0.60.0 then, {identity()['numba']} now: every collision is computed again",)
 
 
+def test_what_has_changed_is_said_until_a_study_comes_to_its_end(place, monkeypatch):
+    later(monkeypatch, numba="0.99.0")
+    with monkeypatch.context() as patch:
+        patch.setattr("trainmj.study.run._summary", lambda *_: pytest.fail("killed"))
+        with pytest.raises(pytest.fail.Exception, match="killed"):
+            trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
+    assert json.loads((place / "study" / "summary.json").read_text())["versions"]["numba"] != "0.99.0"
+    again = trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
+    assert len(again.changes) == 1
+    assert "0.99.0 now: every collision is computed again" in again.changes[0]
+    assert trainmj.run_study(place / "my.study.yaml", place / "study", figures=()).changes == ()
+
+
 def test_an_edited_law_of_the_same_version_has_another_hash(tmp_path):
     """Any module of the package that computes collisions, at any depth."""
     source = Path(identities.__file__).parent

@@ -54,7 +54,7 @@ class Origin:
         if about.get(_SCENARIO) != now[_SCENARIO]:
             found += differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
         for name in self.inputs:
-            then, here = _read(about.get(name)), _read(now[name])
+            then, here = stated(about, name), stated(now, name)
             both = isinstance(then, dict) and isinstance(here, dict)
             found += differences(then, here, "" if both else name)
         return found
@@ -83,10 +83,10 @@ def differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
         yield f"{path} {_said(then)} then, {_said(now)} now"
 
 
-def _read(text: str | None) -> Any:
-    """What a store states; None for what it does not, or has not written itself."""
+def stated(about: Mapping[str, str], name: str) -> Any:
+    """A value that a store states as JSON; None if it states none."""
     try:
-        return json.loads(text or "null")
+        return json.loads(about.get(name, "null"))
     except ValueError:
         return None
 

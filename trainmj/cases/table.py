@@ -53,9 +53,11 @@ def run_cases(
     )
     rows: dict[int, Row] = {}
     columns: dict[str, Column] = {}
+    last: Mapping[str, Column] = columns
     for number, row, of_row in Local(scenario, threads)(enumerate(plain)):
         rows[number] = row
-        columns |= of_row
+        if of_row is not last:  # one object for all chains of one kind
+            columns |= (last := of_row)
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})
     found = pd.DataFrame([rows[i] for i in range(len(cases))], index=cases.index, columns=names)
     table = pd.concat([cases, found], axis=1)

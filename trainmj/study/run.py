@@ -122,9 +122,10 @@ def run_study(
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)
             _steps(study, files, simulator, watch)
-        files.finish()
-        summary = _summary(study, files.steps, simulator.changes)
-        files.write(SUMMARY, json.dumps(summary, indent=2).encode())
+            files.finish()
+            summary = _summary(study, files.steps, simulator.changes)
+            files.write(SUMMARY, json.dumps(summary, indent=2).encode())
+            simulator.finish()
         tables = {name: table for step in files.steps for name, table in step.tables.items()}
         computed = tuple(step.name for step in files.steps if step.computed)
         return StudyResult(study, files.path, tables, summary, computed, simulator.computed, tuple(simulator.changes))

@@ -6,13 +6,14 @@ finds there what it has computed before; a swarm with the same seed asks for the
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from trainmj.cases.engine import Case, Local, Row
-from trainmj.cases.origin import Origin
+from trainmj.cases.origin import Origin, stated
 from trainmj.cases.runner import rows_of
 from trainmj.cases.store import Store, key_of
 from trainmj.cases.table import STATUS
@@ -25,6 +26,7 @@ from trainmj.study.designs import Designs
 from trainmj.study.plan import Study
 
 FILE = "simulations.sqlite"
+_CHANGES = "changes"
 _DIGITS = 12  # significant digits of a factor's value: nearer points are the same case
 
 
@@ -39,7 +41,7 @@ class Simulator:
 
     Attributes:
         computed: how many cases have been computed.
-        changes: what differs from the last run with this store, in words.
+        changes: what differs from the last run with this store that came to its end, in words.
     """
 
     def __init__(self, store: Store, study: Study, threads: int, progress: Callable[[int], None]) -> None:
@@ -67,6 +69,10 @@ class Simulator:
         (row,) = self._rows(scenario, [{}])
         names = () if row["status"] in FAILED else columns_of(line_up(scenario))
         return {name: row[name] for name in STATUS} | {name: row.get(name, np.nan) for name in names}
+
+    def finish(self) -> None:
+        """Note that what has changed until now is in the results of the study."""
+        self._store.describe({_CHANGES: "[]"})
 
     def _rows(self, scenario: Scenario, cases: Sequence[Case]) -> list[Mapping[str, Any]]:
         """The rows of cases of a scenario, in their order."""
@@ -100,10 +106,14 @@ class Simulator:
 def _renewed(store: Store, origin: Origin) -> list[str]:
     """Make a store that of an origin: cases that something else computed are taken out; give what has changed."""
     about = store.about()
-    changes = origin.new_identity(about) if about else []
-    if changes:
-        store.clear()
-        changes = [f"{'; '.join(changes)}: every collision is computed again"]
-    changes += origin.new_input(about) if about else []
-    store.describe(origin.about())
+    changes: list[str] = []
+    if about:
+        said = stated(about, _CHANGES)
+        changes += said if isinstance(said, list) else []
+        others = "; ".join(origin.new_identity(about))
+        if others:
+            store.clear()
+            changes.append(f"{others}: every collision is computed again")
+        changes += origin.new_input(about)
+    store.describe(origin.about() | {_CHANGES: json.dumps(changes)})
     return changes

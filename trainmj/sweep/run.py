@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trainmj.cases.engine import Computed, Engine, Local, Row
-from trainmj.cases.origin import Origin
+from trainmj.cases.origin import Origin, stated
 from trainmj.cases.runner import fill
 from trainmj.cases.store import FILE, Store, read_about, remove
 from trainmj.cases.table import STATUS, chosen
@@ -102,10 +102,8 @@ def _further(plan: Plan, about: Mapping[str, str]) -> dict[str, str]:
 
 def _histories_in(about: Mapping[str, str]) -> set[int]:
     """Numbers of the cases whose histories a sweep has written."""
-    try:
-        return {int(number) for number in json.loads(about.get(_HISTORIES, "[]"))}
-    except (TypeError, ValueError):
-        return set()  # nothing that a sweep has written
+    said = stated(about, _HISTORIES)
+    return {number for number in said if isinstance(number, int)} if isinstance(said, list) else set()
 
 
 def _history(number: int) -> str:
