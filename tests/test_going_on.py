@@ -239,6 +239,18 @@ def test_fresh_starts_over_from_a_damaged_store(place, command):
 
 
 @every_command
+def test_a_store_that_is_a_link_is_not_followed(place, command):
+    victim = (place / command / STORES[command]).rename(place / "victim.sqlite")
+    before = victim.read_bytes()
+    (place / command / STORES[command]).symlink_to(victim)
+    code, said = do(place, command)
+    assert code == 2
+    assert "is a link to another file" in said
+    assert do(place, command, "--fresh")[0] == 0
+    assert victim.read_bytes() == before
+
+
+@every_command
 def test_a_folder_that_somebody_writes_to_is_not_started_over(place, command):
     there = {file: file.read_bytes() for file in (place / command).iterdir()}
     with held(place / command):
@@ -338,3 +350,14 @@ def test_a_response_that_cannot_be_a_number_is_refused_before_anything_runs(tmp_
     assert "is not a number with simulation.record_every_ms = 5" in said
     assert "take at most 1.6" in said
     assert not (tmp_path / command).exists()
+
+
+def test_a_study_of_trains_too_long_for_the_store_keeps_its_own_responses(place):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("trainmj.study.simulator.MOST_COLUMNS", 10)
+        short = trainmj.run_study(place / "my.study.yaml", place / "narrow", figures=())
+        assert trainmj.run_study(place / "my.study.yaml", place / "narrow", figures=()).simulated == 0
+    assert short.simulated == 7  # 6 points and the check
+    assert tables(place / "narrow") == tables(place / "study")
+    with closing(sqlite3.connect(place / "narrow" / "simulations.sqlite")) as db:
+        assert len(db.execute("PRAGMA table_info(results)").fetchall()) == 5  # key, status, reason, two responses

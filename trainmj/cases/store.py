@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 FILE = "results.sqlite"
 CASE = "case"
 KEY = "key"
+MOST_COLUMNS = 1990
+"""Columns that a store may have, few less than SQLite allows."""
+
 _COLUMNS = "columns"
-_MOST_COLUMNS = 1990  # SQLite allows 2000
 _PATIENCE = 30.0  # of those who write and read for each other [s]
 
 
@@ -43,7 +45,7 @@ class Store:
         key: name of the first column. The key of a case is a number if it is "case", otherwise text.
 
     Raises:
-        OutputError: if the file cannot be opened or is damaged.
+        OutputError: if the file cannot be opened, is damaged, or is a link, which might lead out of the folder.
     """
 
     def __init__(self, file: Path, key: str = CASE) -> None:
@@ -51,6 +53,8 @@ class Store:
         self.file = file
         self._key = key
         self._numbered = key == CASE
+        if file.is_symlink():
+            raise OutputError(f"{file}: is a link to another file: remove it, or take another folder")
         first = f'"{key}" INTEGER PRIMARY KEY' if self._numbered else f'"{key}" TEXT PRIMARY KEY'
         with self._troubles():
             self._db = sqlite3.connect(file, timeout=_PATIENCE, isolation_level=None)
@@ -110,14 +114,6 @@ class Store:
         """Keys of the cases that are in the file."""
         return {key for (key,) in self._select(f'SELECT "{self._key}" FROM results')}
 
-    def columns(self) -> dict[str, Column]:
-        """The responses by column name, in the order of one table."""
-        return dict(self._known)
-
-    def names(self) -> list[str]:
-        """Names of all columns, that of the key first."""
-        return list(self._names)
-
     def column(self, name: str) -> list[Any]:
         """All values of a column, in the order of the keys; empty if there is none of that name."""
         if name not in self._names:
@@ -127,7 +123,7 @@ class Store:
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
         """The rows of those keys that are in the file, without what is no number."""
         found: dict[Key, Row] = {}
-        names = self.names()[1:]
+        _, *names = self._names
         for key in keys:
             for values in self._select(f'SELECT * FROM results WHERE "{self._key}" = ?', (key,)):
                 found[key] = {n: v for n, v in zip(names, values[1:], strict=True) if v is not None}
@@ -147,7 +143,7 @@ class Store:
         names = list(dict.fromkeys(name for _, row in rows for name in row))
         known = self._known | {name: columns[name] for name in names if name in columns}
         new = _in_order([name for name in names if name not in self._names], known)
-        if len(self._names) + len(new) > _MOST_COLUMNS:
+        if len(self._names) + len(new) > MOST_COLUMNS:
             raise InputError(
                 f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
                 "choose some with --responses, as in --responses 'TS_mm,TAMA_g,stroke_*'"
@@ -177,7 +173,7 @@ class Store:
         """
         there = self._names
         order = [self._key, *first, *(name for name in self._known if name in there)]
-        if order == self.names():
+        if order == list(self._names):
             return
         kinds = {row[1]: row[2] for row in self._select("PRAGMA table_info(results)")}
         made = ", ".join(f"{_quoted(n)} {kinds[n]}" + (" PRIMARY KEY" if n == self._key else "") for n in order)
@@ -201,7 +197,7 @@ class Store:
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
                 table = csv.writer(out)
-                table.writerow(self.names())
+                table.writerow(self._names)
                 table.writerows(self._select(f'SELECT * FROM results ORDER BY "{self._key}"'))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None

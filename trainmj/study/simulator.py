@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.cases.engine import Case, Local, Row
+from trainmj.cases.engine import Case, Computed, Local, Row
 from trainmj.cases.origin import Origin, stated
 from trainmj.cases.runner import rows_of
-from trainmj.cases.store import Store, key_of
+from trainmj.cases.store import MOST_COLUMNS, Store, key_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
@@ -49,6 +49,8 @@ class Simulator:
         self.study, self.computed = study, 0
         self._store, self._threads, self._progress = store, threads, progress
         self._last: tuple[Scenario, str] | None = None
+        wide = len(columns_of(line_up(study.scenario))) > MOST_COLUMNS - len(STATUS)
+        self._only = tuple(response.column for response in study.responses) if wide else ()
         self.changes = _renewed(store, Origin("study", study.scenario, {"study": study.source.values}))
 
     def at(self, points: FloatArray, scenario: Scenario | None = None) -> Designs:
@@ -66,6 +68,9 @@ class Simulator:
     def as_it_stands(self) -> Row:
         """Status, reason and every response of the study's scenario, unchanged."""
         scenario = self.study.scenario
+        if self._only:  # more responses than the store keeps
+            (computed,) = Local(scenario, self._threads)([("", {})])
+            return computed.row
         (row,) = self._rows(scenario, [{}])
         names = () if row["status"] in FAILED else columns_of(line_up(scenario))
         return {name: row[name] for name in STATUS} | {name: row.get(name, np.nan) for name in names}
@@ -77,7 +82,7 @@ class Simulator:
     def _rows(self, scenario: Scenario, cases: Sequence[Case]) -> list[Mapping[str, Any]]:
         """The rows of cases of a scenario, in their order."""
         text = self._text(scenario)
-        keys = [key_of(text, case) for case in cases]
+        keys = [key_of(text, case, *self._only) for case in cases]
         before = self.computed
 
         def progress(finished: int) -> None:
@@ -85,8 +90,14 @@ class Simulator:
             self._progress(self.computed)
 
         engine = Local(scenario, self._threads)
-        rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), progress=progress)
+        rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), self._keep, progress)
         return [rows[key] for key in keys]
+
+    def _keep(self, computed: Computed) -> Row:
+        """All responses of a case; of a train so long that the store cannot hold them, those of the study."""
+        if not self._only:
+            return computed.row
+        return {name: computed.row[name] for name in (*STATUS, *self._only) if name in computed.row}
 
     def _text(self, scenario: Scenario) -> str:
         """What stands for a scenario in the keys; it takes long to write, so once for each."""
