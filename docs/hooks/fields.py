@@ -105,7 +105,10 @@ def _one_type(field: Schema) -> str:
         return f"`{field['const']}`"
     match field.get("type"):
         case "array":
-            return f"list of {_plural(_type(field['items']))}" if field.get("items") else "list"
+            items = _type(field.get("items") or {})
+            if items == "any value":
+                return "list"
+            return f"list of ({items})" if " or " in items or ":" in items else f"list of {_plural(items)}"
         case "object":
             named = field.get("additionalProperties") or next(iter(field.get("patternProperties", {}).values()), None)
             return f"by name: {_type(named)}" if isinstance(named, dict) else "by name: any value"
@@ -142,7 +145,9 @@ def _rules(field: Schema, each: str = "") -> list[str]:
         rules += [f"{words} {field[key]}" for key, words in sizes.items() if key in field]
     if "maxLength" in field:
         rules.append(f"{each}at most {field['maxLength']} characters")
-    if "pattern" in field:
+    if "patternErrorMessage" in field:
+        rules.append(f"{each}{field['patternErrorMessage'].removeprefix('must be ')}")
+    elif "pattern" in field:
         rules.append(f"{each}{_pattern(field['pattern'])}")
     if isinstance(field.get("items"), dict):
         rules += [rule for choice in _choices(field["items"]) for rule in _rules(choice, "each ")]

@@ -8,8 +8,9 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from kinds import KINDS, Kind
-from mutations import document, good
+from jsonschema import Draft202012Validator
+from kinds import BASE, KINDS, STUDY, SWEEP, TARGETS, Kind, command
+from mutations import document, good, replaced
 
 import trainmj
 from trainmj.collision.lineup import line_up
@@ -130,6 +131,52 @@ def test_a_good_file_of_each_kind_reads_the_same_twice(kind: Kind, tmp_path: Any
     first, second = result_of(kind.load(file)), result_of(kind.load(file))
     assert first
     assert first == second
+
+
+SCHEMAS = {"scenario": BASE, "sweep": SWEEP, "study": STUDY, "targets": TARGETS}
+BOTH = [
+    ("scenario", ("devices", "head"), {"curve": "buffer"}),
+    ("scenario", ("devices", "link"), {"stages": {"a": {"curve": "buffer"}}}),
+    ("scenario", ("curves", "tube"), {"stroke_mm": [0, 1], "force_kN": [0, 1]}),
+    ("sweep", ("sample", "factors", "devices.link.stiffness_kN_per_mm"), {"normal": [250, 10]}),
+    ("sweep", ("vary", "gap"), {"step": 1}),
+    ("study", ("design",), {"levels": {"D": 3}}),
+    ("study", ("surrogates", "TS"), {"order": 2}),
+    ("targets", ("parameters", "k"), {"curve": "curves.buffer"}),
+    ("targets", ("data", "measured"), {"rows": [{"M": 1}]}),
+]
+"""What belongs to one alternative, added to another one."""
+
+
+def schema_of(kind: str) -> Draft202012Validator:
+    code, output = command("schema", kind)
+    assert code == 0
+    return Draft202012Validator(json.loads(output))
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_schemas_take_files_that_use_every_key(kind: str) -> None:
+    assert [error.message for error in schema_of(kind).iter_errors(SCHEMAS[kind])] == []
+
+
+@pytest.mark.parametrize(("kind", "path", "more"), BOTH)
+def test_schema_and_loader_refuse_two_alternatives_at_once(
+    kind: str, path: tuple[str, ...], more: dict[str, Any], tmp_path: Any
+) -> None:
+    wrong = replaced(SCHEMAS[kind], path, lambda part: part | more)
+    assert list(schema_of(kind).iter_errors(wrong))
+    files = good(next(k for k in KINDS if k.name == kind)) | {"wrong.yaml": document(wrong).encode()}
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    load = next(k.load for k in KINDS if k.name == kind)
+    with pytest.raises(InputError, match=r"does not go with|belongs to|unknown key"):
+        load(tmp_path / "wrong.yaml")
+
+
+def test_a_part_of_a_device_may_be_changed_in_a_file_that_builds_on_another() -> None:
+    changed = {"builds_on": "base.yaml", "devices": {"head": {"damping_kN_s_per_m": 5}}}
+    assert not list(schema_of("scenario").iter_errors(changed))
+    assert list(schema_of("scenario").iter_errors(replaced(changed, ("builds_on",), lambda _: 5)))
 
 
 def result_of(loaded: Any) -> str:
