@@ -356,7 +356,7 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
         trainmj.run_sweep(plan, tmp_path, progress=look)
     assert len(set(seen)) > 10
     with closing(sqlite3.connect(tmp_path / "results.sqlite")) as writer, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("trainmj.cases.store._PATIENCE", 0.1)
+        patch.setattr("trainmj.cases.reader.PATIENCE", 0.1)
         writer.execute("BEGIN EXCLUSIVE")
         with pytest.raises(trainmj.InputError, match="is being written by another process"):
             trainmj.read_table(tmp_path)
@@ -374,7 +374,7 @@ def test_what_a_killed_process_left_half_written_is_taken_back_by_a_reader(tmp_p
             )
             os.kill(os.getpid(), signal.SIGKILL)
 
-        trainmj.cases.store.Store.arrange = killed
+        trainmj.cases.store.Store.write_csv = killed
 
     words = ("sweep", "b_type", "--vary", "mass_t=30,33", *FAST, "--out", tmp_path)
     assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL

@@ -11,21 +11,18 @@ import csv
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from trainmj.cases.engine import Key, Row
 from trainmj.cases.origin import Origin, in_words
+from trainmj.collision.quantities import Column, ordered
+from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, OutputError
 from trainmj.files.atomic import replacing
 from trainmj.files.text import printable
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from trainmj.collision.quantities import Column
 
 FILE = "results.sqlite"
 CASE = "case"
@@ -34,7 +31,8 @@ MOST_COLUMNS = 1990
 """Columns that a store may have, few less than SQLite allows."""
 
 _COLUMNS = "columns"
-_PATIENCE = 30.0  # of those who write and read for each other [s]
+PATIENCE = 30.0
+"""How long those who write and read wait for each other [s]."""
 
 
 class Store:
@@ -57,7 +55,7 @@ class Store:
             raise OutputError(f"{file}: is a link to another file: remove it, or take another folder")
         first = f'"{key}" INTEGER PRIMARY KEY' if self._numbered else f'"{key}" TEXT PRIMARY KEY'
         with self._troubles():
-            self._db = sqlite3.connect(file, timeout=_PATIENCE, isolation_level=None)
+            self._db = sqlite3.connect(file, timeout=PATIENCE, isolation_level=None)
             self._db.execute("PRAGMA synchronous = NORMAL")
         self._write(
             [
@@ -65,7 +63,7 @@ class Store:
                 (f"CREATE TABLE IF NOT EXISTS results ({first})", [()]),
             ]
         )
-        self._names = self._read_names()
+        self._names = {row[1]: None for row in self._select("PRAGMA table_info(results)")}
         self._known = read_columns(self.about(), file)
 
     def __enter__(self) -> Self:
@@ -73,10 +71,6 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the file."""
-        self.close()
-
-    def close(self) -> None:
         """Close the file."""
         self._db.close()
 
@@ -114,11 +108,11 @@ class Store:
         """Keys of the cases that are in the file."""
         return {key for (key,) in self._select(f'SELECT "{self._key}" FROM results')}
 
-    def column(self, name: str) -> list[Any]:
-        """All values of a column, in the order of the keys; empty if there is none of that name."""
-        if name not in self._names:
-            return []
-        return [value for (value,) in self._select(f'SELECT {_quoted(name)} FROM results ORDER BY "{self._key}"')]
+    def failed(self) -> Iterator[tuple[Any, str, str]]:
+        """Key, status and reason of the cases whose responses are of no use, in the order of the keys."""
+        marks = ", ".join("?" * len(FAILED))
+        query = f'SELECT "{self._key}", status, reason FROM results WHERE status IN ({marks}) ORDER BY "{self._key}"'
+        return self._select(query, FAILED)
 
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
         """The rows of those keys that are in the file, without what is no number."""
@@ -142,7 +136,7 @@ class Store:
         """
         names = list(dict.fromkeys(name for _, row in rows for name in row))
         known = self._known | {name: columns[name] for name in names if name in columns}
-        new = _in_order([name for name in names if name not in self._names], known)
+        new = _in_order((name for name in names if name not in self._names), known)
         if len(self._names) + len(new) > MOST_COLUMNS:
             raise InputError(
                 f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
@@ -151,7 +145,7 @@ class Store:
         kinds = {name: value for _, row in reversed(rows) for name, value in row.items()}
         statements = [(f"ALTER TABLE results ADD COLUMN {_quoted(n)}{self._kind(kinds[n])}", [()]) for n in new]
         if len(known) > len(self._known):
-            known = {name: known[name] for name in _in_order(list(known), known)}
+            known = {name: known[name] for name in _in_order(known, known)}
             statements.append(_stated({_COLUMNS: json.dumps({name: c._asdict() for name, c in known.items()})}))
         marks = ", ".join("?" * (len(names) + 1))
         heads = ", ".join(map(_quoted, [self._key, *names]))
@@ -165,45 +159,21 @@ class Store:
         self._write([("DELETE FROM results", [()]), ("DELETE FROM about", [()])])
         self._known = {}
 
-    def arrange(self, first: Sequence[str]) -> None:
-        """Put the columns in a fixed order, whatever order the cases ended in: these, then the responses.
-
-        Args:
-            first: columns that are no responses, but the key.
-        """
-        there = self._names
-        order = [self._key, *first, *(name for name in self._known if name in there)]
-        if order == list(self._names):
-            return
-        kinds = {row[1]: row[2] for row in self._select("PRAGMA table_info(results)")}
-        made = ", ".join(f"{_quoted(n)} {kinds[n]}" + (" PRIMARY KEY" if n == self._key else "") for n in order)
-        heads = ", ".join(map(_quoted, order))
-        self._write(
-            [
-                (f"CREATE TABLE arranged ({made})", [()]),
-                (f'INSERT INTO arranged SELECT {heads} FROM results ORDER BY "{self._key}"', [()]),
-                ("DROP TABLE results", [()]),
-                ("ALTER TABLE arranged RENAME TO results", [()]),
-            ]
-        )
-        self._names = self._read_names()
-
     def write_csv(self, file: Path) -> None:
-        """Write the table as CSV, in the order of the keys, row by row.
+        """Write the table as CSV in one order of columns and rows, whatever order the cases ended in.
 
         Raises:
             OutputError: if the file cannot be written.
         """
+        names = _in_order(self._names, self._known)
+        query = f'SELECT {", ".join(map(_quoted, names))} FROM results ORDER BY "{self._key}"'
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
                 table = csv.writer(out)
-                table.writerow(self._names)
-                table.writerows(self._select(f'SELECT * FROM results ORDER BY "{self._key}"'))
+                table.writerow(names)
+                table.writerows(self._select(query))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
-
-    def _read_names(self) -> dict[str, None]:
-        return {row[1]: None for row in self._select("PRAGMA table_info(results)")}
 
     def _kind(self, value: Any) -> str:
         """The type of a column; where nobody but trainmj reads it there is none, so that -0.0 stays what it is."""
@@ -273,20 +243,6 @@ def remove(file: Path, others: Iterable[str]) -> None:
             raise OutputError(f"{file.parent / name}: cannot be removed ({error.strerror})") from None
 
 
-def read_about(file: Path) -> dict[str, str]:
-    """What a store says of its cases; empty if there is none or it is damaged."""
-    try:
-        with closing(_reading(file)) as db:
-            return dict(db.execute("SELECT key, value FROM about"))
-    except sqlite3.Error:
-        return {}
-
-
-def _reading(file: Path) -> sqlite3.Connection:
-    """For reading: who may write also takes back what a process left half written when it was killed."""
-    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=rw", timeout=_PATIENCE, uri=True)
-
-
 def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
     """What a store says of its responses, by column name.
 
@@ -295,8 +251,6 @@ def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
     """
     if _COLUMNS not in about:
         return {}
-    from trainmj.collision.quantities import Column
-
     try:
         said: dict[str, dict[str, Any]] = json.loads(about[_COLUMNS])
         return {name: Column(**{**column, "place": tuple(column["place"])}) for name, column in said.items()}
@@ -304,51 +258,9 @@ def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
         raise InputError(f"{file}: is damaged, or was changed by hand ({printable(str(error))})") from None
 
 
-def read_table(folder: str | Path) -> pd.DataFrame:
-    """The results of a sweep, finished or not, a row for each case.
-
-    Args:
-        folder: where the sweep wrote, or is writing.
-
-    Returns:
-        The rows that are there. ``table.attrs["columns"]`` says of each response by column name what it is: title,
-        unit, meaning and so on, as a :class:`trainmj.collision.quantities.Column`.
-
-    Raises:
-        InputError: if there is no sweep, its file is damaged, or another process does not let go of it.
-    """
-    return read_sweep(Path(folder))[0]
-
-
-def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The table of a sweep as :func:`read_table` gives it, and what its store says about it."""
-    import pandas as pd
-    from pandas.errors import DatabaseError
-
-    file = folder / FILE
-    if not file.is_file():
-        raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
-    try:
-        with closing(_reading(file)) as db:
-            db.execute("BEGIN")  # both from one moment
-            about = dict(db.execute("SELECT key, value FROM about"))
-            table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
-    except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
-        if "locked" in str(error):
-            raise InputError(f"{file}: is being written by another process: try again in a moment") from None
-        reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
-        raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
-    columns = read_columns(about, file)
-    first = [name for name in table if name not in columns]
-    table = table[[*first, *(name for name in columns if name in table)]]
-    table.attrs["columns"] = columns
-    return table, about
-
-
-def _in_order(names: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
+def _in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
     """Names that are no responses, then the responses in the order of one table."""
-    from trainmj.collision.quantities import ordered
-
+    names = list(names)
     responses = ordered(columns[name] for name in names if name in columns)
     return [*(name for name in names if name not in columns), *(column.name for column in responses)]
 

@@ -49,13 +49,7 @@ def study(
     line = screen.Screen()
     with going_on(out, fresh, line):
         result = run_study(
-            loaded,
-            out,
-            threads=threads,
-            fresh=fresh,
-            watch=line,
-            figures=figures,
-            figure_width=figure_width,
+            loaded, out, threads=threads, fresh=fresh, watch=line, figures=figures, figure_width=figure_width
         )
     if as_json:
         click.echo(json.dumps(result.summary, indent=2))

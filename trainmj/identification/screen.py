@@ -56,7 +56,7 @@ def print_found(found: Found) -> None:
     before = f", {found.there} collisions were there" if found.there else ""
     wide = "; below 1: the tolerances are wide" if known.chi2 < 0.3 else ", about 1 if the tolerances are right"
     console.print(Text(plan.title, style="bold"))
-    console.print(f"{tables.size(plan)}; {found.simulated} trials simulated now{before}", markup=False)
+    console.print(f"{tables.size(plan)}; {found.simulated} new trials{before}", markup=False)
     console.print(f"Misfit: {known.chi2:.3g} per degree of freedom ({known.freedom}){wide}", markup=False)
     for role in found.samples:
         console.print()

@@ -10,7 +10,8 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from trainmj.cases.origin import versions_in
-from trainmj.cases.store import FILE, read_sweep
+from trainmj.cases.reader import read_sweep
+from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import FAILED, MEANING, Kind
 from trainmj.errors import InputError

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from trainmj.cases.engine import Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
+from trainmj.cases.reader import read_about
 from trainmj.cases.runner import fill
-from trainmj.cases.store import FILE, Store, read_about, remove
-from trainmj.cases.table import STATUS, chosen
+from trainmj.cases.store import FILE, Store, remove
+from trainmj.cases.table import chosen
 from trainmj.collision.simulation import run
-from trainmj.collision.status import FAILED
 from trainmj.errors import InputError
 from trainmj.files.folder import held
 from trainmj.sweep.plan import Plan
@@ -84,9 +84,8 @@ def run_sweep(
             finished = store.finished()
             progress(there := len(finished))
             fill(store, engine, plan.cases(left_out=finished), _keeper(plan), lambda n: progress(there + n))
-            store.arrange([*plan.names, *STATUS])
             store.write_csv(folder / "results.csv")
-            failed = _failures(store)
+            failed = [f"case {number}, {status}: {reason}" for number, status, reason in store.failed()]
         write_histories(plan, folder)
         return Outcome(
             folder, len(plan), len(plan) - there, len(failed), next(iter(failed), ""), time.monotonic() - began
@@ -124,12 +123,6 @@ def _keeper(plan: Plan) -> Callable[[Computed], Row]:
         return plan.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
 
     return keep
-
-
-def _failures(store: Store) -> list[str]:
-    """What is said of each case of a finished sweep that could not be computed."""
-    ends = zip(store.column("status"), store.column("reason"), strict=True)
-    return [f"case {n}, {status}: {reason}" for n, (status, reason) in enumerate(ends) if status in FAILED]
 
 
 def write_histories(plan: Plan, folder: Path) -> None:

@@ -1,0 +1,70 @@
+"""Read what a sweep has stored, beside whoever writes to it."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from trainmj.cases.store import CASE, FILE, PATIENCE, read_columns
+from trainmj.errors import InputError
+from trainmj.files.text import printable
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def read_table(folder: str | Path) -> pd.DataFrame:
+    """The results of a sweep, finished or not, a row for each case.
+
+    Args:
+        folder: where the sweep wrote, or is writing.
+
+    Returns:
+        The rows that are there. ``table.attrs["columns"]`` says of each response by column name what it is: title,
+        unit, meaning and so on, as a :class:`trainmj.collision.quantities.Column`.
+
+    Raises:
+        InputError: if there is no sweep, its file is damaged, or another process does not let go of it.
+    """
+    return read_sweep(Path(folder))[0]
+
+
+def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
+    """The table of a sweep as :func:`read_table` gives it, and what its store says about it."""
+    import pandas as pd
+    from pandas.errors import DatabaseError
+
+    file = folder / FILE
+    if not file.is_file():
+        raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
+    try:
+        with closing(_reading(file)) as db:
+            db.execute("BEGIN")  # both from one moment
+            about = dict(db.execute("SELECT key, value FROM about"))
+            table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
+    except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
+        if "locked" in str(error):
+            raise InputError(f"{file}: is being written by another process: try again in a moment") from None
+        reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
+        raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
+    columns = read_columns(about, file)
+    first = [name for name in table if name not in columns]
+    table = table[[*first, *(name for name in columns if name in table)]]
+    table.attrs["columns"] = columns
+    return table, about
+
+
+def read_about(file: Path) -> dict[str, str]:
+    """What a store says of its cases; empty if there is none or it is damaged."""
+    try:
+        with closing(_reading(file)) as db:
+            return dict(db.execute("SELECT key, value FROM about"))
+    except sqlite3.Error:
+        return {}
+
+
+def _reading(file: Path) -> sqlite3.Connection:
+    """For reading: who may write also takes back what a process left half written when it was killed."""
+    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=rw", timeout=PATIENCE, uri=True)
