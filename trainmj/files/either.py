@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from types import UnionType
 from typing import Any, Union, get_args, get_origin
 
@@ -45,37 +44,30 @@ class Either:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """A union tagged by the alternative that a value is meant as."""
         members = alternatives(source)
-        return core_schema.tagged_union_schema(
-            {tag: handler.generate_schema(member) for tag, member in members.items()},
-            lambda value: self.choose(value, members),
-        )
+        tags = {base_of(member): tag for tag, member in members.items()}
+        tags |= {int: tags[float]} if float in tags and int not in tags else {}
+        tags |= {float: tags[int]} if int in tags and float not in tags else {}
+        kinds = {kind: _marks(groups) for kind, groups in self._by_kind(members).items()}
 
-    def choose(self, value: Any, members: Alternatives) -> str | None:
-        """The tag of the alternative that a value is meant as; None if it may be none of them."""
-        if isinstance(value, Mapping):
-            groups = self._of_kind(value, members)
-            if len(groups) == 1:
-                return next(iter(groups))
-            marks = _marks(tuple(groups.items()))
-            for tag, mark in marks.items():
-                if mark in value:
-                    return tag
-            unknown = [str(key) for key in value if not any(key in keys_of(group) for group in groups.values())]
-            meant = [tag for tag, mark in marks.items() if mark and unknown and nearest(mark, unknown)]
-            return next(iter(meant or [tag for tag, mark in marks.items() if mark is None]), None)
-        return next((tag for tag, member in members.items() if _may_be(value, member)), None)
+        def choose(value: Any) -> str | None:
+            if isinstance(value, Mapping):
+                return _meant(value, kinds.get(self._kind_of(value), {}), members)
+            return tags.get(type(value)) or next((tag for base, tag in tags.items() if _is_a(value, base)), None)
+
+        schemas = {tag: handler.generate_schema(member) for tag, member in members.items()}
+        return core_schema.tagged_union_schema(schemas, choose)
 
     def refusal(self, value: Any, members: Alternatives) -> tuple[str, str]:
         """Key, if it is about one, and rule for a value that is none of the alternatives."""
         if not (isinstance(value, Mapping) and _groups(members)):
             words = (_WORDS[dict if is_group(member) else base_of(member)] for member in members.values())
             return "", f"must be {self.said or one_of(words)}"
-        own = _own_keys(self._of_kind(value, members))
-        if own:
+        kinds = self._by_kind(members)
+        if own := _own_keys(kinds.pop(self._kind_of(value), {})):
             needs = [" and ".join(keys) for keys in own.values()]
             return "", f"needs {', or '.join(needs) if ' and ' in ' '.join(needs) else one_of(needs)}"
-        kinds = one_of(repr(kind) for group in _groups(members).values() for kind in self._kinds(group))
-        return self.by, f"must be {kinds}" if self.by in value else f"is missing: {kinds}"
+        offered = one_of(repr(kind) for kind in kinds if kind is not None)
+        return self.by, f"must be {offered}" if self.by in value else f"is missing: {offered}"
 
     def misplaced(self, key: str, chosen: Group, members: Alternatives) -> tuple[str, str] | None:
         """Rule and cure for a key that the chosen group does not have, but another one has."""
@@ -93,14 +85,19 @@ class Either:
             return f"does not go with {mark[0]}", "leave one of them out"
         return f"needs {one_of(keys[0] for keys in own.values() if keys)}", "add it, or leave this out"
 
-    def _of_kind(self, value: Mapping[Any, Any], members: Alternatives) -> dict[str, Group]:
-        """The groups that a value may be by the key that tells them apart."""
+    def _by_kind(self, members: Alternatives) -> dict[Any, dict[str, Group]]:
+        """The groups that each value of the key that tells them apart allows; None if it is not stated."""
         groups = _groups(members)
         if not self.by:
-            return groups
-        if self.by in value:
-            return {tag: group for tag, group in groups.items() if value[self.by] in self._kinds(group)}
-        return {tag: group for tag, group in groups.items() if not keys_of(group)[self.by].is_required()}
+            return {None: groups}
+        kinds = dict.fromkeys(kind for group in groups.values() for kind in self._kinds(group))
+        free = {tag: group for tag, group in groups.items() if not keys_of(group)[self.by].is_required()}
+        return {kind: {t: g for t, g in groups.items() if kind in self._kinds(g)} for kind in kinds} | {None: free}
+
+    def _kind_of(self, value: Mapping[Any, Any]) -> Any:
+        """The value of the key that tells groups apart, if it is text; None if it is not stated."""
+        kind = value.get(self.by) if self.by else None
+        return kind if kind is None or isinstance(kind, str) else ""
 
     def _kinds(self, group: Group) -> tuple[Any, ...]:
         """The values of the key that tells groups apart which a group takes."""
@@ -154,15 +151,23 @@ def _own_keys(groups: Mapping[str, Group]) -> dict[str, list[str]]:
     }
 
 
-@cache
-def _marks(groups: tuple[tuple[str, Group], ...]) -> dict[str, str | None]:
-    """The key by which each group is known, if it has one; not to be changed."""
-    return {tag: next(iter(keys), None) for tag, keys in _own_keys(dict(groups)).items()}
+def _marks(groups: Mapping[str, Group]) -> dict[str, str | None]:
+    """The key by which each group is known, if it has one."""
+    return {tag: next(iter(keys), None) for tag, keys in _own_keys(groups).items()}
 
 
-def _may_be(value: Any, member: Any) -> bool:
-    """Whether a value is of the kind of a member; whether it is a valid one is another question."""
-    base = base_of(member)
-    if base in (int, float):
-        return isinstance(value, (int, float)) and not isinstance(value, bool)
-    return isinstance(value, base)
+def _meant(value: Mapping[Any, Any], marks: Mapping[str, str | None], members: Alternatives) -> str | None:
+    """The tag of the group that a value is meant as, by the key that marks it, or one spelt much like that."""
+    if len(marks) == 1:
+        return next(iter(marks))
+    for tag, mark in marks.items():
+        if mark in value:
+            return tag
+    unknown = [str(key) for key in value if not any(key in keys_of(members[tag]) for tag in marks)]
+    near = [tag for tag, mark in marks.items() if mark and unknown and nearest(mark, unknown)]
+    return next(iter(near or [tag for tag, mark in marks.items() if mark is None]), None)
+
+
+def _is_a(value: Any, base: type) -> bool:
+    """Whether a value is of a type; true and false are no numbers."""
+    return isinstance(value, base) and not isinstance(value, bool)
