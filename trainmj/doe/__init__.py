@@ -4,18 +4,18 @@ Factors, points and responses are arrays of any origin. Each step is a function 
 
     space        what is varied                  Factor, Space, Lattice
     designs      where to compute                optimal_latin_hypercube, sobol, full_factorial, central_composite
-    correlation  what goes with what             correlate
-    polynomial   what stands in for the model    fit_polynomial, with parse_terms, full_order, select_terms
+    influence    which factor matters            correlate, sobol_sensitivity
+    terms        the terms of a polynomial       parse_terms, full_order, select_terms
+    polynomial   what stands in for the model    fit_polynomial
     kriging      another such                    fit_kriging
     accuracy     how good it is                  accuracy, cross_validate
-    sensitivity  which factor matters            sobol_sensitivity
-    optimiser    the best compromises            mopso, hypervolume, nondominated
+    optimiser    the best compromises            mopso
+    pareto       how good they are               hypervolume, nondominated
     weights      how much each criterion counts  entropy_weights, own_weights
     decision     the one design                  weighted_sum, topsis, knee_point, weight_sensitivity
 """
 
 from trainmj.doe.accuracy import Accuracy, Surrogate, accuracy, cross_validate
-from trainmj.doe.correlation import Correlation, correlate
 from trainmj.doe.decision import (
     Ranking,
     WeightSensitivity,
@@ -33,14 +33,13 @@ from trainmj.doe.designs import (
     optimal_latin_hypercube,
     sobol,
 )
+from trainmj.doe.influence import Correlation, Sensitivity, correlate, sobol_sensitivity
 from trainmj.doe.kriging import Kriging, fit_kriging
 from trainmj.doe.optimiser import Front, Progress, SwarmOptions, mopso
 from trainmj.doe.pareto import hypervolume, nondominated
 from trainmj.doe.polynomial import Polynomial, fit_polynomial
-from trainmj.doe.selection import select_terms
-from trainmj.doe.sensitivity import Sensitivity, sobol_sensitivity
 from trainmj.doe.space import Factor, Lattice, Space
-from trainmj.doe.terms import full_order, parse_terms
+from trainmj.doe.terms import full_order, parse_terms, select_terms
 from trainmj.doe.weights import Weights, entropy_weights, own_weights, t_scores
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The arrays that the modules of this package exchange, checked once, at the door."""
+"""Arrays, names and options as they enter this package: checked once, here."""
 
 from __future__ import annotations
 
@@ -13,16 +13,7 @@ FloatArray = NDArray[np.float64]
 
 
 def as_matrix(name: str, value: ArrayLike, columns: int | None = None, *, finite: bool = True) -> FloatArray:
-    """Turn a value into a matrix of floats.
-
-    Args:
-        name: what messages call it.
-        value: anything numpy can turn into an array; a vector becomes one column.
-        columns: how many columns it must have; any number if None.
-        finite: refuse nan and infinity.
-
-    Returns:
-        (n, columns), n >= 1, a copy.
+    """Copy anything that numpy takes into floats (n, columns), n >= 1; a vector becomes one column.
 
     Raises:
         InputError: not numeric, not two-dimensional, empty, of the wrong width, or not finite.
@@ -45,23 +36,15 @@ def as_matrix(name: str, value: ArrayLike, columns: int | None = None, *, finite
     return matrix
 
 
-def as_vector(name: str, value: ArrayLike, size: int | None = None) -> FloatArray:
-    """Turn a value into a vector of finite floats.
-
-    Args:
-        name: what messages call it.
-        value: (n,) or (n, 1).
-        size: how many values it must have; any number if None.
-
-    Returns:
-        (n,), a copy.
+def as_vector(name: str, value: ArrayLike, size: int | None = None, each: str = "point") -> FloatArray:
+    """Copy (n,) or (n, 1) into finite floats (n,), one for each point, or for each of something else.
 
     Raises:
         InputError: as for `as_matrix`, or of the wrong length.
     """
     vector = as_matrix(name, value, 1)[:, 0]
     if size is not None and vector.size != size:
-        raise InputError(f"{name} must have {size} values, one for each point (got {vector.size})")
+        raise InputError(f"{name} must have {size} values, one for each {each} (got {vector.size})")
     return vector
 
 
@@ -84,26 +67,18 @@ def as_names(name: str, names: Sequence[str] | None, count: int, stem: str) -> t
 
 
 def check_choice(name: str, value: str, options: Sequence[str]) -> None:
-    """Refuse a value that is not one of the options.
-
-    Raises:
-        InputError: naming the options.
-    """
+    """Raise InputError if a value is not one of the options."""
     if value not in options:
         raise InputError(f"{name} must be {', '.join(map(repr, options[:-1]))} or {options[-1]!r} (got {value!r})")
 
 
 def check_level(level: float) -> None:
-    """Refuse a confidence level outside (0, 1).
-
-    Raises:
-        InputError: if it is.
-    """
+    """Raise InputError if a confidence level is outside (0, 1)."""
     if not 0 < level < 1:
         raise InputError(f"level must lie between 0 and 1 (got {level})")
 
 
 def frozen(array: FloatArray) -> FloatArray:
-    """The same array, made read-only, to be kept in a result."""
+    """Make an array read-only, to be kept in a result."""
     array.setflags(write=False)
     return array

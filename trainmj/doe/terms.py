@@ -1,21 +1,29 @@
-"""Terms of a polynomial: which powers of which factors are multiplied.
+"""Terms of a polynomial: which powers of which factors are multiplied, and which terms predict best.
 
 A term is a tuple of exponents, one for each factor: with the factors D and M, (1, 0) is D, (0, 2) is M^2, (1, 1) is
 D*M and (0, 0) the constant 1.
+
+    terms = select_terms(X, y, space=space, candidates=full_order(2, 3))
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
+from trainmj.doe.space import Space
 from trainmj.errors import InputError, close_match
 
 Term = tuple[int, ...]
+Criterion = Literal["press", "bic"]
+
+MOST = 14  # candidates searched exhaustively: 2^14 small least-squares problems take about a second
 
 
 def full_order(d: int, order: int) -> tuple[Term, ...]:
@@ -54,8 +62,7 @@ def parse_terms(texts: Iterable[str], names: Sequence[str]) -> tuple[Term, ...]:
                 raise InputError(f"term {text!r}: an exponent must be a positive whole number (got {power!r})")
             exponents[name] += int(power) if power else 1
         terms.append(tuple(exponents.values()))
-    check_terms(terms, len(names))
-    return tuple(terms)
+    return check_terms(terms, len(names))
 
 
 def check_terms(terms: Sequence[Term], d: int) -> tuple[Term, ...]:
@@ -102,13 +109,7 @@ def is_hierarchical(terms: Iterable[Term]) -> bool:
 
 
 def expand(terms: Sequence[Term], coefficients: FloatArray, centre: FloatArray, half: FloatArray) -> dict[Term, float]:
-    """Multiply out a polynomial in z = (x - centre) / half into one in x.
-
-    Args:
-        terms: terms in z.
-        coefficients: one for each term.
-        centre: (d,).
-        half: (d,), half the range of each factor.
+    """Multiply out a polynomial in z = (x - centre) / half, both (d,), into one in x.
 
     Returns:
         {term in x: coefficient}, with the lower terms that the shift brings in.
@@ -121,3 +122,88 @@ def expand(terms: Sequence[Term], coefficients: FloatArray, centre: FloatArray, 
             )
             natural[part] = natural.get(part, 0.0) + float(coefficient) * math.prod(map(float, factors))
     return natural
+
+
+def select_terms(
+    x: ArrayLike,
+    y: ArrayLike,
+    *,
+    space: Space,
+    candidates: Sequence[Term],
+    criterion: Criterion = "press",
+) -> tuple[Term, ...]:
+    """Choose the terms that predict points left out best: try all subsets or, beyond 14 candidates, add one at a time.
+
+    Only subsets count that hold every divisor of every term; otherwise a shift of a factor's zero would change the
+    answer. The choice uses the data, so the PRESS of the chosen terms is optimistic. For an honest error, put the
+    choice inside the fit that `cross_validate` repeats.
+
+    Args:
+        x: natural values, (n, d).
+        y: response, (n,).
+        space: the factors.
+        candidates: terms to choose from; the constant, if among them, is always kept.
+        criterion: ``press`` (leave-one-out squared errors) or ``bic`` (Schwarz 1978, doi 10.1214/aos/1176344136).
+
+    Returns:
+        The best subset among those with at least one residual degree of freedom, in the order of the candidates.
+
+    Raises:
+        InputError: unknown criterion, bad candidates, or no subset that these points can support.
+    """
+    check_choice("criterion", criterion, get_args(Criterion))
+    x = as_matrix("x", x, space.d)
+    y = as_vector("y", y, len(x))
+    candidates = check_terms(list(candidates), space.d)
+    basis = columns(space.to_coded(x), candidates)
+
+    def weigh(chosen: tuple[int, ...]) -> float:
+        hierarchical = chosen and is_hierarchical(candidates[i] for i in chosen)
+        return _criterion(basis[:, chosen], y, criterion) if hierarchical else np.inf
+
+    constant = tuple(i for i, t in enumerate(candidates) if not any(t))
+    others = tuple(i for i, t in enumerate(candidates) if any(t))
+    subsets = _all_subsets(constant, others) if len(candidates) <= MOST else _forward(constant, others, weigh)
+    value, _, best = min((weigh(chosen), len(chosen), chosen) for chosen in subsets)
+    if not np.isfinite(value):
+        raise InputError(
+            f"no subset of the {len(candidates)} candidate terms that holds all their divisors can be fitted to these "
+            f"{len(y)} points; add points, or the constant '1' if it is missing"
+        )
+    return tuple(candidates[i] for i in best)
+
+
+def _criterion(basis: FloatArray, y: FloatArray, criterion: Criterion) -> float:
+    """PRESS or BIC of least squares on these columns (n, p); infinite if they cannot be fitted or predict nothing."""
+    n, p = basis.shape
+    if n <= p:
+        return np.inf
+    q, r = np.linalg.qr(basis)
+    if np.abs(np.diag(r)).min() < 1e-9 * np.linalg.norm(basis, axis=0).max():
+        return np.inf
+    error = y - q @ (q.T @ y)
+    exact = 1e-24 * float(y @ y)  # below this all fits are equally good, and the fewest terms win
+    if criterion == "bic":
+        return float(n * np.log(max((error**2).mean(), exact, 1e-300)) + p * np.log(n))
+    left = 1.0 - (q**2).sum(axis=1)
+    return max(float(((error / left) ** 2).sum()), exact) if left.min() > 1e-9 else np.inf
+
+
+def _all_subsets(constant: tuple[int, ...], others: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    for size in range(len(others) + 1):
+        for chosen in itertools.combinations(others, size):
+            yield tuple(sorted(constant + chosen))
+
+
+def _forward(
+    constant: tuple[int, ...], others: tuple[int, ...], weigh: Callable[[tuple[int, ...]], float]
+) -> Iterator[tuple[int, ...]]:
+    """Add the best term at each step, until none is left that can be added."""
+    chosen = constant
+    while True:
+        grown = [tuple(sorted((*chosen, i))) for i in others if i not in chosen]
+        yield from grown
+        values = [weigh(c) for c in grown]
+        if not values or not np.isfinite(min(values)):
+            return
+        chosen = grown[int(np.argmin(values))]
