@@ -74,14 +74,14 @@ def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Literal["value", "rang
     y = as_vector("y", y)
     error = np.abs(as_vector("predicted", predicted, y.size) - y)
     check_choice("over", over, ("value", "range"))
-    if np.ptp(y) == 0.0:
+    spread = float(np.ptp(y))
+    if spread == 0.0:
         raise InputError(f"y must vary for R2 to have a meaning (every value is {y[0]:g})")
     if over == "value" and (y == 0.0).any():
         raise InputError("y must not be zero with over='value', which divides by it; use over='range'")
-    spread = float(np.ptp(y))
     scale = spread if over == "range" else 1.0
     return Accuracy(
-        are=float(np.mean(error / (spread if over == "range" else np.abs(y)))),
+        are=float(np.mean(error / (scale if over == "range" else np.abs(y)))),
         rmse=float(np.sqrt(np.mean(error**2))) / scale,
         r2=float(1.0 - (error**2).sum() / ((y - y.mean()) ** 2).sum()),
         largest=float(error.max() / scale),

@@ -14,6 +14,7 @@ from scipy.spatial.distance import pdist
 
 from trainmj.doe.arrays import FloatArray
 
+P = 50.0  # exponent of phi_p: lower ones sometimes prefer many fair distances to one larger smallest distance
 HOT, COLD = 5.0, 0.03  # temperatures at both ends, times the number of pairs
 TINY = 1e-6  # squared distance below which points count as equally bad, so that coinciding ones keep a finite phi_p
 
@@ -23,41 +24,37 @@ def smallest_distance(unit: FloatArray) -> float:
     return float(pdist(unit).min()) if len(unit) > 1 else np.inf
 
 
-def phi_p(unit: FloatArray, p: float) -> float:
-    """(sum over pairs of distance^-p)^(1/p) of the points (n, d); infinite if two coincide."""
+def phi_p(unit: FloatArray) -> float:
+    """(sum over pairs of distance^-P)^(1/P) of the points (n, d); infinite if two coincide."""
     distances = pdist(unit)
     if distances.size == 0:
         return 0.0
     closest = distances.min()
     if closest == 0.0:
         return np.inf
-    return float(((closest / distances) ** p).sum() ** (1 / p) / closest)  # scaled: distance^-p alone can overflow
+    return float(((closest / distances) ** P).sum() ** (1 / P) / closest)  # scaled: distance^-P alone can overflow
 
 
-def spread_columns(
-    columns: FloatArray, rng: np.random.Generator, *, p: float, chains: int, iterations: int
-) -> FloatArray:
+def spread_columns(columns: FloatArray, rng: np.random.Generator, *, chains: int, iterations: int) -> FloatArray:
     """Order the values in each column so that the points lie as far apart as annealing can bring them.
 
     Args:
         columns: the values of each column, scaled to [0, 1], (d, n).
         rng: the random numbers.
-        p: exponent of phi_p.
         chains: independent annealings.
         iterations: exchanges that each chain tries.
 
     Returns:
         (n, d), the ordering with the largest smallest distance among the best of each chain, then the smallest phi_p.
     """
-    state = _start(columns, rng, p, chains)
+    state = _start(columns, rng, chains)
     if columns.shape[0] > 1:  # with one column every order is the same set of points
         pairs = columns.shape[1] * (columns.shape[1] - 1) / 2
-        # one exchange changes log(phi_p) by about 1 / pairs: hotter than HOT only shuffles, colder than COLD only
-        # descends
+        # one exchange changes log(phi_p) by about 1 / pairs: above HOT chains only shuffle, below COLD only descend
         for temperature in np.geomspace(HOT / pairs, COLD / pairs, iterations):
-            _step(state, float(temperature), rng, p)
+            _step(state, float(temperature), rng)
     results = [best.T for best in state.best]
-    return max(results, key=lambda unit: (round(smallest_distance(unit), 12), -phi_p(unit, p)))
+    return max(results, key=lambda unit: (round(smallest_distance(unit), 12), -phi_p(unit)))
 
 
 @dataclass
@@ -66,23 +63,23 @@ class _Chains:
 
     x: FloatArray  # (c, d, n) values
     squared: FloatArray  # (c, n, n) squared distances, inf on the diagonal
-    weight: FloatArray  # (c, n, n) distance^-p
+    weight: FloatArray  # (c, n, n) distance^-P
     total: FloatArray  # (c,) sum of weight
     best: FloatArray  # (c, d, n) values at the smallest total so far
     least: FloatArray  # (c,) that total
 
 
-def _start(columns: FloatArray, rng: np.random.Generator, p: float, chains: int) -> _Chains:
+def _start(columns: FloatArray, rng: np.random.Generator, chains: int) -> _Chains:
     x = np.array([[rng.permutation(column) for column in columns] for _ in range(chains)])
     squared = ((x[:, :, :, None] - x[:, :, None, :]) ** 2).sum(axis=1)
     diagonal = np.arange(columns.shape[1])
     squared[:, diagonal, diagonal] = np.inf
-    weight = np.maximum(squared, TINY) ** (-p / 2)
+    weight = np.maximum(squared, TINY) ** (-P / 2)
     total = weight.sum(axis=(1, 2))
     return _Chains(x, squared, weight, total, x.copy(), total.copy())
 
 
-def _step(state: _Chains, temperature: float, rng: np.random.Generator, p: float) -> None:
+def _step(state: _Chains, temperature: float, rng: np.random.Generator) -> None:
     """Try one exchange in every chain."""
     c, d, n = state.x.shape
     chain = np.arange(c)
@@ -96,11 +93,11 @@ def _step(state: _Chains, temperature: float, rng: np.random.Generator, p: float
     change = (values[chain, j, None] - values) ** 2 - (values[chain, i, None] - values) ** 2
     change[chain, i] = change[chain, j] = 0.0  # the distance between the two exchanged points stays
     near_i, near_j = state.squared[chain, i] + change, state.squared[chain, j] - change
-    weight_i, weight_j = np.maximum(near_i, TINY) ** (-p / 2), np.maximum(near_j, TINY) ** (-p / 2)
+    weight_i, weight_j = np.maximum(near_i, TINY) ** (-P / 2), np.maximum(near_j, TINY) ** (-P / 2)
     gain = (weight_i - state.weight[chain, i] + weight_j - state.weight[chain, j]).sum(axis=1)
     # the subtraction can cancel to nothing or less when two points were all but equal: that is an improvement anyway
     ratio = np.maximum(1.0 + 2.0 * gain / state.total, 1e-300)
-    accepted = np.flatnonzero(np.log(ratio) / p < temperature * rng.exponential(size=c))
+    accepted = np.flatnonzero(np.log(ratio) / P < temperature * rng.exponential(size=c))
 
     i, j, column = i[accepted], j[accepted], column[accepted]
     for matrix, row_i, row_j in ((state.squared, near_i, near_j), (state.weight, weight_i, weight_j)):

@@ -4,9 +4,8 @@
     design.points            # (10, d) natural values, integers rounded
     design.quality()         # smallest distance, phi_p, centred discrepancy, distinct levels
 
-Every function takes a space and gives a `Design`; the same seed gives the same one on every machine. Distances are
-taken after rounding, with every factor scaled to [0, 1] by its bounds, so designs with integer factors are judged as
-they will be run.
+The same seed gives the same design on every machine. Distances are taken after rounding, with every factor scaled to
+[0, 1] by its bounds, so designs with integer factors are judged as they will be run.
 """
 
 from __future__ import annotations
@@ -22,8 +21,6 @@ from trainmj.doe.anneal import phi_p, smallest_distance, spread_columns
 from trainmj.doe.arrays import FloatArray, check_choice, frozen
 from trainmj.doe.space import Space
 from trainmj.errors import InputError
-
-P = 50.0  # exponent of phi_p: lower ones sometimes prefer many fair distances to one larger smallest distance
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,7 @@ class Design:
     seed: int | None = None
 
     def __post_init__(self) -> None:
-        """Check the points against the space.
-
-        Raises:
-            InputError: a point outside the bounds or off the levels.
-        """
+        """Raise InputError if a point is outside the bounds or off the levels."""
         object.__setattr__(self, "points", frozen(self.space.check(self.points)))
 
     def quality(self) -> Quality:
@@ -76,7 +69,7 @@ class Design:
         unit = self.space.to_unit(self.points)
         return Quality(
             smallest_distance=smallest_distance(unit),
-            phi_p=phi_p(unit, P),
+            phi_p=phi_p(unit),
             centred_discrepancy=float(qmc.discrepancy(np.clip(unit, 0.0, 1.0), method="CD")),
             levels=tuple(len(np.unique(column)) for column in self.points.T),
         )
@@ -110,15 +103,14 @@ def optimal_latin_hypercube(
     check_choice("levels", levels, ("edge", "centre"))
     if chains < 1 or (iterations is not None and iterations < 1):
         raise InputError(f"chains and iterations must be at least 1 (got {chains}, {iterations})")
-    counts = [f.count for f in space.factors]
-    distinct = math.prod(c for c in counts if c is not None)
-    if None not in counts and n > distinct:
+    distinct = math.prod(f.count or math.inf for f in space.factors)
+    if n > distinct:
         raise InputError(
             f"n must not exceed the {distinct} different points of this space (got {n}); use full_factorial"
         )
     columns = space.to_unit(_levels(space, n, levels)).T
     rng = np.random.default_rng(seed)
-    unit = spread_columns(columns, rng, p=P, chains=chains, iterations=iterations or min(200 * n, 40_000))
+    unit = spread_columns(columns, rng, chains=chains, iterations=iterations or min(200 * n, 40_000))
     return Design(space, space.from_unit(unit), f"optimal Latin hypercube (maximin phi_p, {levels} levels)", seed)
 
 
@@ -129,7 +121,7 @@ def _levels(space: Space, n: int, levels: str) -> FloatArray:
     x = space.from_unit(np.tile(share[:, None], (1, space.d)))
     for i, factor in enumerate(space.factors):
         if factor.kind == "choice":  # rounding would give the first and the last level half the runs of the others
-            x[:, i] = np.floor(j * (factor.count or 1) / n)
+            x[:, i] = np.floor(j * len(factor.levels) / n)
     return x
 
 

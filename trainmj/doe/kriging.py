@@ -16,13 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
-from scipy.optimize import minimize
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
 from trainmj.doe.space import Space
 from trainmj.errors import InputError
 
-_FEW = 300  # points up to which one thread is faster
+_FEW = 300  # points up to which the threads of the linear algebra take longer to meet than to compute
 
 
 @dataclass(frozen=True)
@@ -82,43 +81,26 @@ def fit_kriging(x: ArrayLike, y: ArrayLike, *, space: Space, seed: int, starts: 
         raise InputError(f"kriging needs at least 3 points (got {len(y)})")
     if np.ptp(y) == 0.0:
         raise InputError(f"y must vary for kriging (every value is {y[0]:g})")
-    regressor = _regressor(space.d, seed, starts)
-    with warnings.catch_warnings():
-        # a length or the noise at its bound is an ordinary result: an idle factor, an exact model
-        warnings.filterwarnings("ignore", message=".*close to the specified.*bound")
-        with _one_thread(len(y)):
-            regressor.fit(space.to_unit(x), y)
-    return Kriging(space, frozen(x), frozen(y), regressor)
-
-
-def _regressor(d: int, seed: int, starts: int) -> Any:
-    """The process before it is fitted; scikit-learn takes a second to import, so only here."""
-    try:
+    try:  # scikit-learn takes a second to import, so only here
+        from sklearn.exceptions import ConvergenceWarning
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+        from threadpoolctl import threadpool_limits  # scikit-learn depends on it
     except ImportError as error:
         raise InputError(
             "kriging needs scikit-learn, which is not installed: pip install 'trainmj[kriging]', or use fit_polynomial"
         ) from error
-    covariance = ConstantKernel(1.0, (1e-2, 1e4)) * Matern(np.ones(d), (0.05, 50.0), nu=2.5)
-    return GaussianProcessRegressor(
+    covariance = ConstantKernel(1.0, (1e-2, 1e4)) * Matern(np.ones(space.d), (0.05, 50.0), nu=2.5)
+    regressor = GaussianProcessRegressor(
         covariance + WhiteKernel(1e-4, (1e-10, 1.0)),
         alpha=1e-10,
-        optimizer=_minimise,
         normalize_y=True,
         n_restarts_optimizer=starts,
         random_state=seed,
     )
-
-
-def _one_thread(n: int) -> Any:
-    """One thread for small matrices, where the threads of the linear algebra take longer to meet than to compute."""
-    from threadpoolctl import threadpool_limits  # scikit-learn depends on it
-
-    return threadpool_limits(1 if n < _FEW else None)
-
-
-def _minimise(objective: Any, start: FloatArray, bounds: FloatArray) -> tuple[FloatArray, float]:
-    """Search from one start; the regressor keeps the best of all, so a search that ends early is harmless."""
-    found = minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B")
-    return found.x, float(found.fun)
+    with warnings.catch_warnings(), threadpool_limits(1 if len(y) < _FEW else None):
+        # a length or the noise at its bound is an ordinary result: an idle factor, an exact model; and the regressor
+        # keeps the best of all searches, so one that ends early is harmless
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        regressor.fit(space.to_unit(x), y)
+    return Kriging(space, frozen(x), frozen(y), regressor)

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from trainmj.doe.arrays import FloatArray, as_matrix, as_names, frozen
 from trainmj.doe.pareto import default_reference, hypervolume
 from trainmj.doe.space import Space
-from trainmj.doe.swarm import Scores, best_of, improves, step
+from trainmj.doe.swarm import Scores, best_of, improves, random_hypercube, step
 from trainmj.errors import InputError
 
 Evaluate = Callable[[FloatArray], tuple[ArrayLike, ArrayLike | None]]
@@ -47,11 +47,7 @@ class SwarmOptions:
     tolerance: float = 1e-4
 
     def __post_init__(self) -> None:
-        """Check the numbers.
-
-        Raises:
-            InputError: a count below its least, or a tolerance outside [0, 1).
-        """
+        """Raise InputError for a count below its least, or a tolerance outside [0, 1)."""
         for name, least in (("particles", 4), ("iterations", 1), ("archive", 4), ("patience", 1)):
             if getattr(self, name) < least:
                 raise InputError(f"SwarmOptions.{name} must be at least {least} (got {getattr(self, name)})")
@@ -133,19 +129,22 @@ def mopso(
             wrong shape.
     """
     options = options or SwarmOptions()
-    search = _Search(space, evaluate, np.random.default_rng(seed), options)
-    u = search.first_positions()
-    scores = search.evaluate_swarm(u)
+    rng = np.random.default_rng(seed)
+    scorer = _Scorer(space, evaluate)
+    u = random_hypercube(options.particles, space.d, rng)
     velocity = np.zeros_like(u)
+    scores = scorer.scores(u)
     memory, archive = scores, best_of(scores, options.archive)
-    history = [search.note(scores, archive)]
+    fronts = [archive.y[archive.feasible]]
+    history = [_progress(scores, fronts, options.patience)]
     status = f"stopped after all {options.iterations} iterations, before the hypervolume settled: more may help"
     for iteration in range(1, options.iterations + 1):
-        u, velocity = step(u, velocity, memory, archive, iteration / options.iterations, search.rng)
-        scores = search.evaluate_swarm(u)
+        u, velocity = step(u, velocity, memory, archive, iteration / options.iterations, rng)
+        scores = scorer.scores(u)
         memory = scores.where(improves(scores, memory), memory)
         archive = best_of(archive.join(scores), options.archive)
-        history.append(search.note(scores, archive))
+        fronts.append(archive.y[archive.feasible])
+        history.append(_progress(scores, fronts, options.patience))
         if history[-1].growth < options.tolerance:
             status = f"converged after {iteration} iterations: the hypervolume grew by less than {options.tolerance:g}"
             status += f" over the last {options.patience}"
@@ -153,16 +152,67 @@ def mopso(
     _need_feasible(archive, as_names("constraints", constraints, archive.g.shape[1], "g"), history[-1].evaluations)
     archive = archive.take(np.lexsort(archive.y.T[::-1]))
     corner = default_reference(archive.y)
-    volumes = [_volume(y, corner) for y in search.archives]
     return Front(
         points=frozen(archive.x),
         values=frozen(archive.y),
         limits=frozen(archive.g),
         reference=frozen(corner),
-        history=tuple(replace(p, hypervolume=v) for p, v in zip(history, volumes, strict=True)),
+        history=tuple(replace(p, hypervolume=_volume(y, corner)) for p, y in zip(history, fronts, strict=True)),
         status=status,
         seed=seed,
     )
+
+
+class _Scorer:
+    """Evaluates swarms. Constraints have different units: each counts by its largest excess in the first swarm."""
+
+    def __init__(self, space: Space, evaluate: Evaluate) -> None:
+        self.space, self.evaluate = space, evaluate
+        self.scale: FloatArray | None = None
+
+    def scores(self, u: FloatArray) -> Scores:
+        """Evaluate positions (n, d) in one call."""
+        x = self.space.from_unit(u)
+        values, limits = self.evaluate(x.copy())
+        y = as_matrix("objectives returned by evaluate", values, finite=False)
+        g = np.zeros((len(x), 0))
+        if limits is not None and np.size(limits):
+            g = as_matrix("constraints", limits, finite=False)
+        if len(y) != len(x) or len(g) != len(x):
+            raise InputError(
+                f"evaluate must return one row for each of the {len(x)} points (got {len(y)} and {len(g)})"
+            )
+        failed = ~(np.isfinite(y).all(axis=1) & np.isfinite(g).all(axis=1))
+        y[failed], g[failed] = np.inf, np.inf
+        excess = np.maximum(g, 0.0)
+        if self.scale is None and not failed.all():
+            largest = excess[~failed].max(axis=0, initial=0.0)
+            self.scale = np.where(largest > 0, largest, 1.0)
+        violation = excess.sum(axis=1) if self.scale is None else (excess / self.scale).sum(axis=1)
+        return Scores(self.space.to_unit(x), x, y, g, np.where(failed, np.inf, violation)[:, None])
+
+
+def _progress(swarm: Scores, fronts: Sequence[FloatArray], patience: int) -> Progress:
+    """The state after the last of the fronts; its hypervolume waits for the final reference."""
+    front = fronts[-1]
+    growth = np.nan
+    if len(front) and len(fronts) > patience:
+        corner = default_reference(front)
+        volume = hypervolume(front, corner)
+        growth = 1.0 - _volume(fronts[-1 - patience], corner) / volume if volume > 0 else np.inf
+    return Progress(
+        iteration=len(fronts) - 1,
+        evaluations=len(fronts) * len(swarm),
+        feasible=float(swarm.feasible.mean()),
+        failed=int(swarm.failed.sum()),
+        front=len(front),
+        hypervolume=np.nan,
+        growth=growth,
+    )
+
+
+def _volume(front: FloatArray, corner: FloatArray) -> float:
+    return hypervolume(front, corner) if len(front) else 0.0
 
 
 def _need_feasible(archive: Scores, names: tuple[str, ...], evaluations: int) -> None:
@@ -175,61 +225,3 @@ def _need_feasible(archive: Scores, names: tuple[str, ...], evaluations: int) ->
         f"no point of {evaluations} keeps all constraints; the nearest, {archive.x[0].tolist()}, exceeds {over}; "
         "loosen these limits or widen the factors' bounds"
     )
-
-
-def _volume(y: FloatArray, corner: FloatArray) -> float:
-    """Hypervolume of a front (k, m), which may be empty."""
-    return hypervolume(y, corner) if len(y) else 0.0
-
-
-class _Search:
-    """What stays the same during a search, and the growth of its archive."""
-
-    def __init__(self, space: Space, evaluate: Evaluate, rng: np.random.Generator, options: SwarmOptions) -> None:
-        self.space, self.evaluate, self.rng, self.options = space, evaluate, rng, options
-        self.archives: list[FloatArray] = []  # objectives of the feasible archive after each iteration
-        self.evaluations = 0
-        self.scale: FloatArray | None = None
-
-    def first_positions(self) -> FloatArray:
-        """A random Latin hypercube, (n, d)."""
-        n, d = self.options.particles, self.space.d
-        return (np.stack([self.rng.permutation(n) for _ in range(d)], axis=1) + self.rng.random((n, d))) / n
-
-    def evaluate_swarm(self, u: FloatArray) -> Scores:
-        """Evaluate positions (n, d) in one call."""
-        x = self.space.from_unit(u)
-        values, limits = self.evaluate(x.copy())
-        y = as_matrix("objectives returned by evaluate", values, finite=False)
-        g = (
-            np.zeros((len(x), 0))
-            if limits is None or np.size(limits) == 0
-            else as_matrix("constraints", limits, finite=False)
-        )
-        if len(y) != len(x) or len(g) != len(x):
-            raise InputError(
-                f"evaluate must return one row for each of the {len(x)} points (got {len(y)} and {len(g)})"
-            )
-        failed = ~(np.isfinite(y).all(axis=1) & np.isfinite(g).all(axis=1))
-        y[failed], g[failed] = np.inf, np.inf
-        excess = np.maximum(g, 0.0)
-        if self.scale is None and not failed.all():  # constraints have different units: weigh them by the first swarm
-            largest = excess[~failed].max(axis=0, initial=0.0)
-            self.scale = np.where(largest > 0, largest, 1.0)
-        violation = excess.sum(axis=1) if self.scale is None else (excess / self.scale).sum(axis=1)
-        self.evaluations += len(x)
-        return Scores(self.space.to_unit(x), x, y, g, np.where(failed, np.inf, violation)[:, None])
-
-    def note(self, swarm: Scores, archive: Scores) -> Progress:
-        """Record one iteration; the growth compares two archives against one reference."""
-        now = archive.y if archive.feasible[0] else archive.y[:0]
-        self.archives.append(now)
-        volume, growth = 0.0, np.nan
-        if len(now):
-            corner = default_reference(now)
-            volume = hypervolume(now, corner)
-            if len(self.archives) > self.options.patience:
-                before = _volume(self.archives[-1 - self.options.patience], corner)
-                growth = 1.0 - before / volume if volume > 0 else np.inf
-        failed, share = int(swarm.failed.sum()), float(swarm.feasible.mean())
-        return Progress(len(self.archives) - 1, self.evaluations, share, failed, len(now), float(volume), float(growth))

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector
-from trainmj.errors import InputError
 
 
 def nondominated(y: FloatArray) -> NDArray[np.bool_]:
@@ -75,9 +74,7 @@ def hypervolume(y: ArrayLike, reference: ArrayLike) -> float:
         InputError: unequal numbers of objectives.
     """
     y = as_matrix("objectives", y)
-    corner = as_vector("reference", reference)
-    if corner.size != y.shape[1]:
-        raise InputError(f"reference must have one value for each of the {y.shape[1]} objectives (got {corner.size})")
+    corner = as_vector("reference", reference, y.shape[1], each="objective")
     inside = y[(y < corner).all(axis=1)]
     return _volume(inside, corner) if len(inside) else 0.0
 

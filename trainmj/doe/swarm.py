@@ -64,6 +64,11 @@ class Scores:
         return Scores(*(np.where(mask[:, None], mine, theirs) for mine, theirs in pairs))
 
 
+def random_hypercube(n: int, d: int, rng: np.random.Generator) -> FloatArray:
+    """The first positions: a random Latin hypercube, (n, d)."""
+    return (np.stack([rng.permutation(n) for _ in range(d)], axis=1) + rng.random((n, d))) / n
+
+
 def best_of(scores: Scores, size: int) -> Scores:
     """The archive: the feasible front, thinned to ``size``; if no point is feasible, the least violating ones."""
     if not scores.feasible.any():
