@@ -421,7 +421,7 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
         ("set", {"simulation.step": 1}, ["simulation.step", "step"]),
         ("set", {"simulation.step_ms": -1}, ["set.simulation.step_ms = -1", "at least"]),
         ("factors.D.sets", "empty_strok_mm", ["factors.D.sets", "did you mean 'empty_stroke_mm'"]),
-        ("factors.D.bounds", [50, 20], ["factors.D", "lower < upper"]),
+        ("factors.D.bounds", [50, 20], ["factors.D.bounds", "50 is not below 20"]),
         ("factors.D.bounds", [20], ["factors.D.bounds", "at least 2"]),
         ("factors.D.bounds", None, ["factors.D", "needs bounds or levels"]),
         ("factors.D", {"sets": "empty_stroke_mm", "kind": "choice"}, ["factors.D.levels", "is missing"]),

@@ -191,7 +191,7 @@ def command(*args: str | Path) -> tuple[int, str]:
 
 
 def cost_of_scenario(scenario: Scenario) -> float:
-    chain = trainmj.collision.chain.line_up(scenario)
+    chain = trainmj.line_up(scenario)
     return chain.time_limit / chain.step * len(chain.vehicles)
 
 

@@ -55,10 +55,10 @@ def _weights(study: Study, simulated: Designs, front: Designs) -> Weights:
     try:
         found = entropy_weights(values, normalised=part.normalised, transform=part.data, names=names)
     except InputError as error:
-        raise study.problem(str(error), "weights") from None
+        raise study.source.error(str(error), "weights") from None
     if (found.weight < 0).any():
         said = f"gives negative weights ({found.weight.round(4).tolist()}): change normalised or data"
-        raise study.problem(said, "weights")
+        raise study.source.error(said, "weights")
     return found
 
 

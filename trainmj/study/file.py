@@ -10,8 +10,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from trainmj.doe.decision import Normalisation
+from trainmj.doe.weights import Transform
 from trainmj.files.either import Either
-from trainmj.files.parts import Name, Notes, Number, Part, Seed, Title
+from trainmj.files.parts import Bounds, Name, Notes, Number, Part, Seed, Title
+from trainmj.units import unit_of
 
 MAX_POINTS = 5000
 """Most points of a design: the distances between all of them are held in memory."""
@@ -32,9 +35,14 @@ class _Factor(Part):
         """The parameters and paths that the factor sets."""
         return (self.sets,) if isinstance(self.sets, str) else tuple(self.sets)
 
+    @property
+    def stated_unit(self) -> str:
+        """The unit that is stated, or that of the first target's name."""
+        return unit_of(self.targets[0]) if self.unit is None else self.unit
+
 
 class _Bounded(_Factor):
-    bounds: Annotated[list[Number], Field(min_length=2, max_length=2)] = Field(description="lowest and highest value")
+    bounds: Bounds = Field(description="lowest and highest value")
 
 
 class ContinuousFactor(_Bounded):
@@ -222,7 +230,7 @@ class EntropyWeights(Part):
         description="are entropies divided by ln(n), their largest value? If not, the weights are nearly equal and "
         "favour the objective that varies less",
     )
-    data: Literal["raw", "t_score", "min_max"] = Field(default="raw", description="how values are scaled before")
+    data: Transform = Field(default="raw", description="how values are scaled before")
     of: Literal["design", "front"] = Field(default="design", description="whose values the entropy is taken of")
 
 
@@ -253,9 +261,6 @@ class _Weighted(_Decision):
         default=0.1, description="deviation of the random weights that the choice is tried with, as part of each"
     )
     seed: Seed = Field(default=0, description="of the random weights")
-
-
-Normalisation = Literal["min_max", "max", "sum", "vector", "none"]
 
 
 class WeightedSum(_Weighted):

@@ -65,7 +65,7 @@ def _search(
         )
     except InputError as error:
         place = "constraints" if study.limits else "optimiser"
-        raise study.problem(f"search on the {where}: {error}", place) from None
+        raise study.source.error(f"search on the {where}: {error}", place) from None
     points = lattice.natural(front.points)
     found = Designs(study, points, values(points))
     criteria = study.criteria(found.responses)

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of, no_number
+from trainmj.collision.quantities import columns_of
 from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
-from trainmj.files.problems import Problem
 from trainmj.files.resources import find_file
 from trainmj.files.source import Source
-from trainmj.files.text import beside
+from trainmj.files.tables import read_beside
 from trainmj.files.yaml import read_yaml
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.scenario.files import refused, scenario_of
+from trainmj.scenario.files import scenario_of
 from trainmj.study.file import GivenPoints, StudyFile
 from trainmj.study.rules import broken_rules, factor_of
 from trainmj.units import head, label
@@ -84,6 +83,7 @@ class Study:
         targets: what each factor sets, one tuple for each.
         responses: in the order of the file.
         source: the file, for messages and the files that it names.
+        given: points of a design that a file gives, (n, d); empty for the others.
     """
 
     spec: StudyFile
@@ -92,6 +92,7 @@ class Study:
     targets: tuple[tuple[str, ...], ...]
     responses: tuple[Response, ...]
     source: Source = field(repr=False)
+    given: Sequence[Sequence[float]] = field(default=(), repr=False)
 
     @property
     def title(self) -> str:
@@ -106,7 +107,8 @@ class Study:
     @property
     def objectives(self) -> tuple[Response, ...]:
         """The responses that are minimised or maximised, (m,)."""
-        return tuple(self.responses[k] for k in self._chosen)
+        named = self._named()
+        return tuple(named[name] for name in self.spec.objectives)
 
     @property
     def maximise(self) -> tuple[bool, ...]:
@@ -116,8 +118,9 @@ class Study:
     @property
     def limits(self) -> tuple[Limit, ...]:
         """The constraints, each side by itself, (c,)."""
+        named = self._named()
         return tuple(
-            Limit(self.responses[self._place(name)], sign, value, part.margin)
+            Limit(named[name], sign, value, part.margin)
             for name, part in self.spec.constraints.items()
             for sign, value in ((1, part.at_most), (-1, part.at_least))
             if value is not None
@@ -128,17 +131,10 @@ class Study:
         """What every simulation depends on: the scenario, and what the factors set."""
         return [to_yaml(self.scenario), self.targets]
 
-    @property
-    def _chosen(self) -> list[int]:
-        return [self._place(name) for name in self.spec.objectives]
-
-    def _place(self, name: str) -> int:
-        """The place of a response among all."""
-        return next(k for k, r in enumerate(self.responses) if r.name == name)
-
     def criteria(self, values: FloatArray) -> FloatArray:
         """The objectives (n, m) among the responses (n, r)."""
-        return np.asfortranarray(values[:, self._chosen])  # columns in one piece are added up most accurately
+        chosen = values[:, [self.responses.index(r) for r in self.objectives]]
+        return np.asfortranarray(chosen)  # columns in one piece are added up most accurately
 
     def minimised(self, values: FloatArray) -> FloatArray:
         """The objectives (n, m) among the responses (n, r), negative where they are maximised."""
@@ -146,15 +142,14 @@ class Study:
 
     def excess(self, values: FloatArray, margins: bool = False) -> FloatArray:
         """How far the responses (n, r) are beyond each limit, less its margin if wanted, (n, c)."""
-        places = [self._place(limit.response.name) for limit in self.limits]
         found = [
-            limit.excess(values[:, k], limit.margin * margins) for limit, k in zip(self.limits, places, strict=True)
+            limit.excess(values[:, self.responses.index(limit.response)], limit.margin * margins)
+            for limit in self.limits
         ]
         return np.stack(found, axis=1) if found else np.zeros((len(values), 0))
 
-    def problem(self, rule: str, *path: str | int) -> InputError:
-        """The error that says what is wrong with a value of the study's file."""
-        return self.source.error(rule, *path)
+    def _named(self) -> dict[str, Response]:
+        return {response.name: response for response in self.responses}
 
 
 def load_study(file: str | Path) -> Study:
@@ -189,18 +184,9 @@ def _checked(source: Source) -> Study:
         chain = line_up(scenario)
     except InputError as error:
         raise source.error(str(error), "scenario") from None
+    source.refuse(broken_rules(spec, scenario, chain))
     columns = columns_of(chain)
-    reasons = {name: no_number(columns[c], chain) for name, c in spec.responses.items() if c in columns}
-    check = {name: {name: value} for name, value in spec.check.set.items()}
-    source.refuse(
-        [
-            *broken_rules(spec, scenario, columns),
-            *(Problem(("responses", name), reason) for name, reason in reasons.items() if reason),
-            *refused(("check", "set"), check, scenario),
-            *_file(spec, source.folder),
-        ]
-    )
-    return Study(
+    study = Study(
         spec,
         scenario,
         Space(tuple(factor_of(name, part) for name, part in spec.factors.items())),
@@ -208,13 +194,10 @@ def _checked(source: Source) -> Study:
         tuple(Response(name, column, columns[column].unit) for name, column in spec.responses.items()),
         source,
     )
-
-
-def _file(spec: StudyFile, folder: Path) -> Iterator[Problem]:
-    """What is wrong with the file of given points."""
-    if isinstance(spec.design, GivenPoints):
-        try:
-            if beside(folder, spec.design.file, "file") is None:
-                yield Problem(("design", "file"), "there is no such file beside it")
-        except InputError as error:
-            yield Problem(("design", "file"), str(error).removeprefix("file: "))
+    if not isinstance(spec.design, GivenPoints):
+        return study
+    try:
+        table = read_beside(source.folder, spec.design.file, "file")
+        return replace(study, given=study.space.from_table(table, study.heads).tolist())
+    except InputError as error:
+        raise source.error(str(error).removeprefix("file: "), "design", "file") from None

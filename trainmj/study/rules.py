@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from trainmj.collision.quantities import Column
+from trainmj.collision.chain import Chain
+from trainmj.collision.quantities import Column, columns_of, no_number
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
 from trainmj.files.problems import Path, Problem
 from trainmj.files.text import FORMULA
 from trainmj.scenario import Scenario
+from trainmj.scenario.files import nowhere, refused
 from trainmj.study.file import (
     MAX_POINTS,
     CentralComposite,
@@ -20,11 +22,12 @@ from trainmj.study.file import (
     FullFactorial,
     FullPolynomial,
     GivenPoints,
+    IntegerFactor,
     OwnWeights,
     PolynomialOfTerms,
     StudyFile,
 )
-from trainmj.units import head, unit_of
+from trainmj.units import head
 
 DEFAULT = "default"
 
@@ -38,72 +41,68 @@ _MOST_COMBINATIONS = 100_000  # of exponents that are gone through for the terms
 _MOST_EVALUATIONS = {"surrogate": 10_000_000, "simulator": 1_000_000}
 
 
-def broken_rules(spec: StudyFile, scenario: Scenario, columns: Mapping[str, Column]) -> Iterator[Problem]:
+def broken_rules(spec: StudyFile, scenario: Scenario, chain: Chain) -> Iterator[Problem]:
     """Every rule that the parts of a study file break between them.
 
     Args:
         spec: the parts.
         scenario: with the values under ``set``.
-        columns: responses that the scenario has, by name.
+        chain: of the scenario, which has the responses.
     """
+    columns = columns_of(chain)
     yield from _factors(spec, scenario)
-    yield from _responses(spec, columns)
+    yield from _responses(spec, chain, columns)
     yield from _heads(spec, columns)
     yield from _design(spec)
     yield from _surrogates(spec)
     yield from _criteria(spec)
     yield from _optimiser(spec)
     yield from _weights(spec)
+    yield from refused(("check", "set"), {name: {name: value} for name, value in spec.check.set.items()}, scenario)
 
 
 def factor_of(name: str, part: FactorPart) -> Factor:
     """The factor that a part states.
 
     Raises:
-        InputError: if bounds are not in order, or levels not different.
+        InputError: if levels are not different, or the bounds of an integer not whole.
     """
     if isinstance(part, ChoiceFactor):
-        return Factor(name, unit=_unit(part), kind="choice", levels=tuple(part.levels))
+        return Factor(name, unit=part.stated_unit, kind="choice", levels=tuple(part.levels))
     lower, upper = part.bounds
-    return Factor(name, lower, upper, unit=_unit(part), kind=part.kind)
-
-
-def _unit(part: FactorPart) -> str:
-    return part.unit if part.unit is not None else unit_of(part.targets[0])
+    return Factor(name, lower, upper, unit=part.stated_unit, kind=part.kind)
 
 
 def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
     owner: dict[str, str] = {}
     for name, part in spec.factors.items():
         at: Path = ("factors", name)
+        sets: Path = (*at, "sets")
         try:
             factor_of(name, part)
         except InputError as error:
             yield Problem(at, str(error).removeprefix(f"factor {name!r}: "))
         for k, level in enumerate(part.levels if isinstance(part, ChoiceFactor) else ()):
             if isinstance(level, str) and level.startswith(FORMULA):
-                yield Problem(
-                    (*at, "levels", k), f"begins with one of {' '.join(FORMULA)}, as a spreadsheet's formulas"
-                )
+                rule = f"begins with one of {' '.join(FORMULA)}, as a spreadsheet's formulas"
+                yield Problem((*at, "levels", k), rule)
+        yield from nowhere([(sets, target) for target in part.targets], scenario)
         for target in part.targets:
-            try:
-                scenario.locate(target)
-            except InputError as error:
-                yield Problem((*at, "sets"), str(error))
-            paths = scenario.parameters.get(target, target)
-            for path in [paths] if isinstance(paths, str) else paths:
+            for path in scenario.paths(target):
                 if path in owner:
-                    yield Problem((*at, "sets"), f"is already set by the factor {owner[path]}")
+                    yield Problem(sets, f"is already set by the factor {owner[path]}")
                 owner[path] = name
             if target in spec.set:
-                yield Problem((*at, "sets"), "is fixed under set: leave it out there")
+                yield Problem(sets, "is fixed under set: leave it out there")
 
 
-def _responses(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:
+def _responses(spec: StudyFile, chain: Chain, columns: Mapping[str, Column]) -> Iterator[Problem]:
     for name, column in spec.responses.items():
         at: Path = ("responses", name)
         if column not in columns:
             yield Problem(at, f"the scenario has no response of this name{close_match(column, columns)}")
+        elif reason := no_number(columns[column], chain):
+            yield Problem(at, reason)
         if name in spec.factors:
             yield Problem(at, "is the name of a factor: choose another")
         if name == DEFAULT:
@@ -112,12 +111,13 @@ def _responses(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Probl
 
 def _heads(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:
     """Factors and responses whose columns in the study's tables would not have a name of their own."""
-    heads = {("factors", name): head(name, _unit(part)) for name, part in spec.factors.items()}
-    heads |= {("responses", name): head(name, columns[c].unit) for name, c in spec.responses.items() if c in columns}
     taken = set(_TAKEN)
-    for at, column in heads.items():
-        if column in taken and at[1] not in spec.factors.keys() & spec.responses.keys():
-            yield Problem(at, f"makes a second column {column!r} in the study's tables: choose another name")
+    units = {("factors", name): part.stated_unit for name, part in spec.factors.items()}
+    units |= {("responses", name): columns[c].unit for name, c in spec.responses.items() if c in columns}
+    for (group, name), unit in units.items():
+        column = head(name, unit)
+        if column in taken and name not in spec.factors.keys() & spec.responses.keys():
+            yield Problem((group, name), f"makes a second column {column!r} in the study's tables: choose another name")
         taken.add(column)
 
 
@@ -156,16 +156,13 @@ def _count(name: str, part: FactorPart, design: FullFactorial) -> int:
 def _resolution(spec: StudyFile, at: Path, resolution: dict[str, float]) -> Iterator[Problem]:
     yield from _names(at, resolution, spec.factors, "factor")
     for name, step in resolution.items():
-        part = spec.factors.get(name)
-        if part is None:
-            continue
-        if not isinstance(part, ContinuousFactor):
-            yield Problem((*at, name), "is for continuous factors only")
-            continue
-        lower, upper = part.bounds
-        count = (upper - lower) / step
-        if not 0.5 <= count <= _MOST_STEPS or abs(count - round(count)) > 1e-6:
-            yield Problem((*at, name), f"must divide the range of {name}, from {lower:g} to {upper:g}")
+        match spec.factors.get(name):
+            case ContinuousFactor(bounds=[lower, upper]):
+                count = (upper - lower) / step
+                if not 0.5 <= count <= _MOST_STEPS or abs(count - round(count)) > 1e-6:
+                    yield Problem((*at, name), f"must divide the range of {name}, from {lower:g} to {upper:g}")
+            case IntegerFactor() | ChoiceFactor():
+                yield Problem((*at, name), "is for continuous factors only")
 
 
 def _surrogates(spec: StudyFile) -> Iterator[Problem]:

@@ -15,7 +15,6 @@ from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs
-from trainmj.study.file import GivenPoints
 from trainmj.study.folder import STATE, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
 from trainmj.study.simulator import FILE, Simulator
@@ -157,7 +156,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     )
     design = step(
         "design",
-        [names, asked["design"], _given(study)],
+        [names, asked["design"], study.given],
         lambda: steps.design(study),
         lambda tables: study.space.from_table(tables["01_design"], study.heads),
     )
@@ -218,13 +217,6 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
         lambda: choice.check(study, decision.value, stands.value, simulator),
         nothing,
     )
-
-
-def _given(study: Study) -> str:
-    """Content of the file of given points; empty if there is none to be read."""
-    part = study.spec.design
-    file = study.source.folder / part.file if isinstance(part, GivenPoints) else None
-    return file.read_text(encoding="utf-8", errors="replace") if file and file.is_file() else ""
 
 
 def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[str, Any]:

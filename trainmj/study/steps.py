@@ -20,7 +20,6 @@ from trainmj.doe import (
 )
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
-from trainmj.files.tables import read_given
 from trainmj.study import figures
 from trainmj.study.designs import Designs
 from trainmj.study.file import CentralComposite, FullFactorial, GivenPoints, LatinHypercube, SobolSequence
@@ -65,16 +64,12 @@ def design(study: Study) -> Output[FloatArray]:
 def _design(study: Study) -> Design:
     part = study.spec.design
     if isinstance(part, GivenPoints):
-        try:
-            table = read_given(study.source.folder / part.file)
-            return Design(study.space, study.space.from_table(table, study.heads))
-        except InputError as error:
-            raise study.problem(str(error), "design", "file") from None
+        return Design(study.space, np.array(study.given))
     lattice = Lattice.of(study.space, part.resolution)
     try:
         made = _spread(lattice.steps, part)
     except InputError as error:
-        raise study.problem(str(error), "design") from None
+        raise study.source.error(str(error), "design") from None
     return Design(study.space, lattice.natural(made.points), made.method, made.seed)
 
 

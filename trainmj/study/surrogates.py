@@ -54,7 +54,7 @@ def fit_all(study: Study, simulated: Designs) -> Models:
             models.append(_fit(study, response)(x, values))
         except InputError as error:
             named = [key for key in (response.name, DEFAULT) if key in study.spec.surrogates]
-            raise study.problem(f"response {response.name}: {error}", "surrogates", *named[:1]) from None
+            raise study.source.error(f"response {response.name}: {error}", "surrogates", *named[:1]) from None
     return models
 
 
@@ -92,7 +92,7 @@ def surrogates(study: Study, simulated: Designs) -> Output[Models]:
         try:
             left_out[:, k] = model.leave_one_out()
         except InputError as error:
-            raise study.problem(f"response {response.name}: {error}", "surrogates") from None
+            raise study.source.error(f"response {response.name}: {error}", "surrogates") from None
         rows.append(_accuracy(response, model, x, y[:, k], left_out[:, k]))
         if isinstance(model, Polynomial):
             coefficients[response.name] = model.coefficients().rename_axis("term")
