@@ -17,8 +17,7 @@ from trainmj.collision.model import MOTION, SENSED, build, plateau, spec
 from trainmj.collision.simulation import start
 from trainmj.files.resources import shipped_folder
 from trainmj.scenario import Scenario, load, shipped
-from trainmj.view.export import export
-from trainmj.view.scene import visible
+from trainmj.view.scene import export, visible
 
 TABLE_2 = [34.08, 36.26, 36.26, 36.26, 36.26, 34.08]
 

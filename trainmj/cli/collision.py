@@ -135,7 +135,7 @@ def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     loaded = load_scenario(scenario, changes)
     from trainmj.collision.lineup import line_up
     from trainmj.files.atomic import write_bytes
-    from trainmj.view.export import export as mjcf_of
+    from trainmj.view.scene import export as mjcf_of
 
     text = mjcf_of(line_up(loaded), loaded.title)
     if out is None:

@@ -63,7 +63,7 @@ def render(
     result = _result(scenario, changes)
     from trainmj.output.console import Progress
 
-    with Progress(film.count(result, out, slow, fps)) as bar:
+    with Progress(len(film.samples(result, out, slow, fps, at))) as bar:
         try:
             film.render(result, out, camera, slow, size, at, fps, smooth, bar)
         except KeyboardInterrupt:

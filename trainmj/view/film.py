@@ -16,9 +16,9 @@ from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.result import Result
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN
-from trainmj.view.cameras import CAMERAS, Camera, Director, strip_height
+from trainmj.view.cameras import CAMERAS, Camera, Director
 from trainmj.view.files import FILMS, STILLS, write_film, write_still
-from trainmj.view.offscreen import Canvas
+from trainmj.view.offscreen import canvas
 from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
 from trainmj.view.wear import DeviceShapes, Wear, largest_energy
@@ -26,7 +26,6 @@ from trainmj.view.wear import DeviceShapes, Wear, largest_energy
 LARGEST = 7680, 4320
 """Most pixels of a picture, wide and high."""
 
-_HOLD = 1.0  # how long a film rests on its last frame [s]
 _MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and whose names and energies, fit below the strip
 
 
@@ -64,23 +63,22 @@ def render(
     """
     file = Path(file)
     check(file, camera, slow, size, at, fps)
-    samples = _samples(result, file, slow, fps, at)
+    shown = samples(result, file, slow, fps, at)
     still = file.suffix.lower() in STILLS
-    with closing(_draw(result, samples, camera, size, "" if still else f"{slow:g} x real time", smooth)) as images:
+    with closing(_draw(result, shown, camera, size, "" if still else f"{slow:g} x real time", smooth)) as images:
         if still:
             write_still(file, next(images))
         else:
-            write_film(file, _watched(images, watch), size, fps, _HOLD)
-    return len(samples)
+            write_film(file, _watched(images, watch), len(shown), size, fps)
+    return len(shown)
 
 
-def count(result: Result, file: Path, slow: float, fps: float) -> int:
-    """How many frames :func:`render` makes."""
-    return len(_samples(result, file, slow, fps, None))
+def samples(result: Result, file: Path, slow: float, fps: float, at: float | None) -> NDArray[np.intp]:
+    """Indices of the samples that are shown: of a film those nearest to evenly spaced times, the last one included.
 
-
-def _samples(result: Result, file: Path, slow: float, fps: float, at: float | None) -> NDArray[np.intp]:
-    """Indices of the samples that are shown: of a film those nearest to evenly spaced times, the last one included."""
+    Raises:
+        InputError: if the time of a still is not within the collision.
+    """
     end = float(result.time[-1])
     if file.suffix.lower() in STILLS:
         time = end if at is None else at
@@ -130,17 +128,13 @@ def check(
 
 
 def check_pace(slow: float) -> None:
-    """Refuse a pace that nobody could follow.
-
-    Raises:
-        InputError: if it is out of its range.
-    """
+    """Refuse a pace that nobody could follow."""
     if not 1e-4 <= slow <= 10:
         raise InputError(f"slow {slow:g}: must be from 0.0001 to 10 times real time")
 
 
 def _draw(
-    result: Result, samples: NDArray[np.intp], camera: Camera, size: tuple[int, int], pace: str, smooth: bool
+    result: Result, shown: NDArray[np.intp], camera: Camera, size: tuple[int, int], pace: str, smooth: bool
 ) -> Generator[Image, None, None]:
     """The pictures, one after the other."""
     chain = result.chain
@@ -149,11 +143,10 @@ def _draw(
     full = largest_energy(result)
     wear, devices = Wear(chain), DeviceShapes(model, chain, full)
     director = Director(camera, chain, result.position, *size)
-    strip = strip_height(camera, size[1])
-    overlay = Overlay(*size, result.scenario.title or "Train collision", full / KJ, strip)
-    with Canvas(model, *size, samples=4 if smooth else 0) as canvas:
+    overlay = Overlay(*size, result.scenario.title or "Train collision", full / KJ, director.strip)
+    with canvas(model, *size, samples=4 if smooth else 0) as draw:
         seen = 0
-        for sample in samples:
+        for sample in shown:
             for k in range(seen, sample + 1):
                 wear.update(result.stroke[k], result.energy[k])
             seen = int(sample) + 1
@@ -161,8 +154,8 @@ def _draw(
             data.qpos[:] = result.position[sample]
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
-            picture = canvas.draw(data, director.views(result.position[sample]))
-            labels = _labels(chain, director, data, wear, full) if strip else []
+            picture = draw(data, director.views(result.position[sample]))
+            labels = _labels(chain, director, data, wear, full) if director.strip else []
             rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
             yield overlay.write(picture, float(result.time[sample]), rows, labels)
 

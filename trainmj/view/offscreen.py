@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import mujoco
@@ -17,8 +19,7 @@ from trainmj.errors import EngineError
 Picture = NDArray[np.uint8]
 """(height, width, 3) red, green and blue, the top row first."""
 
-_NAMES = {"osmesa": "OSMesa", "egl": "EGL"}
-_PACKAGES = {"osmesa": "libosmesa6", "egl": "libegl1 libopengl0 libgl1-mesa-dri"}
+_PLATFORMS = {"osmesa": ("OSMesa", "libosmesa6"), "egl": ("EGL", "libegl1 libopengl0 libgl1-mesa-dri")}
 _NEAR, _FAR = 0.3, 3000.0  # what a camera sees [m]
 
 
@@ -33,8 +34,11 @@ class View:
     place: tuple[int, int, int, int]  # left, bottom, width and height in the picture [pixels]
 
 
-class Canvas:
-    """A picture in memory on which MuJoCo draws a model; use it as a context manager, in one thread.
+@contextmanager
+def canvas(
+    model: mujoco.MjModel, width: int, height: int, samples: int = 0
+) -> Iterator[Callable[[mujoco.MjData, Sequence[View]], Picture]]:
+    """A picture in memory on which MuJoCo draws a model, in one thread.
 
     Args:
         model: what is drawn.
@@ -42,45 +46,37 @@ class Canvas:
         height: [pixels].
         samples: for each pixel; 0 is fastest, 4 smooths edges.
 
+    Yields:
+        The function that draws the model as it stands, seen by one or several cameras.
+
     Raises:
         EngineError: if the library that draws is missing.
     """
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+    model.vis.quality.offsamples, model.vis.quality.shadowsize = samples, 0
+    gl = new_context(width, height)
+    context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+    mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, context)
+    scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 10)
+    for flag in (mujoco.mjtRndFlag.mjRND_REFLECTION, mujoco.mjtRndFlag.mjRND_SHADOW):
+        scene.flags[flag] = 0
+    option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
+    option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 0
 
-    def __init__(self, model: mujoco.MjModel, width: int, height: int, samples: int = 0) -> None:
-        """Open the context and send it the model's meshes."""
-        self._model = model
-        self._size = width, height
-        model.vis.global_.offwidth, model.vis.global_.offheight = width, height
-        model.vis.quality.offsamples, model.vis.quality.shadowsize = samples, 0
-        self._gl = new_context(width, height)
-        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
-        self._scene = mujoco.MjvScene(model, maxgeom=model.ngeom + 10)
-        for flag in (mujoco.mjtRndFlag.mjRND_REFLECTION, mujoco.mjtRndFlag.mjRND_SHADOW):
-            self._scene.flags[flag] = 0
-        self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
-        self._option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 0
-
-    def __enter__(self) -> Canvas:
-        """Draw on it."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Give its memory back."""
-        self._context.free()
-        self._gl.free()
-
-    def draw(self, data: mujoco.MjData, views: Sequence[View]) -> Picture:
-        """The model as it stands, seen by one or several cameras."""
-        width, height = self._size
+    def draw(data: mujoco.MjData, views: Sequence[View]) -> Picture:
         picture = np.empty((height, width, 3), dtype=np.uint8)
-        every = mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(self._model, data, self._option, None, self._camera, every, self._scene)
+        mujoco.mjv_updateScene(model, data, option, None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene)
         for view in views:
-            _aim(self._scene, view)
-            mujoco.mjr_render(mujoco.MjrRect(*view.place), self._scene, self._context)
-        mujoco.mjr_readPixels(picture, None, mujoco.MjrRect(0, 0, width, height), self._context)
+            _aim(scene, view)
+            mujoco.mjr_render(mujoco.MjrRect(*view.place), scene, context)
+        mujoco.mjr_readPixels(picture, None, mujoco.MjrRect(0, 0, width, height), context)
         return picture[::-1]
+
+    try:
+        yield draw
+    finally:
+        context.free()
+        gl.free()
 
 
 def _aim(scene: mujoco.MjvScene, view: View) -> None:
@@ -108,20 +104,17 @@ def new_context(width: int, height: int) -> Any:
     loaded = os.environ.setdefault("PYOPENGL_PLATFORM", platform)
     if loaded.lower() != platform:
         raise EngineError(f"PYOPENGL_PLATFORM={loaded} prevents drawing with {platform}: unset it")
+    name, packages = _PLATFORMS[platform]
     try:
-        if platform == "egl":
-            from mujoco.egl import GLContext
-        else:
-            from mujoco.osmesa import GLContext
-        context = GLContext(width, height)
+        context = import_module(f"mujoco.{platform}").GLContext(width, height)
         context.make_current()
     except (ImportError, AttributeError, OSError):  # PyOpenGL's ways to miss a library
         raise EngineError(
-            f"pictures are drawn in memory by {_NAMES[platform]}, which is not installed; on Debian and Ubuntu: "
-            f"apt install {_PACKAGES[platform]}"
+            f"pictures are drawn in memory by {name}, which is not installed; on Debian and Ubuntu: "
+            f"apt install {packages}"
         ) from None
     except RuntimeError as error:
-        raise EngineError(f"{_NAMES[platform]} cannot draw on this machine ({error})") from None
+        raise EngineError(f"{name} cannot draw on this machine ({error})") from None
     return context
 
 

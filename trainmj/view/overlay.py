@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
-from pathlib import Path
-from typing import TYPE_CHECKING
+from importlib.metadata import distribution
 
 import numpy as np
+from PIL import Image
+from PIL.ImageDraw import Draw, ImageDraw
+from PIL.ImageFont import FreeTypeFont, truetype
 
 from trainmj.view.offscreen import Picture
 from trainmj.view.wear import colour
-
-if TYPE_CHECKING:
-    from PIL.Image import Image
-    from PIL.ImageDraw import ImageDraw
-    from PIL.ImageFont import FreeTypeFont
 
 _INK, _SOFT, _PAPER = (25, 30, 36), (84, 92, 101), (255, 255, 255)
 
@@ -41,7 +37,9 @@ class Overlay:
     full_kJ: float  # energy at the end of the colours
     strip: int = 0  # height of the strip [pixels]
 
-    def write(self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]) -> Image:
+    def write(
+        self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]
+    ) -> Image.Image:
         """The picture with its text.
 
         Args:
@@ -50,13 +48,12 @@ class Overlay:
             rows: what is read at this time, and its value.
             labels: below the strip; names come in order of importance, as there may not be room for all.
         """
-        from PIL import Image, ImageDraw
-
         image = Image.fromarray(picture)
-        draw = ImageDraw.Draw(image, "RGBA")
+        draw = Draw(image, "RGBA")
         self._numbers(draw, time, rows)
         self._scale(image, draw)
-        self._names(draw, labels)
+        if self.strip:
+            self._names(draw, labels)
         return image
 
     def _pixels(self, points: float) -> int:
@@ -82,24 +79,20 @@ class Overlay:
         self._plate(draw, (box[0] - p(12), p(18), self.width - p(18), p(50)))
         draw.text((self.width - p(30), p(34)), title, _INK, normal, anchor="rm")
 
-    def _scale(self, image: Image, draw: ImageDraw) -> None:
-        from PIL import Image as Images
-
+    def _scale(self, image: Image.Image, draw: ImageDraw) -> None:
         p = self._pixels
         small = font(p(14))
         length, thick = p(280), p(12)
         right, bottom = self.width - p(30), self.height - self.strip - p(44)
         self._plate(draw, (right - length - p(12), bottom - p(32), right + p(12), bottom + thick + p(26)))
         bar = (255 * colour(np.linspace(0, 1, length))).astype(np.uint8)
-        image.paste(Images.fromarray(np.repeat(bar[None], thick, axis=0)), (right - length, bottom))
+        image.paste(Image.fromarray(np.repeat(bar[None], thick, axis=0)), (right - length, bottom))
         draw.text((right - length, bottom - p(15)), "absorbed energy (front: of one train)", _INK, small, anchor="lm")
         for share, anchor in ((0.0, "lm"), (0.5, "mm"), (1.0, "rm")):
             text = f"{share * self.full_kJ:.0f}" + (" kJ" if share == 1.0 else "")
             draw.text((right - length * (1 - share), bottom + thick + p(12)), text, _SOFT, small, anchor=anchor)
 
     def _names(self, draw: ImageDraw, labels: Sequence[Label]) -> None:
-        if not self.strip:
-            return
         p = self._pixels
         draw.line((0, self.height - self.strip, self.width, self.height - self.strip), (*_PAPER, 255), p(3))
         y = self.height - p(17)
@@ -137,10 +130,5 @@ def _cut(draw: ImageDraw, text: str, fount: FreeTypeFont, room: float) -> str:
 @cache
 def font(size: int, bold: bool = False) -> FreeTypeFont:
     """The font of all figures, which comes with matplotlib, so that pictures look the same on every machine."""
-    from PIL import ImageFont
-
-    package = find_spec("matplotlib")
-    assert package is not None
-    assert package.origin is not None
-    folder = Path(package.origin).parent / "mpl-data" / "fonts" / "ttf"
-    return ImageFont.truetype(folder / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"), size)
+    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    return truetype(str(distribution("matplotlib").locate_file(f"matplotlib/mpl-data/fonts/ttf/{name}")), size)

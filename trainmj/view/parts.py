@@ -82,11 +82,10 @@ class End:
 
 def ends(chain: Chain) -> Iterator[End]:
     """The ends of all vehicles that carry a device, along +x."""
-    for vehicle in range(len(chain.vehicles)):
-        for direction in (-1, 1):
-            k = _interface_at(chain, vehicle, direction)
-            if k is not None:
-                yield End(vehicle, direction, k, int(direction < 0), _parts(chain, vehicle, direction, k))
+    for k, interface in enumerate(chain.interfaces):
+        yield End(interface.left, 1, k, 0, _parts(chain, interface.left, 1, interface))
+        if interface.right != WALL:
+            yield End(interface.right, -1, k, 1, _parts(chain, interface.right, -1, interface))
 
 
 def device_of(interface: Interface, side: int) -> Device:
@@ -107,9 +106,9 @@ def setback(chain: Chain, vehicle: int, direction: int) -> float:
         vehicle: its index.
         direction: 1 for the end that faces +x, -1 for the other one.
     """
-    k = _interface_at(chain, vehicle, direction)
-    if k is None:
-        return 0.5
+    k = vehicle if direction > 0 else vehicle - 1
+    if not 0 <= k < len(chain.interfaces):
+        return 0.5  # the end of a train
     interface = chain.interfaces[k]
     device = device_of(interface, int(direction < 0))
     last = device.stages[-1]
@@ -118,15 +117,8 @@ def setback(chain: Chain, vehicle: int, direction: int) -> float:
     return float(min(room, 0.3 * chain.vehicles[vehicle].length))
 
 
-def _interface_at(chain: Chain, vehicle: int, direction: int) -> int | None:
-    """Index of the interface at an end of a vehicle; None at the end of a train."""
-    k = vehicle - 1 if direction < 0 else vehicle
-    return k if 0 <= k < len(chain.interfaces) else None
-
-
-def _parts(chain: Chain, vehicle: int, direction: int, k: int) -> tuple[Part, ...]:
+def _parts(chain: Chain, vehicle: int, direction: int, interface: Interface) -> tuple[Part, ...]:
     """What is drawn of the device of an interface at one end of a vehicle."""
-    interface = chain.interfaces[k]
     first, *others = device_of(interface, int(direction < 0)).stages
     share = 0.5 if is_shared(interface) else 1.0
     name = f"{chain.vehicles[vehicle].name} {'front' if direction > 0 else 'rear'}"

@@ -1,13 +1,16 @@
-"""The shapes of a collision in a MuJoCo model: track, car bodies, and the parts of every device at rest."""
+"""A collision as a MuJoCo model with shapes: track, car bodies, and the parts of every device at rest."""
 
 from __future__ import annotations
+
+import re
 
 import mujoco
 import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain
-from trainmj.collision.model import spec
+from trainmj.collision.model import plateau, spec
+from trainmj.units import KN, KN_PER_MM
 from trainmj.view import meshes
 from trainmj.view.parts import Part, ends, setback
 
@@ -28,31 +31,58 @@ def visible(chain: Chain, layout: Layout | None = None, stand_in: bool = False) 
     """
     model = spec(chain, layout, scene=True, stand_in=stand_in)
     _add_track(model, chain)
-    made: set[str] = set()
     for i in range(len(chain.vehicles)):
-        _add_car(model, chain, i, made)
+        _add_car(model, chain, i)
     for end in ends(chain):
         for part in end.parts:
             _add_part(model.body(chain.vehicles[end.vehicle].name), part, end.direction)
     return model
 
 
-def _add_car(model: mujoco.MjSpec, chain: Chain, i: int, made: set[str]) -> None:
+def export(chain: Chain, title: str = "") -> str:
+    """The model as MJCF text that MuJoCo's own programs can run.
+
+    MJCF cannot hold the device law. MuJoCo's elasto-plastic tendons take its place, with one plateau for each
+    interface (:func:`~trainmj.collision.model.plateau`). The file has no room for the law's block, so the two never
+    act together.
+
+    Args:
+        chain: what to model.
+        title: for the comment at the top.
+    """
+    words = " ".join(re.sub("-{2,}", "-", title).split())  # XML forbids two dashes in a comment
+    stand_ins = "".join(
+        f"\n       {i.name}: {plateau(i) / KN:.0f} kN, {i.envelope.stiffness / KN_PER_MM:.6g} kN/mm"
+        for i in chain.interfaces
+    )
+    comment = (
+        f"<!-- {words or 'Train collision'}\n"
+        "     Written by trainmj. Start from the keyframe 'start', which has both trains at speed: in MuJoCo's\n"
+        "     viewer, section Simulation, Load key. The couplers, crush tubes and anti-climbers of the scenario are\n"
+        "     NOT in this file: MJCF cannot express their curves, shear-off, empty strokes and dashpots. Stand-ins\n"
+        "     take their place, one plateau each: ideal elasto-plastic tendons (springyield, of MuJoCo 4.0) that\n"
+        "     push and never pull, with the unloading stiffness of the device and its mean force up to its stroke\n"
+        "     limit. Rail friction is left out. Strokes and accelerations differ from those of trainmj."
+    )
+    return f"{comment}{stand_ins} -->\n{visible(chain, stand_in=True).to_xml()}"
+
+
+def _add_car(model: mujoco.MjSpec, chain: Chain, i: int) -> None:
     """A car body of meshes; equal cars share them."""
     vehicle = chain.vehicles[i]
     moving = i < chain.n_moving
     side = range(chain.n_moving) if moving else range(chain.n_moving, len(chain.vehicles))
     rear, front = (vehicle.length / 2 - setback(chain, i, direction) for direction in (-1, 1))
-    wagon = not moving and len(side) == 1
-    cabs = () if wagon else tuple(d for d in (-1, 1) if i == (side[0] if d < 0 else side[-1]))
-    key = f"car {rear:.3f} {front:.3f} {cabs}" if not wagon else f"wagon {rear:.3f} {front:.3f}"
-    pieces = meshes.wagon(-rear, front) if wagon else meshes.car(-rear, front, cabs)
+    if not moving and len(side) == 1:
+        key, pieces = f"wagon {rear:.3f} {front:.3f}", meshes.wagon(-rear, front)
+    else:
+        cabs = tuple(direction for direction, end in ((-1, side[0]), (1, side[-1])) if i == end)
+        key, pieces = f"car {rear:.3f} {front:.3f} {cabs}", meshes.car(-rear, front, cabs)
     body = model.body(vehicle.name)
     livery = "moving" if moving else "partner"
     for material, mesh in pieces.items():
         name = f"{key} {material}"
-        if name not in made:
-            made.add(name)
+        if model.mesh(name) is None:
             _add_mesh(model, name, mesh)
         body.add_geom(
             name=f"{vehicle.name} {material}",

@@ -11,24 +11,21 @@ from trainmj.collision.result import Result
 from trainmj.units import MM
 from trainmj.view.parts import device_of, ends, is_shared
 
-_RAMP = np.array(  # from steel to dark red, darker for more, to every eye; after ColorBrewer's YlOrRd
-    [
-        (0.74, 0.76, 0.78),
-        (0.996, 0.85, 0.46),
-        (0.992, 0.70, 0.30),
-        (0.99, 0.45, 0.18),
-        (0.84, 0.12, 0.12),
-        (0.50, 0, 0.15),
-    ]
-)
-_STOPS = np.array([0.0, 0.04, 0.25, 0.5, 0.75, 1.0])
+_RAMP = {  # colours by share: from steel to dark red, darker for more, to every eye; after ColorBrewer's YlOrRd
+    0.0: (0.74, 0.76, 0.78),
+    0.04: (0.996, 0.85, 0.46),
+    0.25: (0.992, 0.70, 0.30),
+    0.5: (0.99, 0.45, 0.18),
+    0.75: (0.84, 0.12, 0.12),
+    1.0: (0.50, 0, 0.15),
+}
 
 _SAMPLES = 50  # of a whole collision, enough to tell how unequal sides share its energy
 
 
 def colour(share: float | Array) -> Array:
     """(..., 3) red, green and blue for a share of the largest energy."""
-    return np.stack([np.interp(share, _STOPS, _RAMP[:, k]) for k in range(3)], axis=-1)
+    return np.stack([np.interp(share, list(_RAMP), channel) for channel in zip(*_RAMP.values(), strict=True)], axis=-1)
 
 
 class Wear:
@@ -90,11 +87,6 @@ class Wear:
             for stage in self._chain.interfaces[k].devices[0].stages
         )
 
-    @property
-    def most(self) -> float:
-        """The largest energy that any device has absorbed [J]."""
-        return max(float(e.sum()) for e in self.energy.values())
-
 
 def _shares(interface: Interface, grown: Array) -> Array:
     """Parts of an energy for the sides of an interface, from the growth of their strokes; all for a shared device."""
@@ -109,7 +101,7 @@ def largest_energy(result: Result) -> float:
     last = len(result.time) - 1
     for k in np.unique(np.linspace(0, last, min(last + 1, _SAMPLES)).astype(int)):
         wear.update(result.stroke[k], result.energy[k])
-    return wear.most
+    return max(float(energy.sum()) for energy in wear.energy.values())
 
 
 class DeviceShapes:
