@@ -104,7 +104,7 @@ def folder(tmp_path_factory):
         ),
         (
             WHOLE | {"parameters__b_10mm": K, "parameters__k": None},
-            "has a force called b_10mm, as another parameter is",
+            "has a force called b_10mm, like another parameter",
         ),
         (WHOLE | {"parameters__tube__above": "b"}, "parameters.tube.above = 'b': is a curve: name a single value"),
         (
@@ -113,7 +113,7 @@ def folder(tmp_path_factory):
         ),
         (
             WHOLE | {"constraints__energy__of": "curves.tube"},
-            "by = 'b': seeks the curve curves.buffer: name a parameter",
+            "by = 'b': is the curve curves.buffer: name a parameter",
         ),
         (
             WHOLE | {"constraints__energy__to_mm": 9},
@@ -125,7 +125,7 @@ def folder(tmp_path_factory):
         ),
         ({"parameters__k__sets": {"way": "mass_t"}}, "parameters.k.sets.path: is missing"),
         ({"parameters__f30__above": "f1O"}, "above = 'f1O': there is no parameter of this name; did you mean 'f10'?"),
-        ({"parameters__f10__above": "f30"}, "is solved from a constraint, after this one"),
+        ({"parameters__f10__above": "f30"}, "is itself solved from a constraint"),
         ({"parameters__f30__bounds": [150, 390]}, "must reach up to 400, so that there is room above f10"),
         ({"parameters__k__above": "c", "parameters__c__above": "k"}, "leads back to this parameter: break the circle"),
         ({"parameters__k__gap": 3}, "gap = 3: needs above"),
@@ -146,7 +146,7 @@ def folder(tmp_path_factory):
             "targets.s1.tolerance = 'much': must be a number above 0, .* or a percentage such as 1 %",
         ),
         ({"targets__s1__weight": -1}, "weight = -1: must be at least 0"),
-        ({"targets__s9": {"response": "TS_mm", "tolerance": 1}}, "targets.s9: has no value: name it under values"),
+        ({"targets__s9": {"response": "TS_mm", "tolerance": 1}}, "targets.s9: has no values: name it under values"),
         ({"targets__s1": None}, "data.tests.values.s1 = 's1': there is no target of this name"),
         ({"data__tests__rows": None}, "data.tests: needs table or rows"),
         ({"data__tests__table": "a.csv"}, "data.tests.rows: does not go with table: leave one of them out"),
@@ -183,16 +183,19 @@ def test_mistakes_are_said(folder, changes, message):
         ({"table": "table3_devices_vs_D"}, "there is no such file beside it; known: bad.csv"),  # it ships, elsewhere
         ({"table": "../table.csv"}, "must be in the folder"),
         ({"table": ["table.csv", "short.csv"]}, "has no row for the case D = 20, M = 30"),
-        ({"table": ["table.csv", "no_case.csv"]}, "has no column 'D', by which the tables are joined"),
+        ({"table": ["table.csv", "no_case.csv"]}, "has no column 'D', by which tables are joined"),
         ({"table": "bad.csv", "values": {"s": "force"}}, "row 1: force = 'many': must be a number"),
         ({"rows": [{"D": 20, "M": None, "force": 1}], "values": {"s": "force"}}, "row 1: M: is empty"),
         ({"rows": [{"D": 20, "M": [1], "force": 1}], "values": {"s": "force"}}, "row 1: M: must be a number or text"),
-        ({"rows": [{"D": 20, "M": "=1+1", "force": 1}], "values": {"s": "force"}}, "must not begin as a formula"),
+        (
+            {"rows": [{"D": 20, "M": "=1+1", "force": 1}], "values": {"s": "force"}},
+            "must not begin like a spreadsheet formula",
+        ),
         ({"rows": [{"D": 20, "M": 10**400, "force": 1}], "values": {"s": "force"}}, "row 1: M: must be a number"),
         ({"rows": [{"D": 20, "M": 1, "force": 10**400}], "values": {"s": "force"}}, "force = 1000.*: must be a number"),
         ({"rows": [{"D": 20, "M": 1, "force": True}], "values": {"s": "force"}}, "force = True: must be a number"),
         ({"table": "table.csv", "where": {"D": 10**400}}, "where.D: no row has the value"),
-        ({"rows": [{"D": 20, "M": 1, "force": None}], "values": {"s": "force"}}, "gives no value"),
+        ({"rows": [{"D": 20, "M": 1, "force": None}], "values": {"s": "force"}}, "has no values"),
     ],
 )
 def test_mistakes_in_tables_are_said(folder, part, message):

@@ -1,14 +1,12 @@
-"""Identification: the values of a scenario that make its responses meet values from any source.
+"""Identification: values of a scenario with which the simulation reproduces known responses.
 
 ::
 
-    from trainmj.identification import identify, load_targets
-
-    found = identify(load_targets("b_type"), "out")
+    found = trainmj.identify(trainmj.load_targets("b_type"), "out")
     print(found.parameters)
 
-A targets file states the scenario, the parameters sought with their bounds and constraints, the targets, tables of
-values for them, and tables that are held out to check. docs/identification.md explains every key.
+A targets file states a scenario, parameters with their bounds and constraints, targets, tables of values for them, and
+tables that are held out for a check; see docs/identification.md.
 """
 
 from trainmj.identification.found import Found

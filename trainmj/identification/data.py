@@ -1,4 +1,4 @@
-"""From tables to observations: which case of the scenario should give which value.
+"""From tables to observations: which value is wanted in which case of the scenario.
 
 A table is a CSV file beside the targets file, or rows in the file itself.
 """
@@ -23,7 +23,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Observation:
-    """A value that a response should have in a case.
+    """A value that is wanted of a response in a case.
 
     Attributes:
         data: name of the table it is from.
@@ -39,15 +39,15 @@ class Observation:
 
 
 def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Observation]:
-    """The observations that one entry of the targets file states; empty cells are left out.
+    """The observations in one table of the targets file; empty cells are skipped.
 
     Args:
-        name: of the entry.
-        part: the entry.
-        folder: where CSV files named in it are.
+        name: of the table.
+        part: its entry in the file.
+        folder: where the CSV files that it names are.
 
     Raises:
-        InputError: without the place in the targets file, which the caller knows.
+        InputError: without the place in the targets file, which the caller adds.
     """
     rows = _chosen(part, _rows(part, folder))
     heads = set(rows[0]) if rows else set()
@@ -69,7 +69,7 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
             if not math.isnan(wanted):
                 found.append(Observation(name, target, {**part.set, **case}, wanted))
     if not found:
-        raise InputError("gives no value: every row is left out or empty")
+        raise InputError("has no values: every row is left out or empty")
     return found
 
 
@@ -91,10 +91,10 @@ def _read(name: str, folder: Path) -> list[Row]:
 
 
 def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: str) -> list[Row]:
-    """Rows of two tables side by side, by the columns of the cases."""
+    """Rows of two tables side by side, matched by the columns of the cases."""
     missing = [column for column in by if not right or column not in right[0]]
     if missing:
-        raise InputError(f"table {name!r}: has no column {missing[0]!r}, by which the tables are joined")
+        raise InputError(f"table {name!r}: has no column {missing[0]!r}, by which tables are joined")
     there: dict[tuple[Any, ...], Row] = {}
     for row in right:
         key = tuple(row[column] for column in by)
@@ -115,7 +115,7 @@ def _said(by: Sequence[str], key: Sequence[Any]) -> str:
 
 
 def _chosen(part: TableData | RowsData, rows: Sequence[Row]) -> list[Row]:
-    """The rows that where and leave_out choose."""
+    """The rows that ``where`` and ``leave_out`` select."""
     heads = set(rows[0])
     for key, conditions in (("where", part.where), ("leave_out", part.leave_out)):
         for column, value in conditions.items():
@@ -149,17 +149,17 @@ def _is_number(cell: Any) -> bool:
 def _value(cell: Any, said: str) -> Any:
     """A cell that sets a value of the scenario."""
     if cell is None or cell == "" or cell != cell:
-        raise InputError(f"{said}: is empty; a case must have every value")
+        raise InputError(f"{said}: is empty; a case needs every value")
     if isinstance(cell, str):
         if cell.startswith(FORMULA):
-            raise InputError(f"{said} = {cell[:60]!a}: must not begin as a formula of a spreadsheet does")
+            raise InputError(f"{said} = {cell[:60]!a}: must not begin like a spreadsheet formula")
     elif not isinstance(cell, bool) and not _is_number(cell):
         raise InputError(f"{said}: must be a number or text")
     return cell
 
 
 def _number(cell: Any, said: str) -> float:
-    """A cell of a value that is wanted; NaN if it is empty."""
+    """A cell with a value that is wanted; NaN if it is empty."""
     if cell is None or cell == "" or cell != cell:
         return math.nan
     if not _is_number(cell):
@@ -168,7 +168,7 @@ def _number(cell: Any, said: str) -> float:
 
 
 def cases_of(found: Sequence[Observation]) -> tuple[list[Mapping[str, Any]], list[int]]:
-    """The different cases of observations in the order in which they come, and the case of each observation."""
+    """The different cases of observations in the order of their first use, and the place of each observation's case."""
     cases: dict[tuple[tuple[str, str], ...], int] = {}
     first: list[Mapping[str, Any]] = []
     place = []

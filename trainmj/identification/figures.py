@@ -1,4 +1,4 @@
-"""Figures of an identification: deviations of each target, and correlations between the parameters."""
+"""Figures of an identification: deviations, correlations between the parameters, and the search."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def all_of(found: Found) -> dict[str, Figure]:
 
 
 def residuals(found: Found) -> Figure:
-    """Each value's deviation over what is allowed, target by target: filled if fitted, open if held out."""
+    """Deviation of each value over what is allowed, by target: filled if fitted, open if held out."""
     table = found.residuals
     targets = [t.name for t in found.plan.targets if t.name in set(table["target"])]
     picture = figure(height=22 + 6.5 * len(targets))
@@ -61,7 +61,7 @@ def residuals(found: Found) -> Figure:
 
 
 def correlations(found: Found) -> Figure:
-    """Correlations between the errors of the parameters; parameters at a bound are left out."""
+    """Correlations between the errors of the parameters, without parameters at a bound."""
     names = found.plan.unknowns.names
     there = ~np.isnan(np.diag(found.known.correlation))
     shown = [name for name, yes in zip(names, there, strict=True) if yes]

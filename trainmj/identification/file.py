@@ -5,6 +5,7 @@ Names of parameters, targets and data are the user's; a response is a sum of col
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -26,11 +27,11 @@ Amount = Annotated[
 """In the unit of the response, or "1 %" of the value that is wanted."""
 
 
-def absolute(amount: Amount, wanted: float) -> float:
-    """An amount in the unit of the response: itself, or its part of the value that is wanted."""
+def absolute(amount: Amount | None, wanted: float) -> float:
+    """An amount in the unit of the response, a percentage of the value that is wanted; infinite if none is stated."""
     if isinstance(amount, str):
         return float(amount.strip().removesuffix("%")) / 100.0 * abs(wanted)
-    return amount
+    return math.inf if amount is None else amount
 
 
 class SetPart(Part):

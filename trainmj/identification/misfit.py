@@ -1,4 +1,4 @@
-"""How far trials are from what is wanted: residuals, their norm, and their derivatives by differences."""
+"""How far trials are from what is wanted: residuals, their norm and their derivatives."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ REFUSED = 1e6
 
 _LARGEST = 1e5  # residual of one that can: its powers stay finite
 
-_INSIDE = 0.95  # of a bar, from which a value is pushed back
+_INSIDE = 0.95  # fraction of a bar beyond which a value is pushed back
 
 
 class Misfit:
     """Residuals over the unit cube of an identification.
 
-    A residual is (found - wanted) / tolerance * weight; beyond 95 % of a target's bar a second one is added, and each
-    constraint that is missed is one more.
+    A residual is (found - wanted) / tolerance * weight. A value beyond 95 % of its bar adds a second one, a constraint
+    that is missed one more.
 
     Args:
         plan: what is sought.
         trials: simulates the fitted cases.
         step: integration step [ms]; that of the scenario if None.
-        cases: how many are simulated, spread over all of them; None for all.
-        norm: p of the sum of |residual|^p that is made small.
-        size: of a residual that counts as 1 in a norm other than 2, so that its powers stay within bounds.
-        ratio: of neighbouring slopes of a curve that counts as one residual; None if they may be what they like.
-        bars: whether values near their bars are pushed back; a search that crosses valleys does better without.
+        cases: how many cases are simulated, spread over the list; None for all.
+        norm: p of the sum of |residual|^p that is minimised.
+        size: residual that counts as 1 in a norm other than 2, so that powers stay within bounds.
+        ratio: of neighbouring slopes of a curve that counts as one residual; None for no such residual.
+        bars: whether values near their bars are pushed back; a search across valleys does better without.
     """
 
     def __init__(
@@ -98,8 +98,8 @@ class Misfit:
     def jacobian(self, unit: Array, difference: float) -> Array:
         """Derivatives (n_residual, n_axes) at a place of the unit cube, one-sided; all trials are one batch.
 
-        Responses are smooth but for small jumps, where an event falls on another step: differences must be wide
-        enough to drown these, and narrow enough for the curvature.
+        Responses are smooth except for small jumps, where an event falls on another step: differences must be wide
+        enough to drown the jumps, and narrow enough for the curvature.
         """
         size = unit.size
         sides = np.where(unit + difference <= 1.0, 1.0, -1.0)
@@ -107,7 +107,7 @@ class Misfit:
         here, *there = self.residuals([unit, *ahead])
         columns = [(far - here) / (difference * side) for far, side in zip(there, sides, strict=True)]
         lost = [k for k, far in enumerate(there) if _refused(far)]
-        if lost:  # beyond an edge of what can be simulated: look to the other side
+        if lost:  # beyond the edge of what can be simulated: look the other way
             behind = self.residuals([unit - difference * sides[k] * np.eye(size)[k] for k in lost])
             for k, far in zip(lost, behind, strict=True):
                 columns[k] = np.zeros_like(here) if _refused(far) else (here - far) / (difference * sides[k])

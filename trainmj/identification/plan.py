@@ -76,22 +76,16 @@ class Sample:
         """The arrays of observations."""
         cases, case = cases_of(found)
         place = {t.name: k for k, t in enumerate(targets)}
-        parts = [targets[place[o.target]].part for o in found]
-        wanted = [o.wanted for o in found]
+        parts = [(targets[place[o.target]].part, o.wanted) for o in found]
         return cls(
             tuple(found),
             tuple(cases),
             np.array(case, dtype=int),
             np.array([place[o.target] for o in found], dtype=int),
-            np.array(wanted),
-            np.array([absolute(part.tolerance, value) for part, value in zip(parts, wanted, strict=True)]),
-            np.array([part.weight for part in parts]),
-            np.array(
-                [
-                    np.inf if part.bars.each is None else absolute(part.bars.each, value)
-                    for part, value in zip(parts, wanted, strict=True)
-                ]
-            ),
+            np.array([wanted for _, wanted in parts]),
+            np.array([absolute(part.tolerance, wanted) for part, wanted in parts]),
+            np.array([part.weight for part, _ in parts]),
+            np.array([absolute(part.bars.each, wanted) for part, wanted in parts]),
         )
 
     def __len__(self) -> int:

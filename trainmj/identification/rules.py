@@ -94,15 +94,15 @@ def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         stroke, force = points
         total += stroke.size - 3
         if stroke.size < 3:
-            yield Problem((*at, "curve"), "has no points between its first and its last one: state the strokes wanted")
+            yield Problem((*at, "curve"), "has no points between its first and its last one: add some")
         elif not force[0] < force[-1]:
             rule = f"must rise: its last force ({force[-1]:g} kN) is not above its first one ({force[0]:g} kN)"
             yield Problem((*at, "curve"), rule)
         for member in (member_name(name, u) for u in stroke[1:-1]):
             if member in spec.parameters:
-                yield Problem(at, f"has a force called {member}, as another parameter is: choose another name")
+                yield Problem(at, f"has a force called {member}, like another parameter: choose another name")
     if total > MAX_PARAMETERS:
-        yield Problem(("parameters",), f"are {total}, the forces of curves counted, more than {MAX_PARAMETERS}")
+        yield Problem(("parameters",), f"are {total}, counting the forces of curves, more than {MAX_PARAMETERS}")
 
 
 def _points(path: str, scenario: Scenario) -> tuple[Array, Array] | None:
@@ -158,7 +158,7 @@ def _order(spec: TargetsFile) -> Iterator[Problem]:
         elif part.above not in singles:
             yield Problem(at, f"there is no parameter of this name{close_match(part.above, singles)}")
         elif part.above in solved:
-            yield Problem(at, "is solved from a constraint, after this one: name a parameter that is sought")
+            yield Problem(at, "is itself solved from a constraint: name a parameter that is searched")
         elif name in _below(part.above, singles):
             yield Problem(at, "leads back to this parameter: break the circle")
         elif part.bounds[1] < (least := singles[part.above].bounds[1] + part.gap):
@@ -196,11 +196,11 @@ def _constraints(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
             yield Problem((*at, "to_mm"), f"must be within the curve, which ends at {stroke[-1]:g} mm")
         bent = spec.curves().get(c.by)
         if bent is not None and bent.curve != c.of:
-            yield Problem((*at, "by"), f"seeks the curve {bent.curve}: name a parameter that the area of {c.of} is of")
+            yield Problem((*at, "by"), f"is the curve {bent.curve}: name a parameter that changes the area of {c.of}")
         elif bent is not None and not np.any((stroke[1:-1] > c.from_mm) & (stroke[1:-1] < c.to_mm)):
             yield Problem((*at, "by"), "has no point between from_mm and to_mm that could meet the area")
     if set(owner) >= set(spec.parameters) and not spec.curves():
-        yield Problem(("constraints",), "leave no parameter to be sought: each of them is solved from a constraint")
+        yield Problem(("constraints",), "leave nothing to search for: every parameter is solved from one")
 
 
 def _targets(spec: TargetsFile) -> Iterator[Problem]:
@@ -213,9 +213,9 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
         except InputError as error:
             yield Problem((*at, "response"), str(error))
         if name not in used:
-            yield Problem(at, "has no value: name it under values in data or held_out, or leave it out")
+            yield Problem(at, "has no values: name it under values in data or held_out, or remove it")
     if fitted and all(spec.targets[t].weight == 0 for t in fitted if t in spec.targets):
-        yield Problem(("targets",), "have a weight of 0, all that data has values for: nothing is left to fit")
+        yield Problem(("targets",), "all have a weight of 0 where data has values: nothing is left to fit")
 
 
 def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
@@ -261,5 +261,5 @@ def _enough(spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation]
     if counted < sought:
         yield Problem(
             ("parameters",),
-            f"are {sought} to be sought from {counted} values: give at least as many values, or fix some parameters",
+            f"are {sought}, and there are only {counted} values: give more values, or fix some parameters",
         )

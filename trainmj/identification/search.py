@@ -1,9 +1,9 @@
 """The search: everywhere between the bounds by an evolution strategy, then downhill by least squares.
 
 CMA-ES (Hansen and Ostermeier 2001, doi 10.1162/106365601750190398; the package cma) needs no derivatives and crosses
-the small jumps of the responses; each of its populations is one batch. The refinement is scipy's trust region for
-bounded least squares (Branch, Coleman and Li 1999, doi 10.1137/S1064827595289108), derivatives by differences, again
-one batch. Everything follows from the seed; a search that is begun again finds its trials computed and goes on.
+the small jumps of the responses; each population is one batch. The refinement is scipy's trust region for bounded least
+squares (Branch, Coleman and Li 1999, doi 10.1137/S1064827595289108); the trials of a derivative by differences are one
+batch, too. Everything follows from the seed, so a search that is started again finds its trials computed and goes on.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from trainmj.identification.plan import Identification
 from trainmj.identification.trials import Trials
 
 _SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
-_TRIES = 20  # steps that may be tried in an iteration, on average: one is shortened until it leads down
-_NEXT = 1e-6  # part of the range that counts as none
-_FLAT = 1e-12  # slope at which there is nothing to go down
+_TRIES = 20  # steps tried in an iteration, on average: each is shortened until it leads downhill
+_NEXT = 1e-6  # distance from a bound, as part of the range, that counts as none
+_FLAT = 1e-12  # slope that counts as flat
 
 
 def phases(plan: Identification) -> dict[str, str]:
-    """Phases of a search, and what a legend calls them: their misfits do not count the same."""
+    """Phases of a search by what a legend calls them: their misfits cannot be compared."""
     some, all_of = plan.spec.method.explore.cases, len(plan.fitted.cases)
     part = f", {some} of {all_of} cases" if some is not None and some < all_of else ""
     return {"explore": f"explore{part}", "refine": "refine", "finish": "finish, in its own norm"}
@@ -94,12 +94,12 @@ def search(plan: Identification, trials: Trials, watch: Watch = lambda progress:
 
 
 def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, watch: Watch) -> list[Place]:
-    """What evolution strategies find that search side by side: the best place of each, best first.
+    """Search with evolution strategies side by side: the best place that each finds, the best one first.
 
     Args:
         plan: what is sought.
         misfit: at the step of this search.
-        part: how long and wide.
+        part: how long and how widely.
         seed: of their random numbers.
         watch: told of each generation.
     """
@@ -126,7 +126,7 @@ def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, 
 
 
 def _strategy(start: Array, spread: float, size: int, rng: np.random.Generator) -> Any:
-    """A CMA-ES over the unit cube that begins at a place of it."""
+    """A CMA-ES over the unit cube that starts at a place."""
     import cma
 
     options = {
@@ -140,17 +140,17 @@ def _strategy(start: Array, spread: float, size: int, rng: np.random.Generator) 
         "tolfun": 1e-9,
         "tolx": 1e-6,
     }
-    # cma refuses to work along a single axis: it gets a second one that does nothing
+    # cma refuses to search along a single axis, so it gets a second one that does nothing
     return cma.CMAEvolutionStrategy(np.append(start, 0.5) if start.size == 1 else start, spread, options)
 
 
 def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phase: str, watch: Watch) -> Place:
-    """The place to which least squares lead from one.
+    """Refine a place by least squares.
 
     Args:
         misfit: what is made small.
-        unit: where it begins (n_axes,).
-        iterations: at most.
+        unit: where to start (n_axes,).
+        iterations: most iterations.
         difference: for derivatives, as part of the range.
         phase: for watch.
         watch: told of each iteration.
@@ -183,7 +183,7 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
             _at_bounds(unit),
             jacobian,
             bounds=(0.0, 1.0),
-            method="dogbox",  # goes along a bound; the default shortens every step near one
+            method="dogbox",  # moves along bounds, where the default shortens every step
             ftol=_SMALL,
             xtol=_SMALL,
             gtol=_FLAT,
@@ -193,9 +193,9 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
 
 
 def _at_bounds(unit: Array) -> Array:
-    """The place with axes that end next to a bound put on it: from next to it a step is cut to nothing."""
+    """The place with axes very near a bound put on it: from beside a bound every step is cut to nothing."""
     return np.asarray(np.where(unit < _NEXT, 0.0, np.where(unit > 1.0 - _NEXT, 1.0, unit)))
 
 
 class _EnoughError(Exception):
-    """As many iterations as were asked for."""
+    """All iterations are done."""

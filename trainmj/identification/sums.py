@@ -15,15 +15,15 @@ _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)\s*\*\s*)?(
 
 
 def parse_sum(text: str, known: Iterable[str] | None = None, what: str = "column") -> Sum:
-    """The factors of a sum by name; a text that is itself a known name, whatever letters it has, is that one.
+    """The factors of a sum by name; text that is itself a known name, whatever its letters, stands for that.
 
     Args:
         text: such as ``TS_mm - 2 * stroke_M1_M2_mm``.
-        known: names that may stand in it; any if None.
-        what: a name is, for messages.
+        known: names that may be used; any if None.
+        what: kind of name, for messages.
 
     Raises:
-        InputError: if it is no sum, or a name is not known.
+        InputError: if it is not a sum, or a name is unknown.
     """
     names = None if known is None else set(known)
     if names is not None and text in names:

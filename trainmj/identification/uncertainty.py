@@ -1,9 +1,8 @@
-"""What the data determine: standard errors, correlations, and directions in which nothing much changes.
+"""What the data determine: standard errors, correlations, and combinations of parameters that hardly matter.
 
-At the best trial the residuals r are taken as linear in the parameters: with J their derivatives the covariance is
-(J'J)^-1, tolerances taken as standard deviations. Where the misfit is larger than these say, errors grow by the square
-root of r'r / (n - p). Intervals are those of Student's t with n - p degrees of freedom, on the axis of the parameter:
-for one on a log scale they are factors.
+The residuals r are linearised at the best trial: with their derivatives J the covariance is (J'J)^-1, if tolerances are
+standard deviations. If the misfit is larger than they imply, errors grow by the square root of r'r / (n - p). Intervals
+are those of Student's t with n - p degrees of freedom, on the axis of the parameter: on a log scale they are factors.
 """
 
 from __future__ import annotations
@@ -18,21 +17,21 @@ from trainmj.identification.misfit import REFUSED, Misfit
 from trainmj.identification.unknowns import Point
 
 AT_BOUND = 1e-3
-"""Part of its range within which a parameter counts as at its bound."""
+"""Distance from a bound, as part of the range, within which a parameter counts as at it."""
 
 WIDE = 0.25
-"""A direction is not determined if one standard deviation along it is more than this part of the ranges."""
+"""A direction is undetermined if one standard deviation along it is more than this part of the ranges."""
 
 _WORDS = 4  # parameters that a direction names at most
-_LEAST = 0.3  # part of a direction that is worth naming
-_ALONE = 0.95
-_NOTHING = 1e-12  # residuals that a parameter changes over its whole range
-_TINY = 1e-9  # singular value that counts as none, as part of the largest
+_LEAST = 0.3  # component of a direction that is worth naming
+_ALONE = 0.95  # component of a direction that is one parameter
+_NOTHING = 1e-12  # change of the residuals over a whole range that counts as none
+_TINY = 1e-9  # singular value that counts as zero, as part of the largest
 
 
 @dataclass(frozen=True)
 class Direction:
-    """A combination of parameters, as parts of their ranges, and how well the data fix it.
+    """A combination of parameters, as parts of their ranges, and how well the data determine it.
 
     Attributes:
         parts: (n,) unit vector over all free parameters; 0 for those at a bound.
@@ -44,7 +43,7 @@ class Direction:
 
     @property
     def determined(self) -> bool:
-        """Whether the data fix it."""
+        """Whether the data determine it."""
         return self.deviation <= WIDE
 
     def in_words(self, names: Sequence[str]) -> str:
@@ -90,7 +89,7 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     Args:
         misfit: at the step of the refinement, norm 2.
         point: the trial.
-        difference: for derivatives, as part of the range; twice as wide here, and central.
+        difference: for derivatives, which are central here, as part of the range.
     """
     from scipy.stats import t
 
@@ -169,5 +168,5 @@ def _derivatives(
 
 
 def _axes(misfit: Misfit, point: Point) -> Array:
-    """(n,) where a trial is on the axis of each parameter, in parts of its range."""
+    """(n,) where a trial is on the axis of each parameter, as part of its range."""
     return np.array([p.scaled(v) / p.range for p, v in zip(misfit.plan.unknowns.parameters, point.value, strict=True)])

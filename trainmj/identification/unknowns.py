@@ -1,9 +1,9 @@
-"""What is sought: between the unit cube of a search and the values of a scenario.
+"""What is sought: the way from the unit cube of a search to values of a scenario, and back.
 
-A search moves in the unit cube, one axis for each free parameter. An ordered parameter takes its axis between the one
-that it stays above and its own upper bound, so that every point of the cube is allowed. Parameters that a constraint
-solves for have no axis: they follow from the others. A curve that is sought as a whole has an axis for each of its
-slopes instead of one for each force: whatever they are, it rises from its first point to its last.
+A search moves in the unit cube, with an axis for each free parameter. The axis of an ordered parameter runs from the
+parameter that it stays above to its own upper bound, so every point of the cube is allowed. A parameter that a
+constraint solves for has no axis; it follows from the others. A whole curve has an axis for each of its slopes rather
+than for each force: it rises from its first to its last point, whatever they are.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from trainmj.scenario import Scenario
 from trainmj.scenario.paths import changed
 from trainmj.units import KJ, KN, MM
 
-_BENT = 3.0  # largest logarithm of the power by which a curve is bent: an area of next to nothing, or of next to all
+_BENT = 3.0  # largest logarithm of the power that bends a curve: it gives nearly no area, or nearly all
 
-_MET = 1e-10  # part of an area by which it may be missed
+_MET = 1e-10  # part of an area by which a constraint may be missed
 
 
 class Setting(NamedTuple):
-    """A place in the scenario that gets factor * parameter + offset."""
+    """A path of the scenario that is set to factor * parameter + offset."""
 
     path: str
     factor: float = 1.0
     offset: float = 0.0
 
     def of(self, parameter: float) -> float:
-        """What the place gets."""
+        """What the path is set to."""
         return self.factor * parameter + self.offset
 
 
@@ -47,11 +47,11 @@ class Unknown:
         unit: of its value; empty if there is none.
         lower: bound.
         upper: bound.
-        start: value at which the search may begin.
+        start: value at which the search may start.
         settings: what it sets.
-        log: whether the search and the uncertainty are in its logarithm.
-        above: place of the parameter it never falls below; None if there is none.
-        gap: by how much it stays above that one.
+        log: whether search and uncertainty use its logarithm.
+        above: place of the parameter that it stays above; None if there is none.
+        gap: by how much at least.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Area:
         upper: stroke at which it ends [mm].
         energy: what it must be [kJ].
         by: place of the parameter that is solved for.
-        tolerance: miss that counts as one standard deviation [kJ].
+        tolerance: deviation that counts as one standard deviation [kJ].
     """
 
     name: str
@@ -103,18 +103,18 @@ class Area:
 
 @dataclass(frozen=True)
 class Rise:
-    """A curve that is sought as a whole: its inner forces lie between the first and the last one, and never fall.
+    """A whole curve: its inner forces lie between the first and the last one, and never fall.
 
-    On its axes are the logarithms of its slopes; the last force stays because only their ratios count. Bending it takes
-    a power of how far each force is from the first to the last one, by which the curve gets any area.
+    Its axes are the logarithms of its slopes; only their ratios count, so the last force stays. Bending raises the rise
+    of each force, as a share of the rise to the last one, to a power, which gives the curve any area.
 
     Attributes:
         name: the user's.
-        members: places of its inner forces among the parameters, in their order.
+        members: places of its inner forces among the parameters.
         stroke: (n + 1,) of its points [mm].
         first: force at the first one [kN].
         last: force at the last one [kN], above the first.
-        factor: each slope is within this factor of the others' middle, up or down, before bending.
+        factor: each slope is within this factor of their middle, up or down, before bending.
     """
 
     name: str
@@ -126,7 +126,7 @@ class Rise:
 
     @property
     def n(self) -> int:
-        """Slopes, one more than inner forces."""
+        """Number of slopes, one more than inner forces."""
         return self.stroke.size - 1
 
     def widest(self, lower: float, upper: float) -> int:
@@ -135,7 +135,7 @@ class Rise:
         return self.members[int(np.argmax(np.where(inner, self.stroke[2:] - self.stroke[:-2], 0.0)))]
 
     def slopes(self, unit: Array) -> Array:
-        """Logarithms of the slopes (n,) at a place on its axes, but for a common constant."""
+        """Logarithms of the slopes (n,) at a place on its axes, up to a common constant."""
         return np.asarray((2.0 * unit - 1.0) * np.log(self.factor))
 
     def forces(self, unit: Array, bend: float = 0.0) -> Array:
@@ -145,7 +145,7 @@ class Rise:
         return np.asarray(self.first + (self.last - self.first) * share)
 
     def place(self, forces: Array) -> Array:
-        """Where on its axes (n,) the curve of these inner forces is, or the nearest one that rises."""
+        """The place on its axes (n,) of the curve with these inner forces, or of the nearest one that rises."""
         rise = np.diff(np.concatenate([[self.first], forces, [self.last]]))
         mean = (self.last - self.first) / self.n
         slopes = np.log(np.maximum(rise, 1e-9 * mean) / np.diff(self.stroke))
@@ -157,7 +157,7 @@ class Point(NamedTuple):
 
     Attributes:
         value: (n,) of every parameter.
-        missed: (n_constraint,) by how much each constraint is missed, in its tolerances.
+        missed: (n_constraint,) by how much each constraint is missed, in units of its tolerance.
     """
 
     value: Array
@@ -171,7 +171,7 @@ class Unknowns:
         scenario: whose values are set.
         parameters: in the order of the file, a curve's inner forces in its place.
         constraints: each solved by a parameter of its own.
-        curves: those that are sought as a whole.
+        curves: those sought as a whole.
     """
 
     def __init__(
@@ -195,7 +195,7 @@ class Unknowns:
 
     @property
     def n_axes(self) -> int:
-        """Axes of the unit cube: of the parameters that are sought by themselves, then of each curve."""
+        """Number of axes of the unit cube: those of single parameters, then those of each curve."""
         return len(self._alone) + sum(curve.n for curve in self.curves)
 
     @property
@@ -242,7 +242,7 @@ class Unknowns:
         return self.solved(np.array([p.start for p in self.parameters]))
 
     def changes(self, values: Array) -> dict[str, float]:
-        """What a trial sets in the scenario, by path; to ten digits, so that a file can hold just that."""
+        """What a trial sets in the scenario, by path; rounded to ten digits, which a file can hold."""
         return {
             s.path: rounded(s.of(float(value)), 10)
             for p, value in zip(self.parameters, values, strict=True)
@@ -262,7 +262,7 @@ class Unknowns:
             at += curve.n
 
     def _bend(self, curve: Rise, unit: Array, values: Array) -> None:
-        """Put the inner forces of a curve into the values, bent to its area if a constraint gives it one."""
+        """Put the inner forces of a curve into the values, bent to the area that a constraint asks for, if any."""
         members = list(curve.members)
         constraint = next((c for c in self.constraints if c.by in members), None)
 
@@ -279,13 +279,13 @@ class Unknowns:
             miss(0.0)
 
     def _span(self, k: int, values: Array) -> tuple[float, float]:
-        """From where to where a parameter may go, on its axis."""
+        """The ends of a parameter's axis."""
         p = self.parameters[k]
         low = p.lower if p.above is None else max(p.lower, float(values[p.above]) + p.gap)
         return p.scaled(min(low, p.upper)), p.scaled(p.upper)
 
     def _solve(self, constraint: Area, values: Array) -> float:
-        """The value of the parameter that meets a constraint, or the bound that comes nearest."""
+        """The value of the parameter that meets a constraint, or the nearest bound."""
         p = self.parameters[constraint.by]
         low, high = map(p.value, self._span(constraint.by, values))
 
