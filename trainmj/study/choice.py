@@ -90,7 +90,7 @@ def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Designs
         "method": chosen.description,
         "alternatives": len(front),
         "chosen": records[chosen.best],
-        "others": {name: {head: records[k][head] for head in study.heads} for name, k in picks.items()},
+        "others": {name: {f.head: records[k][f.head] for f in study.space.factors} for name, k in picks.items()},
     }
     share = np.zeros(len(front))
     if not isinstance(part, KneePoint) and len(weight) > 1:

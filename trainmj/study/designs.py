@@ -70,7 +70,7 @@ class Designs:
         """A row for each design: factors, status and reason if it was simulated, responses."""
         import pandas as pd
 
-        parts = [self.study.space.table(self.points, self.study.heads)]
+        parts = [self.study.space.table(self.points)]
         if len(self.status):
             parts.append(pd.DataFrame(dict(zip(STATUS, (self.status, self.reason), strict=True))))
         parts.append(pd.DataFrame(self.responses, columns=[r.head for r in self.study.responses]))
@@ -85,4 +85,4 @@ class Designs:
         """The designs of a table, written by this class to the last digit."""
         responses = table[[r.head for r in study.responses]].to_numpy(dtype=np.float64)
         simulated = [table[name].tolist() for name in STATUS if name in table.columns]
-        return cls(study, study.space.from_table(table, study.heads), responses, *simulated)
+        return cls(study, study.space.from_table(table), responses, *simulated)

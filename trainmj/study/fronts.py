@@ -49,7 +49,7 @@ def _search(
     """Search a front and tabulate it with all responses."""
     import pandas as pd
 
-    lattice = Lattice.of(study.space, study.spec.optimiser.resolution)
+    lattice = Lattice(study.space, study.spec.optimiser.resolution)
 
     def evaluate(steps: FloatArray) -> tuple[FloatArray, FloatArray]:
         found = values(lattice.natural(steps))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from itertools import combinations
+from itertools import combinations, islice
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,23 +15,30 @@ from trainmj.files.tables import read_back
 from trainmj.files.yaml import as_yaml
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.plot import axes, dots, numbers, plain
-from trainmj.output.style import BLUE, ORANGE, PALETTE
-from trainmj.output.table import Column, Table, judged
+from trainmj.output.plot import axes, dots, line, numbers, plain
+from trainmj.output.style import BLUE, ORANGE, PALETTE, YELLOW
+from trainmj.output.table import Column, judged
 from trainmj.study import tables
-from trainmj.study.page_front import add_decision, add_fronts
+from trainmj.study.fronts import FILES
 from trainmj.study.run import SUMMARY
-from trainmj.study.tables import Summary
+from trainmj.study.tables import Summary, columns, number, table_of
 from trainmj.units import label
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     import pandas as pd
 
     from trainmj.study.folder import Tables
 
 _DIVERGING = [[0.0, ORANGE], [0.5, "#ffffff"], [1.0, BLUE]]
-_MOST_PAIRS = 4  # of factors whose points are drawn
+_LOOKS = {"surrogate": (YELLOW, "square-open"), "simulator": (BLUE, "circle")}
+"""Colour and sign of each search."""
+
+_MOST_FACTORS = 4  # pairs of factors over which the design is drawn
+_MOST_OBJECTIVES = 6  # pairs of objectives over which the front is drawn
 _MOST_ROWS = 20  # of simulations that are shown unfolded
+_MOST_RANKED = 15
 
 
 def page_of_folder(folder: Path) -> Page:
@@ -41,8 +48,7 @@ def page_of_folder(folder: Path) -> Page:
         InputError: if the study is not finished, or one of its files cannot be read.
     """
     summary, files = _read(folder)
-    unit = tables.units(summary)
-    factors = ", ".join(label(name, unit[name]) for name in summary["factors"])
+    factors = ", ".join(label(c.name, c.unit) for c in columns(summary, "factors").values())
     page = Page(
         f"Study: {summary['title']}",
         subtitle=f"{factors}: {' and '.join(f'{goal} {name}' for name, goal in summary['objectives'].items())}",
@@ -55,8 +61,8 @@ def page_of_folder(folder: Path) -> Page:
     _add_design(page.section("Design"), summary, files["02_simulations"])
     _add_correlation(page.section("Correlation"), summary, files["03_correlation"])
     _add_surrogates(page.section("Surrogates"), summary, files)
-    add_fronts(page.section("Pareto front"), summary, files)
-    add_decision(page.section("Weights and decision"), summary, files)
+    _add_fronts(page.section("Pareto front"), summary, files)
+    _add_decision(page.section("Weights and decision"), summary, files["09_ranking"])
     section = page.section("Files")
     section.code(as_yaml(summary["study"]), "The study as it was read", folded=True)
     section.code(summary["scenario"], "Its scenario: scenario.yaml", folded=True)
@@ -78,52 +84,41 @@ def _read(folder: Path) -> tuple[Summary, Tables]:
     return summary, files
 
 
+def _pairs(columns: Mapping[str, Column], most: int) -> Iterable[tuple[tuple[str, Column], tuple[str, Column]]]:
+    """Pairs of columns with their heads, for the axes of plots."""
+    return islice(combinations(columns.items(), 2), most)
+
+
 def _add_outcome(section: Section, summary: Summary) -> None:
     chosen, check = summary["decision"]["chosen"], summary["check"]
+    cards = [Card(c.name, number(chosen[head]), c.unit, "chosen") for head, c in columns(summary, "factors").items()]
     rows = {row["response"]: row for row in check["rows"]}
-    factors = tables.columns(summary, summary["factors"])
+    for name, row in ((name, rows[name]) for name in summary["objectives"]):
+        note = f"simulated; predicted {number(row['predicted'])}"
+        cards.append(Card(name, number(row["simulated"]), row["unit"], note))
     limited = [row["kept"] for row in check["rows"] if row["kept"] is not None]
     verdict = judged(bool(check["kept"]), "kept when simulated", "not kept when simulated")
-    section.cards(
-        *(Card(c.name, tables.number(chosen[head]), c.unit, "chosen") for head, c in factors.items()),
-        *(
-            Card(
-                name,
-                tables.number(rows[name]["simulated"]),
-                rows[name]["unit"],
-                f"simulated; predicted {tables.number(rows[name]['predicted'])}",
-            )
-            for name in summary["objectives"]
-        ),
-        Card("Limits", str(sum(limited)), f"of {len(limited)} kept", f"check: {check['status']}", verdict),
-    )
+    kept = Card("Limits", str(sum(limited)), f"of {len(limited)} kept", f"check: {check['status']}", verdict)
+    section.cards(*cards, kept)
     section.table(tables.check(summary))
 
 
 def _add_design(section: Section, summary: Summary, simulated: pd.DataFrame) -> None:
     section.facts(tables.design(summary))
-    factors = tables.columns(summary, summary["factors"])
-    for (x, a), (y, b) in list(combinations(factors.items(), 2))[:_MOST_PAIRS]:
+    for (x, a), (y, b) in _pairs(columns(summary, "factors"), _MOST_FACTORS):
         traces = []
         for status, part in simulated.groupby("status", sort=False):
-            good = status == "over"
-            texts = [f"test {row['test']}: {status} {row['reason'] or ''}" for row in part.to_dict("records")]
-            colour, sign = (BLUE, "circle") if good else (ORANGE, "triangle-up")
-            traces.append(dots(str(status), part[x].tolist(), part[y].tolist(), colour, sign, 9, texts))
+            texts = [
+                f"test {test}: {status} {reason}" for test, reason in zip(part["test"], part["reason"], strict=True)
+            ]
+            look = (BLUE, "circle") if status == "over" else (ORANGE, "triangle-up")
+            traces.append(dots(str(status), part[x], part[y], *look, 9, texts))
         layout = axes(a.name, a.unit, b.name, b.unit)
         section.plot(traces, layout, title=f"Points of the design: {a.name} and {b.name}", height=360, half=True)
-    named = factors | tables.columns(summary, summary["responses"])
-    section.table(
-        Table(
-            [Column("Test"), *named.values(), Column("status", text=True), Column("reason", text=True)],
-            [
-                (row["test"], *(row[head] for head in named), row["status"], str(row["reason"] or ""))
-                for row in simulated.to_dict("records")
-            ],
-            "Simulations of the design",
-        ),
-        folded=len(simulated) > _MOST_ROWS,
-    )
+    ends = {name: Column(name, text=True) for name in ("status", "reason")}
+    shown = {"test": Column("Test")} | columns(summary, "factors", "responses") | ends
+    table = table_of(simulated.to_dict("records"), shown, "Simulations of the design")
+    section.table(table, folded=len(simulated) > _MOST_ROWS)
 
 
 def _add_correlation(section: Section, summary: Summary, table: pd.DataFrame) -> None:
@@ -131,21 +126,19 @@ def _add_correlation(section: Section, summary: Summary, table: pd.DataFrame) ->
         "Between factors and responses over the points of the design, from −1 to 1. The read-out has the interval at "
         f"{100 * summary['correlation']['level']:g} % and the probability p of such a value without a correlation."
     )
+    intervals = zip(table["lower"], table["upper"], table["p"], strict=True)
+    table = table.assign(interval=[f"{low:+.3f} to {high:+.3f}, p = {p:.2g}" for low, high, p in intervals])
     for method, part in table.groupby("method", sort=False):
-        factors, responses = part["factor"].unique().tolist(), part["response"].unique().tolist()
-        cells = part.set_index(["response", "factor"])
-        grid = [[cells.loc[(r, f)] for f in factors] for r in responses]
+        rows = {str(response): row for response, row in part.groupby("response", sort=False)}
         section.plot(
             [
                 {
                     "type": "heatmap",
-                    "x": [plain(str(f)) for f in factors],
-                    "y": [plain(str(r)) for r in responses],
-                    "z": [numbers([v["r"] for v in row], 4) for row in grid],
-                    "text": [[f"{v['r']:+.3f}" for v in row] for row in grid],
-                    "customdata": [
-                        [f"{v['lower']:+.3f} to {v['upper']:+.3f}, p = {v['p']:.2g}" for v in row] for row in grid
-                    ],
+                    "x": [plain(str(factor)) for factor in part["factor"].unique()],
+                    "y": [plain(response) for response in rows],
+                    "z": [numbers(row["r"], 4) for row in rows.values()],
+                    "text": [[f"{r:+.3f}" for r in row["r"]] for row in rows.values()],
+                    "customdata": [row["interval"].tolist() for row in rows.values()],
                     "texttemplate": "%{text}",
                     "hovertemplate": "%{y} with %{x}: %{text} (%{customdata})<extra></extra>",
                     "zmin": -1,
@@ -156,7 +149,7 @@ def _add_correlation(section: Section, summary: Summary, table: pd.DataFrame) ->
             ],
             {"xaxis": {"type": "category"}, "yaxis": {"autorange": "reversed", "type": "category"}},
             title=f"{str(method).capitalize()} correlation, {int(part['n'].iloc[0])} points",
-            height=120 + 44 * len(responses),
+            height=120 + 44 * len(rows),
             half=True,
         )
 
@@ -170,9 +163,10 @@ def _add_surrogates(section: Section, summary: Summary, files: Tables) -> None:
         "04_coefficients": "Coefficients",
         "04_anova": "Analysis of variance",
     }
-    for name, title in folded.items():
-        if name in files:
-            section.table(_as_it_is(files[name], title), folded=True)
+    for table, title in ((files[name], title) for name, title in folded.items() if name in files):
+        numeric = table.select_dtypes("number").columns
+        shown = {head: Column(str(head).replace("_", " "), text=head not in numeric) for head in table.columns}
+        section.table(table_of(table.to_dict("records"), shown, title), folded=True)
 
 
 def _add_sensitivity(section: Section, table: pd.DataFrame) -> None:
@@ -203,11 +197,47 @@ def _add_sensitivity(section: Section, table: pd.DataFrame) -> None:
     )
 
 
-def _as_it_is(table: pd.DataFrame, title: str) -> Table:
-    """A table of the folder, unchanged."""
-    text = {c: not np.issubdtype(np.asarray(table[c].tolist()).dtype, np.number) for c in table.columns}
-    return Table(
-        [Column(str(c).replace("_", " "), text=text[c]) for c in table.columns],
-        [tuple("" if v is None else v for v in row) for row in table.itertuples(index=False)],
-        title,
-    )
+def _add_fronts(section: Section, summary: Summary, files: Tables) -> None:
+    """The fronts that were searched, the chosen design on them, and how the searches went."""
+    there = {where: files[FILES[where]] for where in _LOOKS if FILES[where] in files}
+    section.notes(tables.notes_on_fronts(summary))
+    section.table(tables.fronts(summary))
+    chosen, named = summary["decision"]["chosen"], columns(summary, "factors", "responses")
+
+    def read_out(row: Mapping[Any, Any]) -> str:
+        return ", ".join(f"{c.name} {number(row[head])} {c.unit}".rstrip() for head, c in named.items())
+
+    for (x, a), (y, b) in _pairs(columns(summary, "objectives"), _MOST_OBJECTIVES):
+        traces = []
+        for where, table in there.items():
+            texts = [read_out(row) for row in table.to_dict("records")]
+            traces.append(dots(f"found on the {where}", table[x], table[y], *_LOOKS[where], 7, texts))
+        said = f"chosen ({summary['decision']['method']})"
+        traces.append(dots(said, [chosen[x]], [chosen[y]], ORANGE, "star", 16, [read_out(chosen)]))
+        section.plot(
+            traces,
+            axes(a.name, a.unit, b.name, b.unit),
+            title=f"Front: {a.name} and {b.name}",
+            note="The read-out names each design.",
+            height=460,
+        )
+    for where in there:
+        progress = files.get(f"{FILES[where]}_progress")
+        if progress is not None and len(progress) > 1:
+            section.plot(
+                [line("hypervolume", progress["evaluations"], progress["hypervolume"], "", _LOOKS[where][0])],
+                axes("Evaluations", "", "Hypervolume", ""),
+                title=f"Search on the {where}",
+                height=300,
+                half=True,
+            )
+
+
+def _add_decision(section: Section, summary: Summary, ranked: pd.DataFrame) -> None:
+    """Weights, the chosen design, what other methods would choose, and the best of the rest."""
+    section.table(tables.weights(summary), half=True)
+    section.table(tables.decision(summary), half=True)
+    section.notes(tables.notes_on_decision(summary))
+    shown = {"rank": Column("Rank")} | columns(summary, "factors", "responses") | {"score": Column("score")}
+    title = f"The best {min(_MOST_RANKED, len(ranked))} of {len(ranked)} designs"
+    section.table(table_of(ranked.head(_MOST_RANKED).to_dict("records"), shown, title))

@@ -100,11 +100,6 @@ class Study:
         return self.spec.title or self.scenario.title or "Study"
 
     @property
-    def heads(self) -> tuple[str, ...]:
-        """Heads of the factors' columns in the study's tables, (d,)."""
-        return tuple(head(f.name, f.unit) for f in self.space.factors)
-
-    @property
     def objectives(self) -> tuple[Response, ...]:
         """The responses that are minimised or maximised, (m,)."""
         named = self._named()
@@ -198,6 +193,6 @@ def _checked(source: Source) -> Study:
         return study
     try:
         table = read_beside(source.folder, spec.design.file, "file")
-        return replace(study, given=study.space.from_table(table, study.heads).tolist())
+        return replace(study, given=study.space.from_table(table).tolist())
     except InputError as error:
         raise source.error(str(error).removeprefix("file: "), "design", "file") from None

@@ -133,7 +133,7 @@ def run_study(
 def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> None:
     """All steps, each with what it depends on."""
     spec, asked = study.spec, study.spec.model_dump()
-    names = [[asdict(r) for r in study.responses], study.heads, [asdict(f) for f in study.space.factors]]
+    names = [[asdict(r) for r in study.responses], [asdict(f) for f in study.space.factors]]
     limits = [spec.objectives, asked["constraints"], asked["optimiser"]]
 
     def step(name: str, inputs: list[Any], make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
@@ -158,7 +158,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
         "design",
         [names, asked["design"], study.given],
         lambda: steps.design(study),
-        lambda tables: study.space.from_table(tables["01_design"], study.heads),
+        lambda tables: study.space.from_table(tables["01_design"]),
     )
     simulations = step(
         "simulations",

@@ -54,7 +54,7 @@ def read_as_it_stands(study: Study, tables: Tables) -> FloatArray:
 def design(study: Study) -> Output[FloatArray]:
     """Choose the points (n, d) to simulate."""
     made = _design(study)
-    table = study.space.table(made.points, study.heads)
+    table = study.space.table(made.points)
     table.insert(0, "test", np.arange(1, len(table) + 1))
     facts = {"method": made.method, "n": len(table), "seed": made.seed, **asdict(made.quality())}
     draw = partial(figures.design, study.space, made.points)
@@ -65,7 +65,7 @@ def _design(study: Study) -> Design:
     part = study.spec.design
     if isinstance(part, GivenPoints):
         return Design(study.space, np.array(study.given))
-    lattice = Lattice.of(study.space, part.resolution)
+    lattice = Lattice(study.space, part.resolution)
     try:
         made = _spread(lattice.steps, part)
     except InputError as error:

@@ -11,27 +11,26 @@ from trainmj.units import head
 Summary = Mapping[str, Any]
 """What summary.json says: what was asked, and the facts of each step by its name."""
 
-SEARCHES = {"surrogates": "front_on_the_surrogates", "simulator": "front_on_the_simulator"}
-"""Where a front may be searched, and the step that does."""
-
 _DIGITS = ".5g"
 _FRACTION = 4  # decimals of weights, and of what is 1 at best
+_NAME, _UNIT = Column("Response", text=True), Column("unit", text=True)
 
 
-def number(value: Any) -> str:
-    """A value with five significant digits; a dash if there is none."""
-    return str(Column("", digits=_DIGITS).show(value))
+def number(value: Any, digits: int | str = _DIGITS) -> str:
+    """A value with five significant digits, or as many decimals; a dash if there is none."""
+    return str(Column("", digits=digits).show(value))
 
 
-def units(summary: Summary) -> dict[str, str]:
-    """Units of factors and responses by name."""
-    return {name: about["unit"] for name, about in (summary["factors"] | summary["responses"]).items()}
+def columns(summary: Summary, *groups: str) -> dict[str, Column]:
+    """Columns of the factors, responses or objectives, by their heads in the study's files."""
+    about = summary["factors"] | summary["responses"]
+    units = {name: about[name]["unit"] for group in groups for name in summary[group]}
+    return {head(name, unit): Column(name, unit, _DIGITS) for name, unit in units.items()}
 
 
-def columns(summary: Summary, names: Iterable[str]) -> dict[str, Column]:
-    """Columns of factors and responses, by their heads in the study's files."""
-    unit = units(summary)
-    return {head(name, unit[name]): Column(name, unit[name], _DIGITS) for name in names}
+def table_of(rows: Iterable[Mapping[Any, Any]], columns: Mapping[str, Column], title: str, note: str = "") -> Table:
+    """The values of rows that have a column, each under its key."""
+    return Table([*columns.values()], [[row[key] for key in columns] for row in rows], title, note)
 
 
 def design(summary: Summary) -> dict[str, Any]:
@@ -54,53 +53,39 @@ def design(summary: Summary) -> dict[str, Any]:
 
 def surrogates(summary: Summary) -> Table:
     """How good the surrogates are."""
-
-    def percent(value: float | None) -> float | None:
-        return None if value is None else 100 * value
-
-    return Table(
-        [
-            Column("Response", text=True),
-            Column("unit", text=True),
-            Column("range simulated", digits=_DIGITS),
-            Column("R² of the fit", digits=_FRACTION, head="R²\nof the fit"),
-            Column("mean error, left out", "% of range", 2, head="left out:\nmean error"),
-            Column("RMSE, left out", "% of range", 2, head="left out:\nRMSE"),
-            Column("R², left out", "", _FRACTION, head="left out:\nR²"),
-            Column("surrogate", text=True),
-        ],
-        [
-            (
-                name,
-                row["unit"],
-                row["range"],
-                row["r2_fit"],
-                percent(row["are_loo"]),
-                percent(row["rmse_loo"]),
-                row["r2_loo"],
-                row["surrogate"],
-            )
-            for name, row in summary["surrogates"]["responses"].items()
-        ],
-        "How good the surrogates are",
-        "Left out: each point predicted by a surrogate that was fitted to the others.",
-    )
+    shown = {
+        "response": _NAME,
+        "unit": _UNIT,
+        "range": Column("range simulated", digits=_DIGITS),
+        "r2_fit": Column("R² of the fit", digits=_FRACTION, head="R²\nof the fit"),
+        "are_loo": Column("mean error, left out", "% of range", 2, head="left out:\nmean error"),
+        "rmse_loo": Column("RMSE, left out", "% of range", 2, head="left out:\nRMSE"),
+        "r2_loo": Column("R², left out", "", _FRACTION, head="left out:\nR²"),
+        "surrogate": Column("surrogate", text=True),
+    }
+    rows = [
+        row | {key: None if row[key] is None else 100 * row[key] for key in ("are_loo", "rmse_loo")}
+        for row in summary["surrogates"]["responses"].values()
+    ]
+    note = "Left out: each point predicted by a surrogate that was fitted to the others."
+    return table_of(rows, shown, "How good the surrogates are", note)
 
 
 def searches(summary: Summary) -> dict[str, dict[str, Any]]:
     """The facts of the fronts that were searched, by where."""
-    return {where: summary[step] for where, step in SEARCHES.items() if step in summary}
+    steps = {where: f"front_on_the_{where}" for where in ("surrogates", "simulator")}
+    return {where: summary[step] for where, step in steps.items() if step in summary}
 
 
 def fronts(summary: Summary) -> Table:
     """How far the fronts extend."""
-    found, unit = searches(summary), units(summary)
+    found = searches(summary)
     ends = [Column(f"{where}, {end}", digits=_DIGITS) for where in found for end in ("from", "to")]
     return Table(
-        [Column("Objective", text=True), Column("unit", text=True), *ends],
+        [Column("Objective", text=True), _UNIT, *ends],
         [
-            (name, unit[name], *(end for front in found.values() for end in front["extent"][name]))
-            for name in summary["objectives"]
+            (c.name, c.unit, *(end for front in found.values() for end in front["extent"][c.name]))
+            for c in columns(summary, "objectives").values()
         ],
         "Extent of the front",
     )
@@ -115,7 +100,7 @@ def notes_on_fronts(summary: Summary) -> Iterator[str]:
         )
     if "fronts_compared" in summary:
         c = summary["fronts_compared"]
-        predicted, simulated = (_decimals(c[f"ratio_{key}"]) for key in ("predicted", "simulated"))
+        predicted, simulated = (number(c[f"ratio_{key}"], _FRACTION) for key in ("predicted", "simulated"))
         yield (
             f"Hypervolume, surrogates' front over simulator's: {predicted} as predicted, {simulated} as simulated, "
             f"where {c['kept']} of {c['points']} designs keep the limits."
@@ -135,20 +120,18 @@ def weights(summary: Summary) -> Table:
 
 def decision(summary: Summary) -> Table:
     """The chosen design, and what other methods would choose."""
-    found, factors = summary["decision"], columns(summary, summary["factors"])
+    found = summary["decision"]
     designs = {f"chosen: {found['method']}": found["chosen"]} | found["others"]
-    return Table(
-        [Column("Design", text=True), *factors.values()],
-        [(said, *(values[head] for head in factors)) for said, values in designs.items()],
-        "Decision",
-    )
+    rows = [{"design": said} | values for said, values in designs.items()]
+    return table_of(rows, {"design": Column("Design", text=True)} | columns(summary, "factors"), "Decision")
 
 
 def notes_on_decision(summary: Summary) -> Iterator[str]:
     """How far the weights may change before another design is chosen."""
     found = summary["decision"]
-    for name, (low, high) in found.get("stays", {}).items():
-        yield f"The choice stays for weights of {name} from {_decimals(low)} to {_decimals(high)}."
+    for name, ends in found.get("stays", {}).items():
+        low, high = (number(end, _FRACTION) for end in ends)
+        yield f"The choice stays for weights of {name} from {low} to {high}."
     if "share" in found:
         yield f"It stays for {100 * found['share']:.0f} % of weights scattered by {100 * found['spread']:g} %."
 
@@ -156,36 +139,21 @@ def notes_on_decision(summary: Summary) -> Iterator[str]:
 def check(summary: Summary) -> Table:
     """The chosen design, predicted and simulated, and its limits."""
     found = summary["check"]
+    shown = {
+        "response": _NAME,
+        "unit": _UNIT,
+        "as_it_stands": Column("as it stands", digits=_DIGITS, head="as it\nstands"),
+        "predicted": Column("predicted", digits=_DIGITS),
+        "simulated": Column("simulated", digits=_DIGITS),
+        "error_percent": Column("error", "%", "+z.2f"),
+        "limit": Column("limit", text=True),
+        "kept": Column("verdict", text=True),
+    }
+    rows = []
+    for row in found["rows"]:
+        limit = row["limit"].replace(f"{row['response']} ", "").replace("<=", "≤").replace(">=", "≥")
+        rows.append(row | {"limit": limit, "kept": judged(row["kept"])})
     status = f"{found['status']} {found['reason']}".strip()
-    return Table(
-        [
-            Column("Response", text=True),
-            Column("unit", text=True),
-            Column("as it stands", digits=_DIGITS, head="as it\nstands"),
-            Column("predicted", digits=_DIGITS),
-            Column("simulated", digits=_DIGITS),
-            Column("error", "%", "+z.2f"),
-            Column("limit", text=True),
-            Column("verdict", text=True),
-        ],
-        [
-            (
-                row["response"],
-                row["unit"],
-                row["as_it_stands"],
-                row["predicted"],
-                row["simulated"],
-                row["error_percent"],
-                row["limit"].replace(f"{row['response']} ", "").replace("<=", "≤").replace(">=", "≥"),
-                judged(row["kept"]),
-            )
-            for row in found["rows"]
-        ],
-        "The chosen design, simulated",
-        "As it stands: the scenario without the study. Error: predicted less simulated. "
-        f"Status of the check: {status}.",
-    )
-
-
-def _decimals(value: float | None) -> str:
-    return str(Column("", digits=_FRACTION).show(value))
+    note = "As it stands: the scenario without the study. Error: predicted less simulated. "
+    note += f"Status of the check: {status}."
+    return table_of(rows, shown, "The chosen design, simulated", note)
