@@ -141,7 +141,7 @@ def test_three_objectives():
         (lambda: mopso(BOX, lambda x: (x, -x), seed=0, options=SHORT, constraints=("a", "b")), "name each of the 1"),
         (lambda: SwarmOptions(particles=1), "particles must be at least 4"),
         (lambda: SwarmOptions(tolerance=1.0), "tolerance"),
-        (lambda: hypervolume([[1, 2]], [3]), "each of the 2 objectives"),
+        (lambda: hypervolume([[1, 2]], [3]), "2 values, one for each objective"),
     ],
 )
 def test_what_cannot_be_searched_is_refused(call, message):

@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice, frozen
+from trainmj.doe.weights import to_one
 from trainmj.errors import InputError
 
 Normalisation = Literal["min_max", "max", "sum", "vector", "none"]
@@ -59,14 +60,18 @@ def normalise(values: ArrayLike, how: Normalisation = "min_max") -> FloatArray:
         InputError: unknown ``how``.
     """
     x = as_matrix("values", values)
-    check_choice("normalisation", how, ("min_max", "max", "sum", "vector", "none"))
+    check_choice("normalisation", how, get_args(Normalisation))
     size = np.abs(x)
+    bases = {
+        "min_max": np.ptp(x, axis=0),
+        "max": size.max(axis=0),
+        "sum": size.sum(axis=0),
+        "vector": np.sqrt((x**2).sum(axis=0)),
+        "none": np.ones(x.shape[1]),
+    }
     if how == "min_max":
-        x, base = x - x.min(axis=0), np.ptp(x, axis=0)
-    else:
-        sizes = {"max": size.max(axis=0), "sum": size.sum(axis=0), "vector": np.sqrt((x**2).sum(axis=0))}
-        base = sizes.get(how, np.ones(x.shape[1]))
-    return np.asarray(x / np.where(base > 0, base, 1.0), dtype=np.float64)
+        x = x - x.min(axis=0)
+    return np.asarray(x / np.where(bases[how] > 0, bases[how], 1.0), dtype=np.float64)
 
 
 def weighted_sum(
@@ -86,7 +91,7 @@ def weighted_sum(
     """
     x = as_matrix("values", values)
     score = -normalise(x, normalisation) * _signs(maximise, x.shape[1]) @ _weights(weights, x.shape[1])
-    return _rank(score, f"weighted sum, {normalisation.replace('_', '-')} normalisation")
+    return _rank(score, "weighted sum", normalisation)
 
 
 def topsis(
@@ -110,7 +115,7 @@ def topsis(
     to_worst = np.linalg.norm(scaled - scaled.max(axis=0), axis=1)
     both = to_best + to_worst
     score = np.where(both > 0, to_worst / np.where(both > 0, both, 1.0), 0.5)  # all alike: none is better
-    return _rank(score, f"TOPSIS, {normalisation.replace('_', '-')} normalisation")
+    return _rank(score, "TOPSIS", normalisation)
 
 
 def knee_point(values: ArrayLike, *, maximise: Sequence[bool] | None = None) -> Ranking:
@@ -129,7 +134,7 @@ def knee_point(values: ArrayLike, *, maximise: Sequence[bool] | None = None) -> 
     normal = np.linalg.lstsq(ends, np.ones(len(ends)), rcond=None)[0]
     length = np.linalg.norm(normal)
     score = (1.0 - scaled @ normal) / length if length > 0 else np.zeros(len(x))
-    return _rank(score, "knee point, min-max normalisation")
+    return _rank(score, "knee point", "min_max")
 
 
 @dataclass(frozen=True)
@@ -211,23 +216,16 @@ def _stays(pick: Callable[[FloatArray], int], w: FloatArray, j: int, best: int) 
 
 
 def _weights(weights: ArrayLike, m: int) -> FloatArray:
-    w = as_vector("weights", weights)
-    if w.size != m:
-        raise InputError(f"weights must have one value for each of the {m} criteria (got {w.size})")
-    if (w < 0).any() or w.sum() <= 0:
-        raise InputError(f"weights must be at least 0 and not all 0 (got {w.tolist()})")
-    return np.asarray(w / w.sum(), dtype=np.float64)
+    w = as_vector("weights", weights, m, each="criterion")
+    return to_one(w, w.tolist())
 
 
 def _signs(maximise: Sequence[bool] | None, m: int) -> FloatArray:
     """1 for a criterion to be minimised, -1 for one to be maximised, (m,)."""
-    if maximise is None:
-        return np.ones(m)
-    if len(maximise) != m:
-        raise InputError(f"maximise must say yes or no for each of the {m} criteria (got {len(maximise)})")
-    return np.where(np.asarray(maximise, dtype=bool), -1.0, 1.0)
+    wanted = np.zeros(m) if maximise is None else as_vector("maximise", maximise, m, each="criterion, True or False")
+    return np.where(wanted != 0, -1.0, 1.0)
 
 
-def _rank(score: FloatArray, description: str) -> Ranking:
-    order = np.argsort(-score, kind="stable")
-    return Ranking(frozen(np.asarray(score, dtype=np.float64)), order, description)
+def _rank(score: FloatArray, method: str, normalisation: Normalisation) -> Ranking:
+    description = f"{method}, {normalisation.replace('_', '-')} normalisation"
+    return Ranking(frozen(score), np.argsort(-score, kind="stable"), description)

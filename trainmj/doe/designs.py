@@ -175,7 +175,7 @@ def central_composite(space: Space, *, kind: Literal["face", "inscribed"] = "fac
     reach = 1.0 if kind == "face" else 2.0 ** (-d / 4)
     corners = _grid([np.array([-reach, reach])] * d)
     coded = np.concatenate([corners, -np.eye(d), np.eye(d), np.zeros((1, d))])
-    return Design(space, space.from_coded(coded), f"central composite ({kind})")
+    return Design(space, space.from_unit((coded + 1.0) / 2.0), f"central composite ({kind})")
 
 
 def _grid(axes: Sequence[FloatArray]) -> FloatArray:

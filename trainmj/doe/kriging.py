@@ -30,13 +30,11 @@ class Kriging:
 
     Attributes:
         space: the factors.
-        x: the fitted points, natural values, (n, d).
         y: the fitted response, (n,).
         regressor: scikit-learn's fitted process, in unit factors and standardised response.
     """
 
     space: Space
-    x: FloatArray = field(repr=False)
     y: FloatArray = field(repr=False)
     regressor: Any = field(repr=False)
 
@@ -103,4 +101,4 @@ def fit_kriging(x: ArrayLike, y: ArrayLike, *, space: Space, seed: int, starts: 
         # keeps the best of all searches, so one that ends early is harmless
         warnings.simplefilter("ignore", ConvergenceWarning)
         regressor.fit(space.to_unit(x), y)
-    return Kriging(space, frozen(x), frozen(y), regressor)
+    return Kriging(space, frozen(y), regressor)

@@ -40,7 +40,6 @@ class Polynomial:
     Attributes:
         space: the factors.
         terms: exponents of each term, in scaled factors.
-        x: the fitted points, natural values, (n, d).
         y: the fitted response, (n,).
         scaled: coefficient of each term in scaled factors, (p,).
         q: orthonormal basis of the terms' columns, (n, p).
@@ -49,7 +48,6 @@ class Polynomial:
 
     space: Space
     terms: tuple[Term, ...]
-    x: FloatArray = field(repr=False)
     y: FloatArray = field(repr=False)
     scaled: FloatArray = field(repr=False)
     q: FloatArray = field(repr=False)
@@ -183,7 +181,7 @@ def fit_polynomial(x: ArrayLike, y: ArrayLike, *, space: Space, terms: Sequence[
     _check_collinear(x, basis, terms, space)
     q, r = np.linalg.qr(basis)
     scaled = solve_triangular(r, q.T @ y)
-    return Polynomial(space, terms, *(frozen(a) for a in (x, y, scaled, q, r)))
+    return Polynomial(space, terms, *(frozen(a) for a in (y, scaled, q, r)))
 
 
 def _check_collinear(x: FloatArray, basis: FloatArray, terms: Sequence[Term], space: Space) -> None:

@@ -2,10 +2,10 @@
 
     space = Space((Factor("D", 20, 50, unit="mm", kind="integer"), Factor("M", 30, 36, unit="t")))
     X = space.from_unit(U)          # [0, 1] -> natural values, integers rounded
-    space.decode(X[0])              # {'D': 35, 'M': 33.0}
+    space.table(X)                  # columns D_mm, M_t
 
 A point is a row of floats throughout. A choice is stored as the position of its level (0, 1, ...), an integer as a
-whole number; `Space.decode` gives the values themselves.
+whole number; `Space.decode` and `Space.table` give the values themselves.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix, check_choice
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
 from trainmj.errors import InputError, close_match
+from trainmj.units import head
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,12 +49,7 @@ class Factor:
     levels: tuple[Level, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the fields; a choice gets the bounds of its codes.
-
-        Raises:
-            InputError: unknown kind, bounds missing or out of order, an integer with fractional bounds, or levels of a
-                factor that is not a choice.
-        """
+        """Raise InputError for fields that do not fit each other; a choice gets the bounds of its codes."""
         where = f"factor {self.name!r}"
         if not self.name:
             raise InputError("a factor must have a name (got '')")
@@ -83,6 +79,11 @@ class Factor:
             )
         for field, value in zip(("levels", "lower", "upper"), (levels, *codes), strict=True):
             object.__setattr__(self, field, value)
+
+    @property
+    def head(self) -> str:
+        """Head of its column in tables: ``D_mm``."""
+        return head(self.name, self.unit)
 
     @property
     def count(self) -> int | None:
@@ -123,11 +124,7 @@ class Space:
     factors: tuple[Factor, ...]
 
     def __post_init__(self) -> None:
-        """Check that there are factors and that their names differ.
-
-        Raises:
-            InputError: no factor, or a name that occurs twice.
-        """
+        """Raise InputError if there is no factor, or a name occurs twice."""
         object.__setattr__(self, "factors", tuple(self.factors))
         if not self.factors:
             raise InputError("a space needs at least one factor (got none)")
@@ -180,10 +177,6 @@ class Space:
         """Scale natural values (n, d) to [-1, 1]."""
         return 2.0 * self.to_unit(x) - 1.0
 
-    def from_coded(self, z: ArrayLike) -> FloatArray:
-        """Scale [-1, 1] (n, d) to natural values; integers and choices go to the nearest."""
-        return self.from_unit((as_matrix("coded points", z, self.d) + 1.0) / 2.0)
-
     def round(self, x: ArrayLike) -> FloatArray:
         """Bring points (n, d) into the bounds, integers and choices to the nearest whole number."""
         x = np.clip(as_matrix("points", x, self.d), self.lower, self.upper)
@@ -213,37 +206,28 @@ class Space:
 
     def decode(self, point: ArrayLike) -> dict[str, Level]:
         """The values of one point (d,) by factor: floats, ints and levels."""
-        row = as_matrix("point", np.reshape(np.asarray(point, dtype=np.float64), (1, -1)), self.d)[0]
-        return {f.name: f.decode(float(v)) for f, v in zip(self.factors, row, strict=True)}
+        values = as_vector("point", point, self.d, each="factor")
+        return {f.name: f.decode(float(v)) for f, v in zip(self.factors, values, strict=True)}
 
-    def table(self, x: ArrayLike, heads: Sequence[str] | None = None) -> pd.DataFrame:
-        """Points (n, d) as a table, a column for each factor, choices by their level.
-
-        Args:
-            x: natural values.
-            heads: of the columns, (d,); the factors' names if None.
-        """
+    def table(self, x: ArrayLike) -> pd.DataFrame:
+        """Points (n, d) as a table, a column for each factor, choices by their level."""
         import pandas as pd
 
-        rows = [self.decode(row).values() for row in as_matrix("points", x, self.d)]
-        return pd.DataFrame(dict(zip(heads or self.names, zip(*rows, strict=True), strict=True)))
+        columns = zip(self.factors, as_matrix("points", x, self.d).T, strict=True)
+        return pd.DataFrame({f.head: [f.decode(float(v)) for v in values] for f, values in columns})
 
-    def from_table(self, table: pd.DataFrame, heads: Sequence[str] | None = None) -> FloatArray:
-        """Read points (n, d) from a table.
-
-        Args:
-            table: a column for each factor, under its name or its head.
-            heads: other heads of the columns, (d,).
+    def from_table(self, table: pd.DataFrame) -> FloatArray:
+        """Read points (n, d) from a table with a column for each factor, under its name or its head.
 
         Raises:
             InputError: a factor without a column, a value that is not one of its levels, or a point outside the bounds.
         """
         found = [str(column) for column in table.columns]
         columns = []
-        for factor, head in zip(self.factors, heads or self.names, strict=True):
-            known = [column for column in found if column in (factor.name, head)]
+        for factor in self.factors:
+            known = [column for column in found if column in (factor.name, factor.head)]
             if not known:
-                either = " or ".join(repr(name) for name in dict.fromkeys((factor.name, head)))
+                either = " or ".join(repr(name) for name in dict.fromkeys((factor.name, factor.head)))
                 raise InputError(f"the table has no column {either}{close_match(factor.name, found)}")
             columns.append(factor.encode(list(table[known[0]])))
         return self.check(np.stack(columns, axis=1), name="table")
@@ -255,34 +239,27 @@ class Lattice:
 
     Attributes:
         space: natural values.
-        steps: the same space, with the factors that have a resolution as integers 0, 1, ...
-        size: the step of each factor; nan if it has none, (d,).
+        resolution: step by name of a continuous factor; it divides the factor's range.
     """
 
     space: Space
-    steps: Space
-    size: FloatArray
+    resolution: Mapping[str, float]
 
-    @classmethod
-    def of(cls, space: Space, resolution: Mapping[str, float]) -> Lattice:
-        """Count some factors of a space in steps.
+    @property
+    def steps(self) -> Space:
+        """The same space, with the factors that have a resolution as integers 0, 1, ..."""
+        return Space(tuple(self._counted(factor) for factor in self.space.factors))
 
-        Args:
-            space: natural values.
-            resolution: step by name of a continuous factor; it divides the range of the factor.
-        """
-        factors = []
-        for factor in space.factors:
-            if factor.name in resolution:
-                count = round((factor.upper - factor.lower) / resolution[factor.name])
-                factor = replace(factor, lower=0.0, upper=float(count), kind="integer")
-            factors.append(factor)
-        size = np.array([resolution.get(name, np.nan) for name in space.names])
-        return cls(space, Space(tuple(factors)), size)
+    def _counted(self, factor: Factor) -> Factor:
+        if factor.name not in self.resolution:
+            return factor
+        count = round((factor.upper - factor.lower) / self.resolution[factor.name])
+        return replace(factor, lower=0.0, upper=float(count), kind="integer")
 
     def natural(self, points: ArrayLike) -> FloatArray:
         """Natural values (n, d) of points (n, d) in steps."""
         values = as_matrix("points", points, self.space.d)
-        stepped = np.isfinite(self.size)
-        values[:, stepped] = self.space.lower[stepped] + values[:, stepped] * self.size[stepped]
+        for i, factor in enumerate(self.space.factors):
+            if factor.name in self.resolution:
+                values[:, i] = factor.lower + values[:, i] * self.resolution[factor.name]
         return self.space.round(np.round(values, 10))  # 30.150000000000002 is 30.15

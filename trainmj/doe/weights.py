@@ -1,17 +1,15 @@
 """Weights of criteria: by entropy, or the user's own.
 
-    entropy_weights(values)                       # the criterion that varies more counts more
-    entropy_weights(values, normalised=False)     # entropies not divided by ln n: nearly equal weights
-    own_weights({"TS": 2, "TAMA": 1})
-
-`Weights.description` says how the weights were found.
+entropy_weights(values)                       # the criterion that varies more counts more
+entropy_weights(values, normalised=False)     # entropies not divided by ln n: nearly equal weights
+own_weights({"TS": 2, "TAMA": 1})             # scaled to add up to 1
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -90,7 +88,7 @@ def entropy_weights(
         InputError: fewer than 2 alternatives, negative values, a criterion of zeros, no variation at all, or an unknown
             transform.
     """
-    check_choice("transform", transform, ("raw", "t_score", "min_max"))
+    check_choice("transform", transform, get_args(Transform))
     x = as_matrix("values", values)
     n, m = x.shape
     labels = as_names("names", names, m, "y")
@@ -123,11 +121,16 @@ def own_weights(weights: Mapping[str, float]) -> Weights:
     Raises:
         InputError: none, a negative one, or all zero.
     """
-    w = np.array(list(weights.values()), dtype=np.float64)
-    if w.size == 0 or not np.isfinite(w).all() or (w < 0).any() or w.sum() <= 0:
-        raise InputError(f"weights must be at least 0 and not all 0 (got {dict(weights)})")
+    w = to_one(np.array(list(weights.values()), dtype=np.float64), dict(weights))
     nothing = np.full(w.size, np.nan)
-    return Weights(tuple(weights), frozen(w / w.sum()), nothing, nothing, "given by the user")
+    return Weights(tuple(weights), frozen(w), nothing, nothing, "given by the user")
+
+
+def to_one(weights: FloatArray, given: object) -> FloatArray:
+    """Scale weights (m,) to add up to 1; a message shows them as they were given."""
+    if weights.size == 0 or not np.isfinite(weights).all() or (weights < 0).any() or weights.sum() <= 0:
+        raise InputError(f"weights must be at least 0 and not all 0 (got {given})")
+    return np.asarray(weights / weights.sum(), dtype=np.float64)
 
 
 def _need_variation(values: FloatArray, what: str) -> None:

@@ -154,7 +154,7 @@ def chosen_with(analysis: Analysis, order: int) -> tuple[float, float]:
 
 def _search(models: Mapping[str, Polynomial], limits: Mapping[str, Polynomial]) -> tuple[Front, Array]:
     """The front of Eq. (12) on surrogates, and its designs."""
-    lattice = Lattice.of(SPACE, RESOLUTION)
+    lattice = Lattice(SPACE, RESOLUTION)
 
     def evaluate(steps: Array) -> tuple[Array, Array]:
         at = lattice.natural(steps)
