@@ -208,7 +208,7 @@ class TargetsFile(Part, title="targets file"):
     """A targets file: which values of a scenario are sought so that its responses meet which values."""
 
     title: Title = Field(default="", description="one line that heads every output")
-    notes: Notes = Field(default="", description="where the numbers come from, and the like")
+    notes: Notes = Field(default="", description="such as where the numbers come from")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     parameters: Annotated[

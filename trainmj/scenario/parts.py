@@ -20,8 +20,8 @@ MAX_DEVICE_POINTS = 4000
 MAX_NAMES = 1000
 MAX_STAGES = 20
 
-# Far beyond every vehicle and device; a slip of units or a broken file comes to more, and overflows none of the numbers
-# that are made from these.
+# Far beyond every vehicle and device: a wrong unit or a broken file exceeds these, and no number that is computed from
+# them overflows.
 Stroke = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Force = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Stiffness = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
@@ -68,6 +68,13 @@ CurveRef = Annotated[
     str | Curve | CurveFile | Annotated[list[OneCurve], Field(min_length=1, max_length=100)],
     Either(said="the name of a curve, its points, or a list of these"),
 ]
+
+
+def listed(ref: CurveRef) -> list[tuple[tuple[int, ...], str | Curve | CurveFile]]:
+    """The parts of a curve, each with its position below it."""
+    return [((n,), part) for n, part in enumerate(ref)] if isinstance(ref, list) else [((), ref)]
+
+
 _CURVE_DOC = "the name of a curve, points or a CSV file, or a list of these that is read as one curve"
 
 
@@ -122,16 +129,16 @@ DeviceSpec = Annotated[CurveDevice | StagedDevice, Either()]
 
 
 class VehicleSpec(Part):
-    """One vehicle of a train; what it leaves out the train states for all."""
+    """One vehicle of a train; the train states for all vehicles what this one leaves out."""
 
-    name: Label = Field(description="kind of vehicle; --set finds it by this name")
+    name: Label = Field(description="type of vehicle; --set finds it by this name")
     mass_t: Mass | None = None
     length_m: Length | None = None
     coupler: str | None = Field(default=None, description="device between this vehicle and the next one behind it")
 
 
 class Car(NamedTuple):
-    """A vehicle with its train's values filled in; None where neither states one."""
+    """A vehicle with the values of its train where it has none; None where neither has one."""
 
     name: str
     mass_t: float | None
@@ -140,21 +147,21 @@ class Car(NamedTuple):
 
 
 class TrainSpec(Part):
-    """A train, its vehicles listed from the front end; a wagon is a train of one vehicle."""
+    """A train, with its vehicles from the front end; a wagon is a train of one vehicle."""
 
     vehicles: Annotated[
         Annotated[int, Field(ge=1, le=MAX_VEHICLES)]
         | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES)],
         Either(said="a list of vehicles, or how many"),
     ] = Field(description="the vehicles from the front end, or only how many")
-    mass_t: Mass | None = Field(default=None, description="mass of each vehicle that states none of its own [t]")
-    length_m: Length = Field(default=20.0, description="length of each vehicle that states none of its own [m]")
-    coupler: str | None = Field(default=None, description="device between vehicles where no vehicle states one")
+    mass_t: Mass | None = Field(default=None, description="mass of vehicles that state none of their own [t]")
+    length_m: Length = Field(default=20.0, description="length of vehicles that state none of their own [m]")
+    coupler: str | None = Field(default=None, description="device between vehicles that state none of their own")
     front: str | None = Field(default=None, description="device at the front end")
     rear: str | None = Field(default=None, description="device at the rear end")
 
     def cars(self) -> list[Car]:
-        """Every vehicle from the front end, with what the train states for all filled in."""
+        """Every vehicle from the front end, with the values that the train states for all."""
         if isinstance(self.vehicles, int):
             return [Car(str(i + 1), self.mass_t, self.length_m, self.coupler) for i in range(self.vehicles)]
         return [
@@ -173,28 +180,30 @@ class Collision(Part):
 
     train: str = Field(description="the train that runs into its partner")
     speed_km_h: Speed
-    partner: str = Field(description=f"another train, the same one again, or {RIGID_WALL}")
+    partner: str = Field(description=f"another train, the same one, or {RIGID_WALL}")
     partner_speed_km_h: Speed = 0.0
     partner_end: Literal["front", "rear"] = Field(default="front", description="the end of the partner that is struck")
-    gap_mm: Stroke = Field(default=0.0, description="distance between the two when the clock starts [mm]")
+    gap_mm: Stroke = Field(default=0.0, description="distance between the two sides at time 0 [mm]")
     rail_friction: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
         default=0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
     )
 
 
 class Simulation(Part):
-    """How it is computed. The step is that of a convergence study; see the documentation."""
+    """How it is computed. The default step follows from a convergence study; see the documentation."""
 
     step_ms: Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)] = Field(
-        default=0.1, description="time step [ms]; too large a one for the devices is refused"
+        default=0.1, description="time step [ms]; one that is too large for the devices is refused"
     )
     record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = Field(
-        default=1.0, description="from one sample of the histories to the next [ms], a whole multiple of step_ms"
+        default=1.0, description="time between samples of the histories [ms], a whole multiple of step_ms"
     )
     time_limit_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = Field(
-        default=3.0, description="a collision that lasts longer is cut off here [s]"
+        default=3.0, description="when a collision that is not over is cut off [s]"
     )
-    integrator: str = Field(default="euler", description="euler, implicitfast or implicit, as MuJoCo names them")
+    integrator: Literal["euler", "implicitfast", "implicit"] = Field(
+        default="euler", description="as MuJoCo names them; each evaluates the forces once a step, as devices need"
+    )
 
     @property
     def steps_per_record(self) -> int:
@@ -206,11 +215,11 @@ class Parts(Part, title="scenario file"):
     """All parts of a scenario together."""
 
     title: Title = Field(default="", description="one line that heads every output")
-    notes: Notes = Field(default="", description="where the numbers come from, and the like")
+    notes: Notes = Field(default="", description="such as where the numbers come from")
     parameters: dict[Key, Annotated[str | list[str], Either(said="a path, or a list of paths")]] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
-        description="short names for values further down: a path, or several that move together",
+        description="short names for values: a path, or several that change together",
     )
     curves: dict[Key, Annotated[Curve | CurveFile, Either()]] = Field(
         default_factory=dict, max_length=MAX_NAMES, description="curves that several devices share, by name"
@@ -230,7 +239,7 @@ class Parts(Part, title="scenario file"):
         """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""
         stroke: list[float] = []
         force: list[float] = []
-        for part in ref if isinstance(ref, list) else [ref]:
+        for _, part in listed(ref):
             curve = self.curves[part] if isinstance(part, str) else part
             if isinstance(curve, Curve):  # a file is read when the scenario is loaded
                 stroke += curve.stroke_mm

@@ -17,13 +17,13 @@ from trainmj.scenario.parts import (
     DeviceSpec,
     Parts,
     StageSpec,
+    listed,
 )
 
-INTEGRATORS = ("euler", "implicitfast", "implicit")
-_LEAST_CLOSING = 0.1  # km/h; a collision that closes slower than a third of this counts as over
+_LEAST_CLOSING = 0.1  # km/h; a collision whose sides close in at a third of this counts as over
 _MOST_STEPS = 5_000_000
 _MOST_RECORDS = 3_000_000  # of all vehicles together: 200 MB
-_MOST_POINTS = 20_000  # of all curves as they are stated, so that a written scenario can be read again
+_MOST_POINTS = 20_000  # of all curves together, so that a scenario that was written can be read again
 _LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
 
 
@@ -41,30 +41,28 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
 
 
 def _points(parts: Parts) -> Iterator[Problem]:
-    refs = [stage.curve for device in parts.devices.values() for stage in device.all_stages().values()]
-    inline = [part for ref in refs for part in (ref if isinstance(ref, list) else [ref])]
+    stages = [stage for device in parts.devices.values() for stage in device.all_stages().values()]
+    inline = [curve for stage in stages for _, curve in listed(stage.curve)]
     count = sum(len(c.stroke_mm) for c in [*parts.curves.values(), *inline] if isinstance(c, Curve))
     if count > _MOST_POINTS:
-        yield Problem(("curves",), f"{count} points in all curves, more than {_MOST_POINTS}: state fewer")
+        yield Problem(("curves",), f"have {count} points in all, more than {_MOST_POINTS}: state fewer")
 
 
 def _curve(path: Path, curve: Curve | CurveFile) -> Iterator[Problem]:
     if isinstance(curve, CurveFile):
-        yield Problem((*path, "file"), "is read by trainmj.load only: load the scenario from its file")
+        yield Problem((*path, "file"), "is only read when a scenario is loaded from its file, by trainmj.load")
         return
     n, m = len(curve.stroke_mm), len(curve.force_kN)
     if n != m:
         yield Problem(path, f"needs as many strokes as forces; it has {n} and {m}")
     for i, (a, b) in enumerate(pairwise(curve.stroke_mm)):
         if b < a + _LEAST_WIDTH:
-            yield Problem(
-                (*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: a curve never goes back"
-            )
+            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: strokes grow")
 
 
 def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
     if len({name.casefold() for name in device.all_stages()}) < len(device.all_stages()):
-        yield Problem((*path, "stages"), "have names that differ in capitals only: columns of a table may not")
+        yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
     count = 0
     before: StageSpec | None = None
     for name, stage in device.all_stages().items():
@@ -86,18 +84,17 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
 
 
 def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
-    for i, part in enumerate(ref if isinstance(ref, list) else [ref]):
-        at = (*path, i) if isinstance(ref, list) else path
-        if not isinstance(part, str):
-            yield from _curve(at, part)
-        elif part not in parts.curves:
-            yield Problem(at, f"there is no curve of this name{close_match(part, parts.curves)}")
+    for at, curve in listed(ref):
+        if not isinstance(curve, str):
+            yield from _curve((*path, *at), curve)
+        elif curve not in parts.curves:
+            yield Problem((*path, *at), f"there is no curve of this name{close_match(curve, parts.curves)}")
 
 
 def _stage(path: Path, stage: StageSpec, parts: Parts) -> Iterator[Problem]:
     stroke, force = parts.curve_points(stage.curve)
     if len(stroke) != len(force):
-        return  # said where the curve itself is checked
+        return  # reported where the curve itself is checked
     if len(stroke) < 2:
         yield Problem((*path, "curve"), "needs two or more points")
         return
@@ -116,12 +113,11 @@ def _stage(path: Path, stage: StageSpec, parts: Parts) -> Iterator[Problem]:
 
 def _joints(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
     before = 0.0
-    for i, part in enumerate(ref if isinstance(ref, list) else []):
+    for n, (at, part) in enumerate(listed(ref)):
         stroke, _ = parts.curve_points(part)
-        if i and stroke and stroke[0] < before + _LEAST_WIDTH:
-            yield Problem(
-                (*path, i), f"must go on from the {before:g} mm of the part before it, not from {stroke[0]:g} mm"
-            )
+        if n and stroke and stroke[0] < before + _LEAST_WIDTH:
+            rule = f"must continue from the {before:g} mm of the part before it, and begins at {stroke[0]:g} mm"
+            yield Problem((*path, *at), rule)
         before = stroke[-1] if stroke else before
 
 
@@ -129,7 +125,7 @@ def _train(name: str, parts: Parts) -> Iterator[Problem]:
     train = parts.trains[name]
     path: Path = ("trains", name)
     if name == RIGID_WALL:
-        yield Problem(path, "is a name kept for the rigid wall: choose another")
+        yield Problem(path, "is reserved for the rigid wall: choose another name")
     for key in ("front", "rear", "coupler"):
         yield from _device_ref((*path, key), getattr(train, key), parts)
     cars = train.cars()
@@ -156,7 +152,7 @@ def _collision(parts: Parts) -> Iterator[Problem]:
     if collision.partner != RIGID_WALL:
         sides["partner"] = (collision.partner, collision.partner_end)
     elif collision.partner_speed_km_h != 0:
-        yield Problem(("collision", "partner_speed_km_h"), "must be 0: the rigid wall stands")
+        yield Problem(("collision", "partner_speed_km_h"), "must be 0: the rigid wall does not move")
     known = True
     for key, (name, end) in sides.items():
         if name not in parts.trains:
@@ -164,14 +160,12 @@ def _collision(parts: Parts) -> Iterator[Problem]:
             offered: Iterable[str] = [*parts.trains, *([RIGID_WALL] if key == "partner" else [])]
             yield Problem(("collision", key), f"there is no train of this name{close_match(name, offered)}")
         elif getattr(parts.trains[name], end) is None:
-            yield Problem(
-                ("trains", name), f"states no device at its {end}, which is the end that meets the other side"
-            )
+            yield Problem(("trains", name), f"states no device at its {end}, the end that meets the other side")
     if collision.speed_km_h - collision.partner_speed_km_h < _LEAST_CLOSING - 1e-9:
         yield Problem(
             ("collision", "speed_km_h"),
             f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}) by {_LEAST_CLOSING:g} km/h or "
-            "more: the two must come closer",
+            "more: the two sides must approach each other",
         )
     if not known:
         return
@@ -182,24 +176,16 @@ def _collision(parts: Parts) -> Iterator[Problem]:
     if count * s.time_limit_s * 1e3 / s.record_every_ms > _MOST_RECORDS:
         yield Problem(
             ("simulation", "record_every_ms"),
-            f"asks for more than {_MOST_RECORDS} records of {count} vehicles: shorten time_limit_s or take more",
+            f"gives more than {_MOST_RECORDS} records of {count} vehicles: increase it, or shorten time_limit_s",
         )
 
 
 def _simulation(parts: Parts) -> Iterator[Problem]:
     s = parts.simulation
-    if s.integrator.lower() == "rk4":
-        yield Problem(
-            ("simulation", "integrator"),
-            "evaluates the forces four times a step, but the plastic state of a device moves once a step: "
-            f"use one of {', '.join(INTEGRATORS)}",
-        )
-    elif s.integrator not in INTEGRATORS:
-        yield Problem(("simulation", "integrator"), f"must be one of {', '.join(INTEGRATORS)}")
     if abs(s.record_every_ms - s.steps_per_record * s.step_ms) > 1e-9 * s.record_every_ms:
         yield Problem(("simulation", "record_every_ms"), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
     if s.time_limit_s * 1e3 / s.step_ms > _MOST_STEPS:
         yield Problem(
             ("simulation", "time_limit_s"),
-            f"asks for more than {_MOST_STEPS} steps: shorten it or take a larger step_ms",
+            f"takes more than {_MOST_STEPS} steps: shorten it, or increase step_ms",
         )

@@ -15,7 +15,7 @@ from trainmj.files.parts import Bounds, Number, Part
 from trainmj.files.problems import Problem
 
 MAX_VALUES = 1_000_000
-"""Most values that one name takes, and most cells of a sample or table: they are held in memory."""
+"""Largest number of values of a name, and of cells of a sample or table: they are held in memory."""
 
 
 class Span(Part):
@@ -70,10 +70,10 @@ Distribution = Annotated[Uniform | Normal | Choice, Either()]
 
 
 class Sample(Part):
-    """A random or designed sample of several values at once."""
+    """A random or designed sample of several values."""
 
     count: Annotated[int, Field(ge=1, le=MAX_VALUES, description="how many cases")]
-    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="the same seed gives the same sample")
+    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="of the random numbers")
     method: Literal["random", "latin_hypercube", "sobol"] = Field(
         default="random", description="how the points are spread"
     )
@@ -103,23 +103,23 @@ Values = Annotated[
 
 
 class SweepFile(Part, title="sweep file"):
-    """A sweep file: the scenario, what is changed in every case, and what is varied. Blocks are crossed."""
+    """A sweep file: the scenario, what is changed in every case, and what is varied; all is combined with all."""
 
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     vary: dict[str, Values] = Field(default_factory=dict, description="full grid of these values")
     together: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
-        default_factory=dict, description="lists of equal length whose entries go together"
+        default_factory=dict, description="lists of equal length that vary together"
     )
     cases: str | None = Field(
         default=None, description="CSV file beside this one: a row for each case, a column for each value"
     )
-    sample: Sample | None = Field(default=None, description="random or designed sample of several values at once")
+    sample: Sample | None = Field(default=None, description="random or designed sample of several values")
     responses: Annotated[list[str], Field(min_length=1)] = Field(
-        default=["*"], description="columns wanted; * stands for any"
+        default=["*"], description="columns wanted; * stands for any characters"
     )
     histories: list[Annotated[int, Field(ge=0)]] = Field(
-        default_factory=list, description="numbers of cases whose histories are kept as NetCDF"
+        default_factory=list, description="numbers of the cases whose histories are kept, as NetCDF files"
     )
 
 
@@ -130,7 +130,7 @@ def broken_rules(spec: SweepFile) -> Iterator[Problem]:
         yield Problem(("together",), f"needs lists of equal length; these have {', '.join(map(str, sorted(lengths)))}")
     if spec.sample and spec.sample.count * len(spec.sample.factors) > MAX_VALUES:
         yield Problem(
-            ("sample", "count"), f"makes more than {MAX_VALUES} values with {len(spec.sample.factors)} factors"
+            ("sample", "count"), f"gives more than {MAX_VALUES} values with {len(spec.sample.factors)} factors"
         )
     for name, factor in (spec.sample.factors if spec.sample else {}).items():
         if isinstance(factor, Normal) and not factor.normal[1] > 0:

@@ -1,6 +1,6 @@
-"""Which cases a sweep computes: grids, lists that go together, tables and random samples, numbered once for all.
+"""Which cases a sweep computes: grids, lists that go together, tables and random samples, with fixed numbers.
 
-The case of a number depends on the plan alone, so a sweep can stop and go on, and be spread over machines.
+The number of a case depends on the plan alone, so a sweep can stop and go on, and be spread over machines.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
 MAX_CASES = 10_000_000
 _RESULTS = {"case", *STATUS, *(q.head_of() for q in (*TRAIN, *COLLISION, *BALANCE) if q.column)}
-_WORD = 2**63  # whole numbers from here on have no place in an SQLite file
-_SHORT = 60  # characters of values that are said in full
+_WORD = 2**63  # larger whole numbers do not fit into an SQLite file
+_SHORT = 60  # characters of values that are listed in full
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Plan:
 
     Attributes:
         scenario: what the cases vary.
-        blocks: tables that are crossed, each with a list of equal length for each name; the last varies fastest.
+        blocks: tables whose rows are combined, each with lists of equal length by name; the last varies fastest.
         responses: patterns of the columns wanted.
         histories: numbers of cases whose histories are kept.
         seed: of the random sample; None if there is none.
@@ -60,7 +60,7 @@ class Plan:
         if not names:
             raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
         double = [name for name, count in Counter(map(str.casefold, names)).items() if count > 1]
-        if double:  # SQLite does not tell capitals from small letters in the heads of a table
+        if double:  # SQLite ignores the case of letters in the heads of a table
             raise InputError(f"{min(double)}: is varied twice")
         for name in names:
             if name in _RESULTS:
@@ -96,7 +96,7 @@ class Plan:
 
     @property
     def inputs(self) -> dict[str, Any]:
-        """What the rows depend on beside the scenario: the values of each name, how they are crossed, the columns."""
+        """What the rows depend on beside the scenario: the values of each name, how they are combined, the columns."""
         return {
             "values": {name: _in_words(values) for block in self.blocks for name, values in block.items()},
             "blocks": [list(block) for block in self.blocks],
@@ -126,7 +126,7 @@ def plan_of(
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
-    """The values that a grid takes for one name: of a list, or of text such as "20:50:9" or "30,33,36".
+    """The values that a grid has for one name, from a list or from text such as "20:50:9" or "30,33,36".
 
     Args:
         values: a list, or text.
@@ -148,17 +148,17 @@ def grid_values(values: Any, said: str) -> list[Any]:
             rules = [f"{dotted(p.path)} {p.rule}" for p in from_pydantic(error, Span)]
             raise InputError(f"{said}: {'; '.join(rules)}") from None
     if not all(part.strip() for part in values.split(",")):
-        raise InputError(f"{said}: must be values with commas between, as in 30,33,36")
+        raise InputError(f"{said}: must be values separated by commas, as in 30,33,36")
     return [read_value(part, said) for part in values.split(",")]
 
 
 def is_sweep_file(file: str) -> bool:
-    """Whether a name is that of a sweep file: a file that names a scenario."""
+    """Whether a name leads to a file that names a scenario, as a sweep file does."""
     path = Path(file)
     try:
         there = path.is_file()
     except (OSError, ValueError):
-        return False  # what looks for a scenario of this name says why
+        return False  # the search for a scenario of this name reports it
     return there and "scenario" in read_yaml(path).values
 
 
@@ -228,10 +228,10 @@ def _table(source: Source, name: str) -> dict[str, list[Any]]:
 
 
 def _check_values(name: str, values: Sequence[Any]) -> None:
-    """Refuse a value that the table of results could not hold, or that would be a formula in a spreadsheet."""
+    """Refuse values that the table of results cannot hold, or that a spreadsheet would take for formulas."""
     for value in values:
         if isinstance(value, int) and not -_WORD <= value < _WORD:
-            raise InputError(f"{name} = {str(value)[:30]}...: is too large a whole number")
+            raise InputError(f"{name} = {str(value)[:30]}...: is too large")
         if isinstance(value, str) and (value.startswith(FORMULA) or HIDDEN.search(value)):
             raise InputError(
                 f"{name} = {ascii(value)[:60]}: must be printable text that does not begin with {' '.join(FORMULA)}, "
