@@ -35,7 +35,6 @@ import trainmj
 import trainmj.cases.engine
 import trainmj.collision.identity
 import trainmj.collision.kernel
-import trainmj.collision.model
 import trainmj.collision.offsets
 import trainmj.collision.simulation
 import trainmj.identification.run
@@ -44,6 +43,7 @@ import trainmj.paper.reproduce
 import trainmj.single.page
 import trainmj.verification.suite
 import trainmj.view.film
+import trainmj.view.scene
 from trainmj.cli.report import write_report
 from trainmj.collision.identity import identity
 from trainmj.files.folder import held
@@ -149,7 +149,7 @@ COMMANDS = {
         whole_run,
         works=(trainmj.collision.simulation, "line_up"),
     ),
-    "export": Command(("export", "b_type_wall"), "model.xml", whole_export, works=(trainmj.collision.model, "spec")),
+    "export": Command(("export", "b_type_wall"), "model.xml", whole_export, works=(trainmj.view.scene, "spec")),
     "sweep": Command(
         ("sweep", "b_type_wall", *FAST, "--vary", "mass_t=30:36:6", "--threads", "1"),
         "out",
