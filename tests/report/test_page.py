@@ -38,7 +38,7 @@ def test_text_is_escaped_wherever_it_stands():
     section.facts({NASTY: NASTY, "verdict": passed(NASTY)})
     section.table(Table([Column(NASTY, NASTY), Column("b", text=True)], [(NASTY, passed(NASTY))], NASTY, NASTY))
     section.table(Table([Column(NASTY)], [(1,)], NASTY), folded=True)
-    section.code(NASTY, NASTY, folded=True)
+    section.code(NASTY, NASTY)
     section.picture(_figure(), NASTY, NASTY)
     assert "<script" not in p.html()
     assert "alert" in p.html()

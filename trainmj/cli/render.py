@@ -83,7 +83,6 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
     """
     from trainmj.view import viewer
 
-    viewer.check(slow)
     viewer.view(load_scenario(scenario, changes), slow)
 
 

@@ -42,8 +42,8 @@ def page_of(found: Found, command: str = "") -> Page:
         section.picture(figures.correlations(found), alt="Correlations between the errors of the parameters")
     _search(page.section("Search"), found)
     files = page.section("Files")
-    files.code((found.folder / FOUND).read_text(encoding="utf-8"), f"{FOUND}: what has changed", folded=True)
-    files.code(to_yaml(plan.scenario), "Scenario that it was found for", folded=True)
+    files.code((found.folder / FOUND).read_text(encoding="utf-8"), f"{FOUND}: what has changed")
+    files.code(to_yaml(plan.scenario), "Scenario that it was found for")
     if plan.spec.notes:
         files.text(plan.spec.notes)
     return page

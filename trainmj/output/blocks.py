@@ -76,9 +76,9 @@ class Section:
         label = table.title or self.title
         self._add("table", half, table=table, label=label, rows=rows, folded=folded)
 
-    def code(self, text: str, title: str = "", folded: bool = False) -> None:
-        """Text as it stands: a command or a file; a folded one opens with a click on its title."""
-        self._add("code", text=text, title=title, folded=folded)
+    def code(self, text: str, title: str) -> None:
+        """A file as it stands, which opens with a click on its title."""
+        self._add("code", text=text, title=title)
 
     def picture(self, figure: Figure, alt: str, title: str = "") -> None:
         """A matplotlib figure as SVG.

@@ -20,12 +20,12 @@ from trainmj.output.table import Column, Table, Verdict
 WIDTH = 80
 
 
-class Progress:
+class Progress(bars.Progress):
     """A bar with rate and time left on a terminal; silent where there is none."""
 
     def __init__(self, total: int) -> None:
         """Make a bar for a number of cases."""
-        self._bar = bars.Progress(
+        super().__init__(
             bars.MofNCompleteColumn(),
             bars.BarColumn(),
             _Rate(),
@@ -34,24 +34,11 @@ class Progress:
             disable=not sys.stderr.isatty(),
             transient=True,
         )
-        self._task = self._bar.add_task("", total=total)
-
-    def __enter__(self) -> Progress:
-        """Show the bar."""
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Take it away."""
-        self.stop()
-
-    def stop(self) -> None:
-        """Take it away."""
-        self._bar.stop()
+        self._task = self.add_task("", total=total)
 
     def __call__(self, finished: int) -> None:
         """Show how many are finished."""
-        self._bar.update(self._task, completed=finished)
+        self.update(self._task, completed=finished)
 
 
 class _Rate(bars.ProgressColumn):
@@ -62,11 +49,7 @@ class _Rate(bars.ProgressColumn):
 
 
 def console_table(table: Table) -> Grid:
-    """A table as rich prints it: numbers to the right and never broken, words to the left and broken where they must.
-
-    Args:
-        table: columns and rows.
-    """
+    """A table as rich prints it: numbers to the right, never broken, words to the left, broken where they must be."""
     grid = Grid(
         box=box.SIMPLE_HEAD,
         padding=(0, 1, 0, 0),
@@ -87,12 +70,7 @@ def console_table(table: Table) -> Grid:
 
 
 def print_table(console: Console, table: Table) -> None:
-    """Print a table; the columns that a line has no room for go below, with the first column again.
-
-    Args:
-        console: where.
-        table: columns and rows.
-    """
+    """Print a table; the columns that a line has no room for go below, with the first column again."""
     for n, part in enumerate(_parts(console, table)):
         if n:
             console.print()
@@ -132,7 +110,7 @@ def _cell(shown: object) -> Text:
 
 def new_console() -> Console:
     """A console at most 80 columns wide."""
-    console = Console(highlight=False, emoji=False)
+    console = Console(highlight=False, emoji=False, markup=False)
     if console.width > WIDTH or not console.is_terminal:
         console.width = WIDTH
     return console

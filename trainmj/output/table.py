@@ -58,7 +58,7 @@ class Column:
     Attributes:
         name: in words, without the unit.
         unit: shown below the name.
-        digits: decimals of its numbers, or a format such as "+.3g"; None for four significant digits.
+        digits: decimals of its numbers, or a format such as "+.3g"; by default four significant digits.
         text: whether it holds words, set to the left; words may be broken into lines, numbers never are.
         head: the name on a terminal, where there is less room, its lines broken as given; by default the name, of a
             column of numbers one word a line.
@@ -66,20 +66,18 @@ class Column:
 
     name: str
     unit: str = ""
-    digits: int | str | None = None
+    digits: int | str = ".4g"
     text: bool = False
     head: str = ""
 
     def show(self, value: Any) -> Any:
         """A cell as it is read: numbers rounded, a dash for None, NaN and infinity; anything else as it is."""
-        if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        if value is None:
             return "-"
-        if isinstance(value, float):
-            form = (
-                ".4g" if self.digits is None else f"z.{self.digits}f" if isinstance(self.digits, int) else self.digits
-            )
-            return format(value, form)
-        return value
+        if not isinstance(value, float):
+            return value
+        form = f"z.{self.digits}f" if isinstance(self.digits, int) else self.digits
+        return format(value, form) if math.isfinite(value) else "-"
 
 
 @dataclass(frozen=True)

@@ -195,7 +195,7 @@ def _side_by_side(compared: Comparison) -> Table:
     columns = [Column(*_named(str(key)), text=True) for key in compared.keys]
     columns += [Column("", text=True), *(_column(head) for head in compared.heads)]
     if compared.name.startswith("eq"):
-        columns = [Column(c.name, c.unit, None if c.text else ".6g", c.text) for c in columns]
+        columns = [Column(c.name, c.unit, ".4g" if c.text else ".6g", c.text) for c in columns]
     return Table(columns, rows, compared.title, compared.note)
 
 
@@ -203,11 +203,11 @@ def _column(head: str) -> Column:
     """A column of numbers with the digits that its quantity is read in."""
     quantity, unit = split_unit(head)
     if quantity in ("entropy", "difference", "weight"):
-        digits: int | None = 5
+        digits: int | str = 5
     elif not unit:
         digits = 3
     else:
-        digits = {"M": 1, "D": 0}.get(quantity, _DIGITS.get(unit))
+        digits = {"M": 1, "D": 0}.get(quantity, _DIGITS.get(unit, ".4g"))
     return Column(*_named(head), digits=digits)
 
 

@@ -128,4 +128,4 @@ def _add_scenario(section: Section, result: Result) -> None:
         }
     )
     section.table(tables.vehicles_of(chain), folded=len(chain.vehicles) > _MOST_ROWS)
-    section.code(to_yaml(scenario), "scenario.yaml", folded=True)
+    section.code(to_yaml(scenario), "scenario.yaml")

@@ -64,8 +64,8 @@ def page_of_folder(folder: Path) -> Page:
     _add_fronts(page.section("Pareto front"), summary, files)
     _add_decision(page.section("Weights and decision"), summary, files["09_ranking"])
     section = page.section("Files")
-    section.code(as_yaml(summary["study"]), "The study as it was read", folded=True)
-    section.code(summary["scenario"], "Its scenario: scenario.yaml", folded=True)
+    section.code(as_yaml(summary["study"]), "The study as it was read")
+    section.code(summary["scenario"], "Its scenario: scenario.yaml")
     return page
 
 

@@ -66,7 +66,7 @@ def page_of_folder(folder: Path) -> Page:
         section.text("No case could be computed.")
     _add_failures(page.section("Failures and limits"), sweep)
     _add_cases(page.section("Cases"), sweep)
-    page.section("Scenario").code(scenario, "Scenario that the cases vary", folded=True)
+    page.section("Scenario").code(scenario, "Scenario that the cases vary")
     return page
 
 

@@ -23,6 +23,8 @@ _APRON = (  # the coloured front below the windscreen, bent where the cab begins
     ((-1.06, 1.75), (1.06, 1.75), (1.04, 1.94), (-1.04, 1.94)),
 )
 _LAMPS = (-0.82, 0.82)  # y of their middles [m]
+_RADIUS, _TREAD, _CORNERS = 0.42, 0.13, 16  # of a wheel: radius and width [m], corners of its rim
+_SLEEPER_EVERY = 0.6  # distance between sleepers [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +49,17 @@ def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) 
     return Mesh(corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int32))
 
 
-def wheel(x: float, y: float, radius: float = 0.42, width: float = 0.13, n: int = 16) -> Mesh:
+def wheel(x: float, y: float) -> Mesh:
     """A wheel that stands on the rail."""
+    n = _CORNERS
     angle = 2 * np.pi * np.arange(n) / n
-    rim = np.stack([x + radius * np.cos(angle), np.full(n, y), radius * (1 + np.sin(angle))], axis=1)
-    vertices = np.concatenate([rim + np.array([0.0, side * width / 2, 0.0]) for side in (-1, 1)])
+    rim = np.stack([x + _RADIUS * np.cos(angle), np.full(n, y), _RADIUS * (1 + np.sin(angle))], axis=1)
+    vertices = np.concatenate([rim + np.array([0.0, side * _TREAD / 2, 0.0]) for side in (-1, 1)])
     k, m = np.arange(n), (np.arange(n) + 1) % n
-    faces = [np.stack([k, m, m + n], 1), np.stack([k, m + n, k + n], 1)]
+    faces = [np.stack([m + n, m, k], 1), np.stack([k + n, m + n, k], 1)]
     fan = np.arange(1, n - 1)
-    faces += [np.stack([0 * fan, fan + 1, fan], 1)[:, ::-1], np.stack([0 * fan + n, fan + n + 1, fan + n], 1)]
-    return Mesh(vertices, np.concatenate(faces)[:, ::-1].astype(np.int32))
+    faces += [np.stack([0 * fan, fan + 1, fan], 1), np.stack([fan + n, fan + n + 1, 0 * fan + n], 1)]
+    return Mesh(vertices, np.concatenate(faces).astype(np.int32))
 
 
 def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
@@ -86,7 +89,7 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
             if front - rear > 9
         ],
         "bogie": _bogies(rear, front),
-        "shade": [_shade(rear, front)],
+        "shade": [_shadow(rear, front)],
         "lamp": [],
     }
     for direction in cabs:
@@ -111,18 +114,19 @@ def wagon(rear: float, front: float) -> dict[str, Mesh]:
     return {
         "livery": joined([box((rear, front), (-1.38, 1.38), (1.2, 3.08)), *ribs, *rims]),
         "bogie": joined([*_bogies(rear, front), box((rear, front), (-1.1, 1.1), (0.95, 1.2))]),
-        "shade": _shade(rear, front),
+        "shade": _shadow(rear, front),
     }
 
 
-def _shade(rear: float, front: float) -> Mesh:
+def _shadow(rear: float, front: float) -> Mesh:
     """The shadow at noon, which needs no shadow map."""
     return box((rear, front), (-1.5, 1.75), (-0.15, -0.145))
 
 
-def sleepers(start: float, end: float, spacing: float = 0.6) -> Mesh:
+def sleepers(start: float, end: float) -> Mesh:
     """Sleepers from one place to another [m]."""
-    return joined([box((x - 0.13, x + 0.13), (-1.25, 1.25), (-0.3, -0.155)) for x in np.arange(start, end, spacing)])
+    places = np.arange(start, end, _SLEEPER_EVERY)
+    return joined([box((x - 0.13, x + 0.13), (-1.25, 1.25), (-0.3, -0.155)) for x in places])
 
 
 def _ring(x: float) -> Array:

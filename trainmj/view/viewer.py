@@ -22,27 +22,6 @@ _FRAME = 1 / 30  # of the screen [s]
 _PAUSE = 1.5  # before the collision begins, and before it begins again [s]
 
 
-def check(slow: float) -> None:
-    """Refuse a pace that nobody could follow, and a machine without a screen.
-
-    Raises:
-        InputError: for the pace.
-        EngineError: if no window can be opened.
-    """
-    check_pace(slow)
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise EngineError(
-            "the viewer needs a screen, and there is none (DISPLAY is not set); "
-            "`trainmj render` makes films and stills without one"
-        )
-    import glfw
-
-    if not glfw.init():
-        raise EngineError(
-            "the viewer could not open a window on this screen; `trainmj render` makes films and stills without one"
-        )
-
-
 def view(scenario: Scenario, slow: float = 0.1) -> None:
     """Play a collision in the viewer, again and again until its window is closed.
 
@@ -54,7 +33,8 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
         InputError: if the step is too large or the pace out of its range.
         EngineError: if there is no screen, or MuJoCo cannot carry the device law.
     """
-    check(slow)
+    check_pace(slow)
+    _check_screen()
     import mujoco.viewer
 
     chain = line_up(scenario)
@@ -99,3 +79,17 @@ def _wait(window: mujoco.viewer.Handle, seconds: float) -> None:
     while window.is_running() and time.monotonic() < until:
         window.sync()
         time.sleep(_FRAME)
+
+
+def _check_screen() -> None:
+    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise EngineError(
+            "the viewer needs a screen, and there is none (DISPLAY is not set); "
+            "`trainmj render` makes films and stills without one"
+        )
+    import glfw
+
+    if not glfw.init():
+        raise EngineError(
+            "the viewer could not open a window on this screen; `trainmj render` makes films and stills without one"
+        )
