@@ -10,54 +10,24 @@ from __future__ import annotations
 
 import sys
 import time
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 
-from trainmj.doe import hypervolume, mopso
+from trainmj.doe import mopso
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "study"))
-from known import Problem, bnh, ctp1, zdt1
+from known import bnh, ctp1, nsga2, share, zdt1
 
-
-def shares(problem: Problem, values: np.ndarray) -> tuple[float, float]:
-    """Parts of the true hypervolume, reference a tenth beyond and at the worst values."""
-    worst, spread = problem.front.max(axis=0), np.ptp(problem.front, axis=0)
-    corners = (worst + 0.1 * spread, worst + 1e-9)
-    a, b = (hypervolume(values, c) / hypervolume(problem.front, c) for c in corners)
-    return a, b
-
-
-def nsga2(problem: Problem, evaluations: int, seed: int) -> np.ndarray:
-    """The front of pymoo's NSGA-II with as many evaluations, (k, 2)."""
-    from pymoo.algorithms.moo.nsga2 import NSGA2
-    from pymoo.core.problem import Problem as Base
-    from pymoo.optimize import minimize
-
-    limits = problem.evaluate(problem.space.round([problem.space.lower]))[1]
-    constraints = 0 if limits is None else limits.shape[1]
-
-    class Same(Base):
-        def __init__(self) -> None:
-            low, high = problem.space.lower, problem.space.upper
-            super().__init__(n_var=problem.space.d, n_obj=2, n_ieq_constr=constraints, xl=low, xu=high)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"], g = problem.evaluate(x)
-            if g is not None:
-                out["G"] = g
-
-    return np.asarray(minimize(Same(), NSGA2(pop_size=200), ("n_gen", evaluations // 200), seed=seed).F)
+BEYOND = (0.1, 1e-6)
+"""How far the references lie past the worst values, in parts of the true front's range."""
 
 
 def main() -> None:
     """Print one line for each problem and optimiser."""
-    try:
-        import pymoo as _  # noqa: F401
-
-        with_oracle = True
-    except ImportError:
-        with_oracle = False
+    with_oracle = find_spec("pymoo") is not None
+    if not with_oracle:
         print("pymoo is not installed: no comparison")
     for name, problem in (("ZDT1", zdt1()), ("BNH", bnh()), ("CTP1", ctp1())):
         found, seconds, feasible, evaluations = [], [], True, 0
@@ -65,14 +35,15 @@ def main() -> None:
             clock = time.perf_counter()
             front = mopso(problem.space, problem.evaluate, seed=seed)
             seconds.append(time.perf_counter() - clock)
-            found.append(shares(problem, front.values))
+            found.append([share(problem, front.values, beyond) for beyond in BEYOND])
             feasible &= bool((front.limits <= 0).all())
             evaluations = max(evaluations, front.history[-1].evaluations)
         (low, hard), slow = np.min(found, axis=0), max(seconds)
         print(f"{name:5} trainmj {low:.4f} / {hard:.4f} (least of 8), feasible {feasible}, {slow:.2f} s (longest)")
         if with_oracle:
             clock = time.perf_counter()
-            a, b = shares(problem, nsga2(problem, evaluations, 1))
+            values = nsga2(problem, population=200, generations=evaluations // 200)
+            a, b = (share(problem, values, beyond) for beyond in BEYOND)
             print(f"{name:5} NSGA-II {a:.4f} / {b:.4f}, {time.perf_counter() - clock:.2f} s")
 
 

@@ -1,4 +1,4 @@
-"""Functions whose answers are known, to try a method on before it is trusted with a simulation."""
+"""Functions whose answers are known, to try a method on before it is trusted with a simulation; a second opinion."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from trainmj.doe import Factor, Space, hypervolume
 from trainmj.doe.arrays import FloatArray
-from trainmj.doe.space import Factor, Space
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,34 @@ def ctp1() -> Problem:
     f1 = np.linspace(0.0, 1.0, 20001)
     f2 = np.maximum(np.exp(-f1), (a * np.exp(-b * f1[:, None])).max(axis=1))
     return Problem(_box([(0.0, 1.0), (0.0, 1.0)]), evaluate, np.stack([f1, f2], axis=1))
+
+
+def share(problem: Problem, values: FloatArray, beyond: float) -> float:
+    """Part of the true hypervolume, up to ``beyond`` times the true front's range past its worst values."""
+    reference = problem.front.max(axis=0) + beyond * np.ptp(problem.front, axis=0)
+    return hypervolume(values, reference) / hypervolume(problem.front, reference)
+
+
+def nsga2(problem: Problem, population: int, generations: int) -> FloatArray:
+    """The front of pymoo's NSGA-II, (k, 2)."""
+    from pymoo.algorithms.moo.nsga2 import NSGA2
+    from pymoo.core.problem import Problem as Base
+    from pymoo.optimize import minimize
+
+    space = problem.space
+    limits = problem.evaluate(space.lower[None])[1]
+    constraints = 0 if limits is None else limits.shape[1]
+
+    class Same(Base):
+        def __init__(self) -> None:
+            super().__init__(n_var=space.d, n_obj=2, n_ieq_constr=constraints, xl=space.lower, xu=space.upper)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"], limits = problem.evaluate(x)
+            if limits is not None:
+                out["G"] = limits
+
+    return np.asarray(minimize(Same(), NSGA2(pop_size=population), ("n_gen", generations), seed=1).F)
 
 
 def ishigami(x: FloatArray, a: float = 7.0, b: float = 0.1) -> FloatArray:

@@ -45,7 +45,7 @@ def spread_columns(columns: FloatArray, rng: np.random.Generator, *, chains: int
         iterations: exchanges that each chain tries.
 
     Returns:
-        (n, d), the ordering with the largest smallest distance among the best of each chain, then the smallest phi_p.
+        Of the best of each chain, the ordering with the largest smallest distance, then the smallest phi_p, (n, d).
     """
     state = _start(columns, rng, chains)
     if columns.shape[0] > 1:  # with one column every order is the same set of points

@@ -207,10 +207,9 @@ def _stays(pick: Callable[[FloatArray], int], w: FloatArray, j: int, best: int) 
         inside, outside = float(w[j]), end
         if w.size == 1 or at(end):
             inside = end
-        else:
-            while abs(outside - inside) > 1e-6:
-                middle = (inside + outside) / 2
-                inside, outside = (middle, outside) if at(middle) else (inside, middle)
+        while abs(outside - inside) > 1e-6:
+            middle = (inside + outside) / 2
+            inside, outside = (middle, outside) if at(middle) else (inside, middle)
         limits.append(inside)
     return limits[0], limits[1]
 

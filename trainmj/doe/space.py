@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
 from trainmj.errors import InputError, close_match
@@ -124,12 +124,13 @@ class Space:
     factors: tuple[Factor, ...]
 
     def __post_init__(self) -> None:
-        """Raise InputError if there is no factor, or a name occurs twice."""
+        """Raise InputError if there is no factor, or a name or head occurs twice."""
         object.__setattr__(self, "factors", tuple(self.factors))
         if not self.factors:
             raise InputError("a space needs at least one factor (got none)")
-        if len(set(self.names)) != len(self.names):
-            raise InputError(f"factor names must differ from each other (got {list(self.names)})")
+        heads = [f.head for f in self.factors]
+        if min(len(set(self.names)), len(set(heads))) < self.d:
+            raise InputError(f"factor names must differ from each other, with and without their units (got {heads})")
 
     @property
     def d(self) -> int:
@@ -152,9 +153,9 @@ class Space:
         return np.array([f.upper for f in self.factors], dtype=np.float64)
 
     @property
-    def discrete(self) -> tuple[int, ...]:
-        """Columns of the factors that take whole numbers."""
-        return tuple(i for i, f in enumerate(self.factors) if f.kind != "continuous")
+    def discrete(self) -> NDArray[np.bool_]:
+        """Which factors take whole numbers only, (d,)."""
+        return np.array([f.kind != "continuous" for f in self.factors])
 
     def to_unit(self, x: ArrayLike) -> FloatArray:
         """Scale natural values (n, d) to [0, 1]."""
@@ -167,11 +168,9 @@ class Space:
     def from_quantile(self, u: ArrayLike) -> FloatArray:
         """Map uniform numbers (n, d) in [0, 1) to natural values; levels of an integer or choice get equal shares."""
         u = as_matrix("unit points", u, self.d)
-        x = self.lower + u * (self.upper - self.lower)
-        for i in self.discrete:
-            count = self.factors[i].count or 1
-            x[:, i] = self.lower[i] + np.minimum(np.floor(u[:, i] * count), count - 1)
-        return self.round(x)
+        span = self.upper - self.lower
+        level = np.minimum(np.floor(u * (span + 1.0)), span)
+        return self.round(self.lower + np.where(self.discrete, level, u * span))
 
     def to_coded(self, x: ArrayLike) -> FloatArray:
         """Scale natural values (n, d) to [-1, 1]."""
@@ -180,9 +179,7 @@ class Space:
     def round(self, x: ArrayLike) -> FloatArray:
         """Bring points (n, d) into the bounds, integers and choices to the nearest whole number."""
         x = np.clip(as_matrix("points", x, self.d), self.lower, self.upper)
-        for i in self.discrete:
-            x[:, i] = np.floor(x[:, i] + 0.5)  # halves always up: np.rint would favour even levels
-        return x
+        return np.where(self.discrete, np.floor(x + 0.5), x)  # halves always up: np.rint would favour even levels
 
     def check(self, x: ArrayLike, *, name: str = "points") -> FloatArray:
         """The same points (n, d), if each lies within the bounds and on its levels.
@@ -193,15 +190,14 @@ class Space:
         x = as_matrix(name, x, self.d)
         slack = 1e-9 * (self.upper - self.lower)
         outside = (x < self.lower - slack) | (x > self.upper + slack)
-        broken = np.zeros_like(outside)
-        for i in self.discrete:
-            broken[:, i] = np.abs(x[:, i] - np.rint(x[:, i])) > 1e-9
-        for bad, rule in ((outside, "lie in [{0:g}, {1:g}]"), (broken, "be a whole number in [{0:g}, {1:g}]")):
+        broken = self.discrete & (np.abs(x - np.rint(x)) > 1e-9)
+        for bad, rule in ((outside, "lie"), (broken, "be a whole number")):
             if bad.any():
                 row, column = np.argwhere(bad)[0]
-                factor = self.factors[column]
-                text = rule.format(factor.lower, factor.upper)
-                raise InputError(f"{name}[{row}], factor {factor.name!r}: must {text} (got {x[row, column]:g})")
+                f, got = self.factors[column], x[row, column]
+                raise InputError(
+                    f"{name}[{row}], factor {f.name!r}: must {rule} in [{f.lower:g}, {f.upper:g}] (got {got:g})"
+                )
         return self.round(x)
 
     def decode(self, point: ArrayLike) -> dict[str, Level]:

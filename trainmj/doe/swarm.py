@@ -1,6 +1,6 @@
 """The parts of a particle swarm: particles, their memory, the archive of the best, one step.
 
-Positions are in the unit cube. Speeds and turbulence follow OMOPSO (Sierra and Coello 2005,
+Velocities and turbulence follow OMOPSO (Sierra and Coello 2005,
 doi 10.1007/978-3-540-31880-4_35), the archive with crowding Raquel and Naval (2005, doi 10.1145/1068009.1068047),
 constraints the feasibility rules of Deb (2000, doi 10.1016/S0045-7825(99)00389-8): feasible before infeasible, less
 violation before more, dominance among the feasible.
@@ -20,21 +20,13 @@ from trainmj.doe.pareto import crowding, nondominated, thin
 
 @dataclass(frozen=True)
 class Scores:
-    """Evaluated points.
+    """Evaluated points; y, g and violation are infinite where the evaluation failed."""
 
-    Attributes:
-        u: positions in the unit cube, after rounding, (n, d).
-        x: natural values, (n, d).
-        y: objectives, minimised, (n, m); infinite where the evaluation failed.
-        g: constraints, <= 0 is allowed, (n, c); infinite where the evaluation failed.
-        violation: sum of the scaled violations, 0 if feasible, infinite where the evaluation failed, (n, 1).
-    """
-
-    u: FloatArray
-    x: FloatArray
-    y: FloatArray
-    g: FloatArray
-    violation: FloatArray
+    u: FloatArray  # (n, d) positions in the unit cube, after rounding
+    x: FloatArray  # (n, d) natural values
+    y: FloatArray  # (n, m) objectives, minimised
+    g: FloatArray  # (n, c) constraints, kept where <= 0
+    violation: FloatArray  # (n, 1) sum of the scaled violations, 0 if feasible
 
     def __len__(self) -> int:
         """Number of points."""
@@ -90,18 +82,15 @@ def improves(new: Scores, old: Scores) -> NDArray[np.bool_]:
 def step(
     u: FloatArray, velocity: FloatArray, memory: Scores, archive: Scores, progress: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Move every particle once.
+    """Move every particle once: positions in the unit cube and velocities, (n, d) each, to new ones.
 
     Args:
-        u: positions, (n, d).
-        velocity: (n, d).
+        u: positions.
+        velocity: their velocities.
         memory: the best point of each particle, n of them.
         archive: the best points of all.
         progress: share of the iterations done, 0 to 1; turbulence fades with it.
         rng: the random numbers.
-
-    Returns:
-        New positions in the unit cube, (n, d), and velocities, (n, d).
     """
     n = len(u)
     leader = archive.u[_tournament(archive, n, rng)]
