@@ -9,12 +9,15 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
+from pydantic import TypeAdapter
+
+from trainmj.cases.store import key_of
 from trainmj.collision.identity import identity
 from trainmj.errors import InputError, OutputError
 from trainmj.files.atomic import write_bytes
@@ -30,7 +33,6 @@ Tables = Mapping[str, "pd.DataFrame"]
 """Tables of a step by file name without ending."""
 
 STATE = "steps.json"
-_KEYS = {"fingerprint": str, "files": dict, "facts": dict, "figures": list}
 
 
 @dataclass(frozen=True)
@@ -59,23 +61,29 @@ class Step(Generic[V]):
         tables: by file name without ending, as made or as read back, equal to the last digit.
         facts: for the summary.
         digest: changes with anything in the tables; what depends on the step depends on this.
-        computed: whether it was done now; otherwise it was there.
-        seconds: what it took now.
-        get: gives its value, as made or as read back from its tables.
+        seconds: what it took now; None if it was there.
+        value: gives what it hands on to later steps, as made or as read back from its tables.
     """
 
     name: str
     tables: Tables
     facts: Mapping[str, Any]
     digest: str
-    computed: bool
-    seconds: float
-    get: Callable[[], V] = field(repr=False)
+    seconds: float | None
+    value: Callable[[], V] = field(repr=False)
 
-    @cached_property
-    def value(self) -> V:
-        """What it hands on to later steps."""
-        return self.get()
+
+@dataclass(frozen=True)
+class _Record:
+    """What the folder says of a step."""
+
+    fingerprint: str  # of all that it depends on
+    files: dict[str, str]  # digest of each, by name
+    facts: dict[str, Any]
+    figures: list[str]  # their width and formats
+
+
+_RECORDS = TypeAdapter(dict[str, _Record])
 
 
 class Folder:
@@ -87,12 +95,11 @@ class Folder:
         width: of figures.
     """
 
-    def __init__(self, path: Path, figures: Sequence[Format] = ("png",), width: Width = "page") -> None:
+    def __init__(self, path: Path, figures: Sequence[Format], width: Width) -> None:
         """See what is in it."""
         self.path = path
-        self._figures = list(figures)
-        self._width = width
-        self._drawn = [width, *figures] if figures else []
+        self._figures, self._width = figures, width
+        self._drawn: list[str] = [width, *figures] if figures else []
         self.steps: list[Step[Any]] = []
         self._state = self._read_state()
 
@@ -106,32 +113,31 @@ class Folder:
             read: gives the value that the work would give, from the tables that it left.
         """
         began = time.monotonic()
-        fingerprint = _digest(json.dumps([name, identity(), inputs], default=str).encode())
-        done = self._done(name, fingerprint, read)
-        if done is None:
-            output = make()
+        fingerprint = key_of(name, identity(), inputs)
+        output = None if self._has(name, fingerprint) else make()
+        if output:
             files = self._write(output)
-            self._forget(name, files)
-            values = (fingerprint, files, dict(output.facts), self._drawn)
-            self._state[name] = dict(zip(_KEYS, values, strict=True))
+            self._forget(name, kept=files)
+            self._state[name] = _Record(fingerprint, files, dict(output.facts), self._drawn)
             self._write_state()
-            digest = _digest(json.dumps([files[f"{t}.csv"] for t in output.tables]).encode())
-            seconds = time.monotonic() - began
-            done = Step(name, output.tables, output.facts, digest, True, seconds, lambda: output.value)
+        record = self._state[name]
+        digests = {file: digest for file, digest in record.files.items() if file.endswith(".csv")}
+        tables = output.tables if output else {f.removesuffix(".csv"): read_back(self.path / f) for f in digests}
+        value = (lambda: output.value) if output else cache(partial(read, tables))
+        seconds = time.monotonic() - began if output else None
+        done = Step(name, tables, record.facts, key_of(*digests.values()), seconds, value)
         self.steps.append(done)
         return done
 
     def start_over(self) -> None:
         """Take away the files of all steps, unless somebody has changed them."""
-        for name in self._state:
-            self._forget(name, {})
-        self._state = {}
+        for name in list(self._state):
+            self._forget(name)
 
     def finish(self) -> None:
         """Take away the files of steps that the study no longer has, unless somebody has changed them."""
-        for name in set(self._state) - {step.name for step in self.steps}:
-            self._forget(name, {})
-            del self._state[name]
+        for name in self._state.keys() - {step.name for step in self.steps}:
+            self._forget(name)
         self._write_state()
 
     def write(self, name: str, content: bytes) -> str:
@@ -147,18 +153,12 @@ class Folder:
             raise OutputError(f"{error}; finished steps are kept") from None
         return _digest(content)
 
-    def _done(self, name: str, fingerprint: str, read: Callable[[Tables], V]) -> Step[V] | None:
-        """The step as the folder has it; None if it must be made."""
-        there = self._state.get(name)
-        if there is None or there["fingerprint"] != fingerprint or (self._figures and self._drawn != there["figures"]):
-            return None
-        files: dict[str, str] = there["files"]
-        if any(self._digest_of(file) != digest for file, digest in files.items()):
-            return None
-        names = [file for file in files if file.endswith(".csv")]
-        tables = {name.removesuffix(".csv"): read_back(self.path / name) for name in names}
-        digest = _digest(json.dumps([files[n] for n in names]).encode())
-        return Step(name, tables, there["facts"], digest, False, 0.0, lambda: read(tables))
+    def _has(self, name: str, fingerprint: str) -> bool:
+        """Whether the folder has a step that was made from the same, with all files as it left them."""
+        record = self._state.get(name)
+        if record is None or record.fingerprint != fingerprint or (self._figures and self._drawn != record.figures):
+            return False
+        return all(self._digest_of(file) == digest for file, digest in record.files.items())
 
     def _write(self, output: Output[V]) -> dict[str, str]:
         files = {
@@ -172,9 +172,10 @@ class Folder:
                 files[f"{name}.{form}"] = self.write(f"{name}.{form}", encode(picture, form))
         return files
 
-    def _forget(self, name: str, kept: Mapping[str, str]) -> None:
+    def _forget(self, name: str, kept: Container[str] = ()) -> None:
         """Take away the files that a step left and no longer makes, unless somebody has changed them."""
-        for file, digest in self._state.get(name, {}).get("files", {}).items():
+        record = self._state.pop(name, None)
+        for file, digest in record.files.items() if record else ():
             if file not in kept and self._digest_of(file) == digest:
                 (self.path / file).unlink()
 
@@ -184,23 +185,17 @@ class Folder:
         except OSError:
             return ""
 
-    def _read_state(self) -> dict[str, Any]:
+    def _read_state(self) -> dict[str, _Record]:
         """What the folder says of its steps; nothing if it says nothing that trainmj writes.
 
         Raises:
             InputError: if it names a file outside the folder.
         """
         try:
-            said = json.loads((self.path / STATE).read_text(encoding="utf-8"))
-            state = {
-                name: step
-                for name, step in said.items()
-                if set(step) == set(_KEYS) and all(isinstance(step[key], kind) for key, kind in _KEYS.items())
-            }
-            files = [Path(file) for step in state.values() for file in step["files"]]
-        except (OSError, ValueError, AttributeError, TypeError):
+            state = _RECORDS.validate_python(json.loads((self.path / STATE).read_text(encoding="utf-8")))
+        except (OSError, ValueError):
             return {}
-        for file in files:
+        for file in (Path(file) for record in state.values() for file in record.files):
             if file.name != str(file):
                 raise InputError(
                     f"{self.path / STATE}: names the file {str(file)!a}, which is not a plain name: remove it"
@@ -208,7 +203,7 @@ class Folder:
         return state
 
     def _write_state(self) -> None:
-        self.write(STATE, json.dumps(self._state, indent=1).encode())
+        self.write(STATE, json.dumps({name: vars(record) for name, record in self._state.items()}, indent=1).encode())
 
 
 def _digest(content: bytes) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trainmj.cases.store import KEY, Store, remove
+from trainmj.collision.identity import identity
 from trainmj.files.folder import held
 from trainmj.files.plain import finite
 from trainmj.output.style import Format, Width
@@ -126,7 +127,7 @@ def run_study(
             files.write(SUMMARY, json.dumps(summary, indent=2).encode())
             simulator.finish()
         tables = {name: table for step in files.steps for name, table in step.tables.items()}
-        computed = tuple(step.name for step in files.steps if step.computed)
+        computed = tuple(step.name for step in files.steps if step.seconds is not None)
         return StudyResult(study, files.path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
 
 
@@ -163,23 +164,23 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     simulations = step(
         "simulations",
         [names, study.identity, design.digest],
-        lambda: steps.simulations(study, design.value, simulator),
+        lambda: steps.simulations(study, design.value(), simulator),
         designs("02_simulations"),
     )
     data = [names, simulations.digest]
-    step("correlation", [data, asked["correlation"]], lambda: steps.correlation(study, simulations.value), nothing)
+    step("correlation", [data, asked["correlation"]], lambda: steps.correlation(study, simulations.value()), nothing)
     models = step(
         "surrogates",
         [data, asked["surrogates"], asked["cross_validation"], asked["constraints"]],
-        lambda: surrogates.surrogates(study, simulations.value),
-        lambda _: surrogates.fit_all(study, simulations.value),
+        lambda: surrogates.surrogates(study, simulations.value()),
+        lambda _: surrogates.fit_all(study, simulations.value()),
     )
     found: dict[str, Step[Designs]] = {}
     if spec.optimiser.on != "simulator":
         found["surrogate"] = step(
             "front on the surrogates",
             [data, asked["surrogates"], limits],
-            lambda: fronts.on_surrogates(study, models.value),
+            lambda: fronts.on_surrogates(study, models.value()),
             designs(fronts.FILES["surrogate"]),
         )
     if spec.optimiser.on != "surrogate":
@@ -194,7 +195,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
         step(
             "fronts compared",
             [names, study.identity, limits, predicted.digest, direct.digest],
-            lambda: fronts.compared(study, predicted.value, direct.value, simulator),
+            lambda: fronts.compared(study, predicted.value(), direct.value(), simulator),
             nothing,
         )
     front = found[spec.decision.front] if spec.decision.front else next(iter(found.values()))
@@ -202,27 +203,25 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     weights = step(
         "weights",
         [goals, asked["weights"], simulations.digest],
-        lambda: choice.weights(study, simulations.value, front.value),
+        lambda: choice.weights(study, simulations.value(), front.value()),
         lambda tables: tables["08_weights"]["weight"].to_numpy(),
     )
     decision = step(
         "decision",
         [goals, asked["decision"], weights.digest],
-        lambda: choice.decision(study, front.value, weights.value),
+        lambda: choice.decision(study, front.value(), weights.value()),
         lambda tables: Designs.read(study, tables["09_decision"].iloc[[0]]),
     )
     step(
         "check",
         [names, study.identity, asked["check"], asked["constraints"], decision.digest, stands.digest],
-        lambda: choice.check(study, decision.value, stands.value, simulator),
+        lambda: choice.check(study, decision.value(), stands.value(), simulator),
         nothing,
     )
 
 
 def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[str, Any]:
     """What was asked, in full, and the facts of all steps, without what JSON has no number for."""
-    from trainmj.collision.identity import identity
-
     factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
     responses = {r.name: {"unit": r.unit, "column": r.column} for r in study.responses}
     about = {

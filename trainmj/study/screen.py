@@ -46,7 +46,7 @@ class Screen(Watch):
     def done(self, step: Step[Any]) -> None:
         """Leave a line behind."""
         if self._shown:
-            said = f"{step.seconds:5.1f} s" if step.computed else "  there"
+            said = "  there" if step.seconds is None else f"{step.seconds:5.1f} s"
             self._console.print(f"{STEPS.index(step.name):02d} {step.name:<26}{said}")
 
     def stop(self) -> None:

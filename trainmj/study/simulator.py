@@ -7,7 +7,7 @@ finds there what it has computed before; a swarm with the same seed asks for the
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from trainmj.cases.store import MOST_COLUMNS, Store, key_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
-from trainmj.collision.status import FAILED
 from trainmj.doe.arrays import FloatArray
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.study.designs import Designs
@@ -48,8 +47,9 @@ class Simulator:
         """Take out what something else has computed; nothing is computed yet."""
         self.study, self.computed = study, 0
         self._store, self._threads, self._progress = store, threads, progress
-        self._last: tuple[Scenario, str] | None = None
-        wide = len(columns_of(line_up(study.scenario))) > MOST_COLUMNS - len(STATUS)
+        self._scenario = key_of(to_yaml(study.scenario))
+        self._columns = columns_of(line_up(study.scenario))
+        wide = len(self._columns) > MOST_COLUMNS - len(STATUS)
         self._only = tuple(response.column for response in study.responses) if wide else ()
         self.changes = _renewed(store, Origin("study", study.scenario, {"study": study.source.values}))
 
@@ -60,28 +60,26 @@ class Simulator:
             points: natural values.
             scenario: another one than the study's, for a check.
         """
-        rows = self._rows(scenario or self.study.scenario, [self._case(point) for point in points])
+        rows = self._rows([self._case(point) for point in points], scenario)
         values = [[row.get(r.column, np.nan) for r in self.study.responses] for row in rows]
         status, reason = ([row[name] for row in rows] for name in STATUS)
         return Designs(self.study, points, np.array(values, dtype=np.float64), status, reason)
 
     def as_it_stands(self) -> Row:
         """Status, reason and every response of the study's scenario, unchanged."""
-        scenario = self.study.scenario
         if self._only:  # more responses than the store keeps
-            (computed,) = Local(scenario, self._threads)([("", {})])
+            (computed,) = Local(self.study.scenario, self._threads)([("", {})])
             return computed.row
-        (row,) = self._rows(scenario, [{}])
-        names = () if row["status"] in FAILED else columns_of(line_up(scenario))
-        return {name: row[name] for name in STATUS} | {name: row.get(name, np.nan) for name in names}
+        (row,) = self._rows([{}])
+        return {name: row.get(name, np.nan) for name in (*STATUS, *self._columns)}
 
     def finish(self) -> None:
         """Note that what has changed until now is in the results of the study."""
         self._store.describe({_CHANGES: "[]"})
 
-    def _rows(self, scenario: Scenario, cases: Sequence[Case]) -> list[Mapping[str, Any]]:
-        """The rows of cases of a scenario, in their order."""
-        text = self._text(scenario)
+    def _rows(self, cases: Sequence[Case], scenario: Scenario | None = None) -> list[Row]:
+        """The rows of cases, in their order."""
+        text = key_of(to_yaml(scenario)) if scenario else self._scenario  # takes long to write
         keys = [key_of(text, case, *self._only) for case in cases]
         before = self.computed
 
@@ -89,7 +87,7 @@ class Simulator:
             self.computed = before + finished
             self._progress(self.computed)
 
-        engine = Local(scenario, self._threads)
+        engine = Local(scenario or self.study.scenario, self._threads)
         rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), self._keep, progress)
         return [rows[key] for key in keys]
 
@@ -98,12 +96,6 @@ class Simulator:
         if not self._only:
             return computed.row
         return {name: computed.row[name] for name in (*STATUS, *self._only) if name in computed.row}
-
-    def _text(self, scenario: Scenario) -> str:
-        """What stands for a scenario in the keys; it takes long to write, so once for each."""
-        if self._last is None or self._last[0] is not scenario:
-            self._last = (scenario, key_of(to_yaml(scenario)))
-        return self._last[1]
 
     def _case(self, point: FloatArray) -> dict[str, Any]:
         values = self.study.space.decode(point)
