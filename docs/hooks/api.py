@@ -57,13 +57,9 @@ def page() -> str:
 
 def study_page() -> str:
     """The public names of trainmj.doe."""
-    parts = [_STUDY]
-    for name in trainmj.doe.__all__:
-        thing = getattr(trainmj.doe, name)
-        home = getattr(thing, "__module__", "")
-        if home.startswith("trainmj.doe."):
-            parts.append(_directive(f"{home}.{name}", name, level=2))
-    return "\n\n".join(parts) + "\n"
+    things = [getattr(trainmj.doe, name) for name in trainmj.doe.__all__]
+    parts = [_directive(f"{thing.__module__}.{thing.__name__}", thing.__name__, level=2) for thing in things]
+    return "\n\n".join([_STUDY, *parts]) + "\n"
 
 
 def _directive(path: str, heading: str, level: int = 3) -> str:

@@ -1,8 +1,10 @@
 """Weights of criteria: by entropy, or the user's own.
 
-entropy_weights(values)                       # the criterion that varies more counts more
-entropy_weights(values, normalised=False)     # entropies not divided by ln n: nearly equal weights
-own_weights({"TS": 2, "TAMA": 1})             # scaled to add up to 1
+`Weights.description` says how they were found:
+
+    entropy_weights(values)                       # the criterion that varies more counts more
+    entropy_weights(values, normalised=False)     # entropies not divided by ln n: nearly equal weights
+    own_weights({"TS": 2, "TAMA": 1})             # scaled to add up to 1
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from trainmj.doe import (
     select_terms,
     sobol_sensitivity,
 )
+from trainmj.doe.accuracy import Fit
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.study import figures
@@ -37,8 +38,6 @@ _ORDERS = {"linear": 1, "quadratic": 2, "cubic": 3}
 
 Models = Sequence[Surrogate]
 """The surrogate of each response, in their order."""
-
-Fit = Callable[[FloatArray, FloatArray], Surrogate]
 
 
 def fit_all(study: Study, simulated: Designs) -> Models:
