@@ -145,31 +145,36 @@ def test_what_has_changed_is_said_until_a_study_comes_to_its_end(place, monkeypa
 
 
 def test_an_edited_law_of_the_same_version_has_another_hash(tmp_path):
-    """Any module of the package that computes collisions, at any depth."""
-    source = Path(identities.__file__).parent
+    """Any module that numbers come from, at any depth; not one that only shows them."""
+    source = Path(identities.__file__).parents[1]
 
     def hashed(name, edit):
         folder = tmp_path / name
         shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__"))
         edit(folder)
-        spec = importlib.util.spec_from_file_location(f"identity_{name}", folder / "identity.py")
+        spec = importlib.util.spec_from_file_location(f"identity_{name}", folder / "collision" / "identity.py")
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)
-        return module.law_hash()
+        return module.identity()["law"]
 
     def swap(folder):
-        one, other = (folder / "law" / "crush.py", folder / "device.py")
+        one, other = (folder / "collision" / "law" / "crush.py", folder / "collision" / "device.py")
         texts = one.read_text(), other.read_text()
         other.write_text(texts[0])
         one.write_text(texts[1])
 
-    def edit(folder):
-        file = folder / "law" / "crush.py"
-        file.write_text(file.read_text() + "\n")
+    def edit(*path):
+        def append(folder):
+            file = folder.joinpath(*path)
+            file.write_text(file.read_text() + "\n")
 
-    same, edited, swapped = hashed("same", lambda folder: None), hashed("edited", edit), hashed("swapped", swap)
-    assert same == identity()["law"]
-    assert len({same, edited, swapped}) == 3
+        return append
+
+    same = hashed("same", lambda folder: None)
+    assert same == identity()["law"] == hashed("shown", edit("single", "screen.py"))
+    law, units, design = edit("collision", "law", "crush.py"), edit("units.py"), edit("doe", "designs.py")
+    others = {hashed(str(n), change) for n, change in enumerate((law, units, design, swap))}
+    assert len({same, *others}) == 5
 
 
 @every_command

@@ -16,10 +16,10 @@ import numpy as np
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
-from trainmj.collision.identity import law_hash
+from trainmj.collision.identity import code_hash
 from trainmj.collision.law import CRUSH
 
-MAGIC = int(law_hash()[:12], 16) + 0.5
+MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 """First value of a block, made from the code of the law; the law leaves any other simulation of the process alone."""
 
 

@@ -15,13 +15,18 @@ from pathlib import Path
 _PACKAGES = ("trainmj", "mujoco", "numba", "numpy")
 
 
+_COMPUTING = ("units.py", "scenario", "doe", "collision")
+"""What numbers come from, beside the packages: files and folders of trainmj."""
+
+
 @cache
-def law_hash() -> str:
-    """Hash of the code that computes a collision: changes with any edit of this package, whatever its version says."""
-    folder = Path(__file__).parent
+def code_hash(*parts: str) -> str:
+    """Hash of the code of some files and folders of trainmj: changes with any edit, whatever the version says."""
+    package = Path(__file__).parents[1]
     content = hashlib.sha256()
-    for file in sorted(folder.rglob("*.py")):
-        content.update(f"{file.relative_to(folder).as_posix()}\0".encode() + file.read_bytes())
+    for part in parts:
+        for file in [package / part] if part.endswith(".py") else sorted((package / part).rglob("*.py")):
+            content.update(f"{file.relative_to(package).as_posix()}\0".encode() + file.read_bytes())
     return content.hexdigest()[:16]
 
 
@@ -32,12 +37,14 @@ def _identity() -> tuple[tuple[str, str], ...]:
     parts = {name: version(name) for name in _PACKAGES}
     parts["python"] = platform.python_version()
     parts["platform"] = f"{platform.system()} {platform.machine()} {get_host_cpu_name()}"
-    parts["law"] = law_hash()
+    parts["law"] = code_hash(*_COMPUTING)
     return tuple(parts.items())
 
 
 def identity() -> dict[str, str]:
-    """Versions of what computes a collision, the platform with its processor, and the hash of the law."""
+    """Versions of what computes a collision, the platform with its processor, and a hash of the device law and all
+    other code that numbers come from.
+    """
     return dict(_identity())
 
 

@@ -46,7 +46,7 @@ class Column(NamedTuple):
     place: tuple[int, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Quantity(Generic[T]):
     """One quantity.
 
@@ -384,22 +384,29 @@ def _columns(
         name = quantity.head_of(thing)
         found.append(Column(name, quantity.unit, quantity.digits, title, quantity.meaning, quantity.name, place))
 
-    for n, whole in enumerate(_shown((*TRAIN, *COLLISION, *BALANCE))):
+    for n, whole in enumerate(with_column((*TRAIN, *COLLISION, *BALANCE))):
         add(whole, "", 0, n)
     for name, partner, away, stages in sides:
-        for n, of_interface in enumerate(_shown(INTERFACE)):
+        for n, of_interface in enumerate(with_column(INTERFACE)):
             add(of_interface, name, 1, partner, away, n)
         for n, stage in enumerate(stages):
             add(STAGE, f"{name} {stage}", 1, partner, away, len(INTERFACE) + n)
     for k, name in enumerate(vehicles):
-        for n, of_vehicle in enumerate(_shown(VEHICLE)):
+        for n, of_vehicle in enumerate(with_column(VEHICLE)):
             add(of_vehicle, name, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
     return {column.name: column for column in found}
 
 
-def _shown(quantities: Iterable[Quantity[T]]) -> list[Quantity[T]]:
+@cache
+def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], ...]:
     """Those that have a column."""
-    return [q for q in quantities if q.column]
+    return tuple(q for q in quantities if q.column)
+
+
+@cache
+def names_of(quantities: tuple[Quantity[Any], ...]) -> tuple[str, ...]:
+    """Names of those that have a column."""
+    return tuple(q.name for q in with_column(quantities))
 
 
 def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:

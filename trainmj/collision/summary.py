@@ -27,6 +27,7 @@ from trainmj.collision.quantities import (
     Quantity,
     Side,
     columns_of,
+    names_of,
     order_of_vehicles,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
@@ -99,9 +100,10 @@ class Summary(Numbers):
         return plain
 
 
-def _shown(numbers: Numbers, quantities: Iterable[Quantity[Any]]) -> list[float]:
+def _shown(numbers: Numbers, quantities: tuple[Quantity[Any], ...]) -> list[float]:
     """The numbers that have a column."""
-    return [numbers.values[q.name] for q in quantities if q.column]
+    values = numbers.values
+    return [values[name] for name in names_of(quantities)]
 
 
 def _of(values: Mapping[str, float], quantities: Iterable[Quantity[Any]]) -> dict[str, float]:
