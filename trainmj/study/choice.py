@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -62,35 +62,30 @@ def _weights(study: Study, simulated: Designs, front: Designs) -> Weights:
     return found
 
 
-class _Method(Protocol):
-    def __call__(self, values: FloatArray, weights: FloatArray, *, maximise: Sequence[bool]) -> Ranking: ...
-
-
-def _method(part: DecisionPart) -> _Method:
-    """How a part of the study ranks alternatives."""
+def _rank(part: DecisionPart, values: FloatArray, weights: FloatArray, *, maximise: Sequence[bool]) -> Ranking:
+    """Rank alternatives, their objectives given (n, m), as a part of the study states."""
     if isinstance(part, KneePoint):
-        return lambda values, weights, *, maximise: knee_point(values, maximise=maximise)
-    return partial(weighted_sum if isinstance(part, WeightedSum) else topsis, normalisation=part.normalisation)
+        return knee_point(values, maximise=maximise)
+    rank = weighted_sum if isinstance(part, WeightedSum) else topsis
+    return rank(values, weights, normalisation=part.normalisation, maximise=maximise)
 
 
 def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Designs]:
     """Choose one design of the front, and see whether other methods and weights nearby (m,) choose it too."""
-    import pandas as pd
-
-    part, maximise = study.spec.decision, study.maximise
-    values, records = study.criteria(front.responses), front.records()
-    chosen = _method(part)(values, weight, maximise=maximise)
+    part, maximise, values = study.spec.decision, study.maximise, study.criteria(front.responses)
+    chosen = _rank(part, values, weight, maximise=maximise)
     said = next(name for name, other in _METHODS.items() if other.method == part.method)
-    picks = {
-        name: _method(other)(values, weight, maximise=maximise).best for name, other in _METHODS.items() if name != said
-    }
-    rows = [{"method": said, "picked_for": chosen.description, **records[chosen.best]}]
-    rows += [{"method": name, "picked_for": "comparison", **records[k]} for name, k in picks.items()]
+    others = {name: other for name, other in _METHODS.items() if name != said}
+    picks = {name: _rank(other, values, weight, maximise=maximise).best for name, other in others.items()}
+    picked = front.table().iloc[[chosen.best, *picks.values()]]
+    first, *rest = picked.to_dict("records")
     facts: dict[str, Any] = {
         "method": chosen.description,
         "alternatives": len(front),
-        "chosen": records[chosen.best],
-        "others": {name: {f.head: records[k][f.head] for f in study.space.factors} for name, k in picks.items()},
+        "chosen": first,
+        "others": {
+            name: {f.head: row[f.head] for f in study.space.factors} for name, row in zip(picks, rest, strict=True)
+        },
     }
     share = np.zeros(len(front))
     if not isinstance(part, KneePoint) and len(weight) > 1:
@@ -98,7 +93,7 @@ def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Designs
             values,
             weight,
             seed=part.seed,
-            method=_method(part),
+            method=partial(_rank, part),
             spread=part.spread,
             maximise=maximise,
             samples=_SAMPLES,
@@ -108,13 +103,15 @@ def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Designs
         facts["stays"] = {name: [low, high] for name, low, high in stays}
         facts["share"] = float(near.share[near.best])
         facts["spread"] = part.spread
+    picked.insert(0, "method", [said, *picks])
+    picked.insert(1, "picked_for", [chosen.description, *("comparison" for _ in picks)])
     ranked = front.table().assign(score=chosen.score, share_of_near_weights=share).iloc[chosen.order]
     ranked.insert(0, "rank", np.arange(1, len(ranked) + 1))
     one = slice(chosen.best, chosen.best + 1)
     draw = partial(figures.decision, study, values, chosen.best, picks, said)
     return Output(
         Designs(study, front.points[one], front.responses[one]),
-        {"09_decision": pd.DataFrame(rows), "09_ranking": ranked},
+        {"09_decision": picked, "09_ranking": ranked},
         facts,
         {"09_decision": draw} if len(weight) > 1 else {},
     )
@@ -125,20 +122,20 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
     import pandas as pd
 
     found = simulator.at(chosen.points, study.scenario.with_values(study.spec.check.set))
-    rows = []
-    for k, r in enumerate(study.responses):
-        predicted, simulated = float(chosen.responses[0, k]), float(found.responses[0, k])
-        limits = [limit for limit in study.limits if limit.response == r]
+    values = np.stack([as_it_stands, chosen.responses[0], found.responses[0]], axis=1).tolist()
+    rows: list[dict[str, Any]] = []
+    for response, (before, predicted, simulated) in zip(study.responses, values, strict=True):
+        limits = [limit for limit in study.limits if limit.response == response]
         rows.append(
             {
-                "response": r.name,
-                "unit": r.unit,
-                "as_it_stands": float(as_it_stands[k]),
+                "response": response.name,
+                "unit": response.unit,
+                "as_it_stands": before,
                 "predicted": predicted,
                 "simulated": simulated,
                 "error_percent": 100.0 * (predicted - simulated) / simulated if simulated else np.nan,
                 "limit": "; ".join(limit.text for limit in limits),
-                "kept": all(limit.excess(found.responses[:, k])[0] <= 0 for limit in limits) if limits else None,
+                "kept": all(limit.excess(simulated) <= 0 for limit in limits) if limits else None,
             }
         )
     table = pd.DataFrame(rows)
