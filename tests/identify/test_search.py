@@ -9,10 +9,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from twins import AREA_KJ, KNOWN, plan, scenario, values
 
-from trainmj.identification.file import ExplorePart
+from trainmj.identification.file import AreaPart, ExplorePart
 from trainmj.identification.misfit import Misfit
 from trainmj.identification.search import explore, refine
 from trainmj.identification.unknowns import Area, Rise, Setting, Unknown, Unknowns
+
+
+def buffer(area: float) -> AreaPart:
+    return AreaPart(of="curves.buffer", to_mm=60, area_kJ=area, by="it")
 
 
 def unknowns(tolerance: float = 0.01) -> Unknowns:
@@ -24,7 +28,7 @@ def unknowns(tolerance: float = 0.01) -> Unknowns:
         Unknown("f30", "", 150.0, 600.0, 460.0, (Setting(f"{force}.2"),), above=1, gap=5.0),
         Unknown("f60", "", 200.0, 900.0, 600.0, (Setting(f"{force}.3"),), above=2),
     )
-    return Unknowns(scenario(), parameters, (Area("energy", "curves.buffer", 0.0, 60.0, AREA_KJ, 3, tolerance),))
+    return Unknowns(scenario(), parameters, (Area("energy", buffer(AREA_KJ), 3, tolerance),))
 
 
 UNITS = arrays(float, 3, elements=st.floats(0, 1))
@@ -80,7 +84,7 @@ def curve(area: float | None = AREA_KJ, factor: float = 10.0) -> Unknowns:
         Unknown(f"b{k}", "kN", 0.0, 600.0, value, (Setting(f"{force}.{k}"),)) for k, value in ((1, 250.0), (2, 460.0))
     )
     rise = Rise("b", (0, 1), np.array([0.0, 10.0, 30.0, 60.0]), 0.0, 600.0, factor)
-    energy = () if area is None else (Area("energy", "curves.buffer", 0.0, 60.0, area, rise.widest(0, 60), 0.01),)
+    energy = () if area is None else (Area("energy", buffer(area), rise.widest(0, 60), 0.01),)
     return Unknowns(scenario(), inner, energy, (rise,))
 
 

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from trainmj.collision.device import Array
 from trainmj.collision.identity import identity
 from trainmj.files.plain import finite
 from trainmj.files.yaml import as_yaml
-from trainmj.identification import frames
-from trainmj.identification.plan import Identification, Sample
+from trainmj.identification.file import Amount, absolute
+from trainmj.identification.plan import Identification, Sample, Target
 from trainmj.identification.search import Progress
-from trainmj.identification.uncertainty import Uncertainty
+from trainmj.identification.uncertainty import WIDE, Uncertainty
 from trainmj.identification.unknowns import Point
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import BUILDS_ON
@@ -25,6 +27,8 @@ if TYPE_CHECKING:
 
 BASE = "scenario.yaml"
 FOUND = "found.yaml"
+OPEN = "not determined"
+"""Remark of a parameter whose standard error is a large part of its range."""
 
 
 @dataclass(frozen=True)
@@ -60,28 +64,91 @@ class Found:
 
     @cached_property
     def residuals(self) -> pd.DataFrame:
-        """A row for each value that was wanted."""
-        return frames.residuals(self.plan, self.samples)
+        """A row for each value that was wanted: its case, what was found, and how far it may deviate."""
+        import pandas as pd
+
+        samples = [sample for sample, _ in self.samples.values()]
+        role = [role for role, (sample, _) in self.samples.items() for _ in sample.observations]
+        observations = [o for sample in samples for o in sample.observations]
+        targets = [self.plan.targets[k] for sample in samples for k in sample.target]
+        found = np.concatenate([found for _, found in self.samples.values()])
+        wanted = np.concatenate([sample.wanted for sample in samples])
+        allowed = np.concatenate([np.where(np.isfinite(s.bar), s.bar, s.tolerance) for s in samples])
+        off = found - wanted
+        percent = np.divide(100.0 * off, wanted, out=np.full(off.size, np.nan), where=wanted != 0)
+        head = {"role": role, "data": [o.data for o in observations]}
+        values = {
+            "target": [target.name for target in targets],
+            "unit": [target.unit for target in targets],
+            "wanted": wanted,
+            "found": found,
+            "deviation": off,
+            "deviation_percent": percent,
+            "allowed": allowed,
+            "within": np.abs(off) <= allowed,
+        }
+        return pd.concat(
+            [pd.DataFrame(head), pd.DataFrame([o.case for o in observations]), pd.DataFrame(values)], axis=1
+        )
 
     @cached_property
     def fit(self) -> pd.DataFrame:
-        """A row for each target and role."""
-        return frames.fit(self.plan, self.residuals)
+        """A row for each target and role: how many values, rms, bias, largest deviation, bars and whether they hold."""
+        import pandas as pd
+
+        groups = dict(iter(self.residuals.groupby(["role", "target"], sort=False)))
+        order = [(role, target) for role in self.samples for target in self.plan.targets]
+        return pd.DataFrame([_fit(role, t, groups[role, t.name]) for role, t in order if (role, t.name) in groups])
 
     @cached_property
     def parameters(self) -> pd.DataFrame:
-        """A row for each parameter."""
-        return frames.parameters(self.plan, self.known)
+        """A row for each parameter: value, 95 % interval, standard error, bounds, start, and remarks."""
+        import pandas as pd
+
+        known, unknowns = self.known, self.plan.unknowns
+        log = np.array([p.log for p in unknowns.parameters])
+        return pd.DataFrame(
+            {
+                "parameter": unknowns.names,
+                "unit": [p.unit for p in unknowns.parameters],
+                "value": known.value,
+                "standard_error": known.error * np.where(log, known.value, 1.0),
+                "low_95": known.lower,
+                "high_95": known.upper,
+                "lower_bound": [p.lower for p in unknowns.parameters],
+                "upper_bound": [p.upper for p in unknowns.parameters],
+                "start": [p.start for p in unknowns.parameters],
+                "remark": [self._remark(k) for k in range(log.size)],
+                "sets": [" ".join(s.path for s in p.settings) for p in unknowns.parameters],
+            }
+        )
+
+    def _remark(self, k: int) -> str:
+        """What there is to say about the parameter at a place."""
+        known, p = self.known, self.plan.unknowns.parameters[k]
+        solved = [f"solved from {c.name}" for c in self.plan.unknowns.constraints if c.by == k]
+        if known.at_bound[k]:
+            return ", ".join([*solved, f"at its {known.at_bound[k]} bound"])
+        return ", ".join(solved + [OPEN] * bool(known.error[k] > WIDE * p.range))
 
     @cached_property
     def correlations(self) -> pd.DataFrame:
-        """Correlations between the errors of the parameters."""
-        return frames.correlations(self.plan, self.known)
+        """Correlations between the errors of the parameters: a row and a column for each, empty at bounds."""
+        import pandas as pd
+
+        names = self.plan.unknowns.names
+        return pd.DataFrame(self.known.correlation, columns=names).assign(parameter=names)[["parameter", *names]]
 
     @cached_property
     def directions(self) -> pd.DataFrame:
-        """Combinations of parameters, worst determined first."""
-        return frames.directions(self.plan, self.known)
+        """Combinations of parameters, worst determined first: deviation in percent of the ranges, words, parts."""
+        import pandas as pd
+
+        names = self.plan.unknowns.names
+        rows = [
+            (100.0 * d.deviation, d.determined, d.in_words(names), *d.parts.tolist()) for d in self.known.directions
+        ]
+        return pd.DataFrame(rows, columns=["deviation_percent", "determined", "in_words", *names])
 
     @property
     def kept(self) -> bool:
@@ -106,7 +173,7 @@ class Found:
                 {
                     "constraint": c.name,
                     "by": names[c.by],
-                    "wanted_kJ": c.energy,
+                    "wanted_kJ": c.part.area_kJ,
                     "found_kJ": plan.unknowns.area(c, self.point.value),
                     "met": bool(abs(missed) <= 1.0),
                 }
@@ -126,6 +193,46 @@ class Found:
         base = self.plan.scenario
         title = f"{base.title}: {self.plan.title}" if base.title not in ("", self.plan.title) else self.plan.title
         return as_yaml({BUILDS_ON: BASE, "title": title, **_changed(base.values(), self.scenario.values())})
+
+
+def _fit(role: str, target: Target, of: pd.DataFrame) -> dict[str, Any]:
+    off, wanted = of["deviation"].to_numpy(), of["wanted"].to_numpy()
+    bars = target.part.bars
+    kept = [
+        None if bars.each is None else bool(of["within"].all()),
+        _keeps(bars.rms, off, wanted, lambda x: np.sqrt(np.mean(x**2))),
+        _keeps(bars.bias, off, wanted, lambda x: np.abs(np.mean(x))),
+    ]
+    return {
+        "role": role,
+        "target": target.name,
+        "unit": target.unit,
+        "values": len(of),
+        "rms": float(np.sqrt(np.mean(off**2))),
+        "bias": float(np.mean(off)),
+        "largest": _furthest(off),
+        "largest_percent": _furthest(of["deviation_percent"].to_numpy()),
+        "outside": int((~of["within"]).sum()),
+        "bar_each": bars.each,
+        "bar_rms": bars.rms,
+        "bar_bias": bars.bias,
+        "kept": None if kept == [None] * 3 else False not in kept,
+    }
+
+
+def _furthest(values: Array) -> float:
+    """The value furthest from 0; NaN where none is a number."""
+    known = values[~np.isnan(values)]
+    return float(known[np.argmax(np.abs(known))]) if known.size else np.nan
+
+
+def _keeps(amount: Amount | None, off: Array, wanted: Array, measure: Callable[[Array], float]) -> bool | None:
+    """Whether a measure of deviations is within a bar, which may be a percentage of the values; None without a bar."""
+    if amount is None:
+        return None
+    if isinstance(amount, str):
+        return bool(np.all(wanted != 0) and measure(off / np.abs(wanted)) <= absolute(amount, 1.0))
+    return bool(measure(off) <= amount)
 
 
 def _changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:

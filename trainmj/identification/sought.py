@@ -28,19 +28,11 @@ def unknowns_of(spec: TargetsFile, scenario: Scenario) -> Unknowns:
             parameters += _inner(name, part, stroke, force)
         else:
             parameters.append(_single(name, part, scenario, places))
-    areas = tuple(
-        Area(
-            name,
-            c.of,
-            c.from_mm,
-            c.to_mm,
-            c.area_kJ,
-            rises[c.by].widest(c.from_mm, c.to_mm) if c.by in rises else places[c.by],
-            absolute(c.tolerance, c.area_kJ),
-        )
-        for name, c in spec.constraints.items()
-    )
-    return Unknowns(scenario, tuple(parameters), areas, tuple(rises.values()))
+    areas = []
+    for name, c in spec.constraints.items():
+        by = rises[c.by].widest(c.from_mm, c.to_mm) if c.by in rises else places[c.by]
+        areas.append(Area(name, c, by, absolute(c.tolerance, c.area_kJ)))
+    return Unknowns(scenario, tuple(parameters), tuple(areas), tuple(rises.values()))
 
 
 def settings_of(part: ParameterPart, scenario: Scenario) -> tuple[Setting, ...]:

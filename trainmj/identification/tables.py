@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.identification.found import Found
-from trainmj.identification.frames import OPEN
+from trainmj.identification.found import OPEN, Found
 from trainmj.identification.plan import Identification
 from trainmj.output.table import Column, Table, Verdict, judged, passed, warned
 

@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 
 from trainmj.collision.device import Array
 from trainmj.files.source import Source
+from trainmj.identification.file import AreaPart
 from trainmj.scenario import Scenario
 from trainmj.scenario.paths import changed
 from trainmj.units import KJ, KN, MM
@@ -84,21 +85,22 @@ class Area:
 
     Attributes:
         name: the user's.
-        curve: path of the curve.
-        lower: stroke at which the area begins [mm].
-        upper: stroke at which it ends [mm].
-        energy: what it must be [kJ].
+        part: its entry in the file: curve, strokes and area.
         by: place of the parameter that is solved for.
         tolerance: deviation that counts as one standard deviation [kJ].
     """
 
     name: str
-    curve: str
-    lower: float
-    upper: float
-    energy: float
+    part: AreaPart
     by: int
     tolerance: float
+
+    def under(self, stroke: Array, force: Array) -> float:
+        """Area under points [mm], [kN] between the strokes of the constraint [kJ]."""
+        lower, upper = self.part.from_mm, self.part.to_mm
+        inner = (stroke > lower) & (stroke < upper)
+        at = np.concatenate([[lower], stroke[inner], [upper]])
+        return float(np.trapezoid(np.interp(at, stroke, force), at)) * (KN * MM / KJ)
 
 
 @dataclass(frozen=True)
@@ -234,7 +236,7 @@ class Unknowns:
         values = values.copy()
         for c in self.constraints:
             values[c.by] = self._solve(c, values)
-        missed = [(self.area(c, values) - c.energy) / c.tolerance for c in self.constraints]
+        missed = [(self.area(c, values) - c.part.area_kJ) / c.tolerance for c in self.constraints]
         return Point(values, np.array(missed))
 
     def start(self) -> Point:
@@ -252,7 +254,7 @@ class Unknowns:
     def area(self, constraint: Area, values: Array) -> float:
         """Area under the curve of a constraint [kJ]."""
         given = changed(self._source, self._short, self.changes(values)).values
-        return _area(constraint, *curve_points(given, constraint.curve))
+        return constraint.under(*curve_points(given, constraint.part.of))
 
     def _parts(self, unit: Array) -> Iterator[tuple[Rise, Array]]:
         """Each curve and its part of a place of the unit cube, as a view."""
@@ -271,7 +273,7 @@ class Unknowns:
             if constraint is None:
                 return 0.0
             force = np.concatenate([[curve.first], inner, [curve.last]])
-            return _area(constraint, curve.stroke, force) - constraint.energy
+            return constraint.under(curve.stroke, force) - constraint.part.area_kJ
 
         if constraint is not None and miss(-_BENT) * miss(_BENT) < 0.0:
             miss(float(brentq(miss, -_BENT, _BENT, xtol=1e-12)))
@@ -292,21 +294,14 @@ class Unknowns:
         def miss(value: float) -> float:
             trial = values.copy()
             trial[constraint.by] = value
-            return self.area(constraint, trial) - constraint.energy
+            return self.area(constraint, trial) - constraint.part.area_kJ
 
-        if abs(miss(values[constraint.by])) <= _MET * constraint.energy:
+        if abs(miss(values[constraint.by])) <= _MET * constraint.part.area_kJ:
             return float(values[constraint.by])
         ends = miss(low), miss(high)
         if ends[0] * ends[1] >= 0:
             return low if abs(ends[0]) <= abs(ends[1]) else high
         return float(brentq(miss, low, high, xtol=1e-12 * max(abs(low), abs(high)), rtol=1e-14))
-
-
-def _area(constraint: Area, stroke: Array, force: Array) -> float:
-    """Area under points within the strokes of a constraint [kJ]."""
-    inner = (stroke > constraint.lower) & (stroke < constraint.upper)
-    at = np.concatenate([[constraint.lower], stroke[inner], [constraint.upper]])
-    return float(np.trapezoid(np.interp(at, stroke, force), at)) * (KN * MM / KJ)
 
 
 def rounded(value: float, digits: int) -> float:
