@@ -183,17 +183,17 @@ def sweeps(n: int, turns: int) -> dict[str, float]:
     """Collisions a second of a whole sweep in a process that runs already: cases, metrics, files."""
     found = {}
     for step in (0.1, FAST_STEP):
-        plan = trainmj.plan_of(
+        sweep = trainmj.grid_of(
             trainmj.load("b_type", {"simulation.step_ms": step}),
             {"mass_t": f"30:36:{n // 10}", "speed_km_h": "20:28:10"},
         )
         times = []
         for turn in range(turns + 1):
             with tempfile.TemporaryDirectory() as folder:
-                outcome = trainmj.run_sweep(plan, folder)
+                result = trainmj.run_sweep(sweep, folder)
             if turn:
-                times.append(outcome.seconds)
-        found[f"step {step} ms"] = len(plan) / statistics.median(times)
+                times.append(result.seconds)
+        found[f"step {step} ms"] = len(sweep) / statistics.median(times)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Sweeps: the cases a plan makes, the file they are kept in, and that nothing stops them for good."""
+"""Sweeps: the cases a sweep makes, the file they are kept in, and that nothing stops them for good."""
 
 import json
 import os
@@ -41,25 +41,25 @@ def said_no(done, *words):
     return True
 
 
-def plan_in(tmp_path, text, name="many.yaml"):
+def sweep_in(tmp_path, text, name="many.yaml"):
     file = tmp_path / name
     file.write_text(text, encoding="utf-8")
     return trainmj.load_sweep(file)
 
 
-# the cases of a plan
+# the cases of a sweep
 
 
 def test_a_grid_is_every_combination_and_the_last_varies_fastest():
-    plan = trainmj.plan_of(trainmj.load("b_type"), {"mass_t": "30,33", "empty_stroke_mm": "20:50:3"})
-    assert [tuple(values.values()) for _, values in plan.cases()] == [
+    sweep = trainmj.grid_of(trainmj.load("b_type"), {"mass_t": "30,33", "empty_stroke_mm": "20:50:3"})
+    assert [tuple(values.values()) for _, values in sweep.cases()] == [
         (30, 20.0), (30, 35.0), (30, 50.0), (33, 20.0), (33, 35.0), (33, 50.0)
     ]  # fmt: skip
 
 
 def test_blocks_of_a_sweep_file_are_crossed(tmp_path):
     (tmp_path / "cases.csv").write_text("collision.gap_mm;speed_km_h\n0;20\n10;25\n", encoding="utf-8")
-    plan = plan_in(
+    sweep = sweep_in(
         tmp_path,
         "scenario: b_type\n"
         "set: {simulation.step_ms: 0.5}\n"
@@ -67,15 +67,15 @@ def test_blocks_of_a_sweep_file_are_crossed(tmp_path):
         "together: {empty_stroke_mm: [20, 30], collision.rail_friction: [0.0, 0.01]}\n"
         "cases: cases.csv\n",
     )
-    assert len(plan) == 3 * 2 * 2
-    assert plan.case(11) == {
+    assert len(sweep) == 3 * 2 * 2
+    assert sweep.case(11) == {
         "mass_t": 36.0,
         "empty_stroke_mm": 30,
         "collision.rail_friction": 0.01,
         "collision.gap_mm": 10,
         "speed_km_h": 25,
     }
-    assert plan.scenario.simulation.step_ms == 0.5
+    assert sweep.scenario.simulation.step_ms == 0.5
 
 
 @pytest.mark.parametrize("method", ["random", "latin_hypercube", "sobol"])
@@ -85,10 +85,10 @@ def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tm
         f"sample: {{count: 256, seed: 3, method: {method}, factors: {{mass_t: {{uniform: [30, 36]}}, "
         "speed_km_h: {normal: [25, 1]}, collision.gap_mm: {choice: [0, 10]}}}\n"
     )
-    plan = plan_in(tmp_path, text)
-    table = pd.DataFrame([values for _, values in plan.cases()])
-    assert table.equals(pd.DataFrame([values for _, values in plan_in(tmp_path, text).cases()])), "not reproducible"
-    assert plan.seed == 3
+    sweep = sweep_in(tmp_path, text)
+    table = pd.DataFrame([values for _, values in sweep.cases()])
+    assert table.equals(pd.DataFrame([values for _, values in sweep_in(tmp_path, text).cases()])), "not reproducible"
+    assert sweep.seed == 3
     assert table.mass_t.between(30, 36).all()
     assert abs(table.mass_t.mean() - 33) < 0.4
     assert abs(table.speed_km_h.std() - 1) < 0.2
@@ -97,8 +97,14 @@ def test_a_sample_is_the_same_for_the_same_seed_and_follows_its_distributions(tm
 
 def test_a_sweep_of_plain_values_is_that_of_a_file(tmp_path):
     sweep = trainmj.sweep_of({"scenario": "b_type", "vary": {"mass_t": {"from": 30, "to": 36, "count": 3}}})
-    file = plan_in(tmp_path, "scenario: b_type\nvary: {mass_t: {from: 30, to: 36, count: 3}}\n")
+    file = sweep_in(tmp_path, "scenario: b_type\nvary: {mass_t: {from: 30, to: 36, count: 3}}\n")
     assert list(sweep.cases()) == list(file.cases())
+
+
+def test_a_sweep_file_can_be_run_as_it_is(tmp_path):
+    sweep = sweep_in(tmp_path, "scenario: b_type\nset: {simulation.step_ms: 0.5}\nvary: {mass_t: [30, 36]}\n")
+    assert trainmj.run_sweep(tmp_path / "many.yaml", tmp_path / "out").computed == 2
+    assert trainmj.run_sweep(sweep, tmp_path / "out").computed == 0
 
 
 @pytest.mark.parametrize(
@@ -125,7 +131,7 @@ def test_a_sweep_of_plain_values_is_that_of_a_file(tmp_path):
 )
 def test_a_wrong_sweep_file_is_refused_with_place_and_rule(tmp_path, text, words):
     with pytest.raises(trainmj.InputError) as caught:
-        plan_in(tmp_path, text)
+        sweep_in(tmp_path, text)
     for word in words:
         assert word in str(caught.value)
 
@@ -272,7 +278,7 @@ def _finished(file):
 
 
 def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
-    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33,36"})
+    sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33,36"})
     asked = []
 
     class Counting(Local):
@@ -284,10 +290,10 @@ def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
                     raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        trainmj.run_sweep(plan, tmp_path, engine=Counting(plan.scenario))
-    outcome = trainmj.run_sweep(plan, tmp_path, engine=Counting(plan.scenario))
+        trainmj.run_sweep(sweep, tmp_path, engine=Counting(sweep.scenario))
+    result = trainmj.run_sweep(sweep, tmp_path, engine=Counting(sweep.scenario))
     assert asked == [0, 1, 2], "a case that ended before the interruption was computed twice, or one was left out"
-    assert (outcome.cases, outcome.computed) == (3, 1)
+    assert (result.cases, result.computed) == (3, 1)
 
 
 def test_control_c_stops_cleanly_and_says_how_to_go_on(undisturbed, tmp_path):
@@ -343,7 +349,7 @@ def test_fresh_starts_over_from_a_damaged_file(tmp_path):
 
 def test_a_table_can_be_read_while_it_is_written(tmp_path):
     """In the middle of a commit a reader waits for its end, and says so if that does not come."""
-    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:40"})
+    sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:40"})
     seen = []
 
     def look(finished):
@@ -353,7 +359,7 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("trainmj.cases.runner.COMMIT_EVERY", 0.0)
-        trainmj.run_sweep(plan, tmp_path, progress=look)
+        trainmj.run_sweep(sweep, tmp_path, progress=look)
     assert len(set(seen)) > 10
     with closing(sqlite3.connect(tmp_path / "results.sqlite")) as writer, pytest.MonkeyPatch.context() as patch:
         patch.setattr("trainmj.cases.reader.PATIENCE", 0.1)
@@ -383,13 +389,13 @@ def test_what_a_killed_process_left_half_written_is_taken_back_by_a_reader(tmp_p
 
 
 def test_a_table_knows_what_its_columns_are(tmp_path):
-    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"trains.b_type.vehicles": "1,3"})
-    trainmj.run_sweep(plan, tmp_path)
+    sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"trains.b_type.vehicles": "1,3"})
+    trainmj.run_sweep(sweep, tmp_path)
     table = trainmj.read_table(tmp_path)
     columns = table.attrs["columns"]
     assert list(table.columns) == ["trains.b_type.vehicles", "status", "reason", *columns]
     assert (columns["final_speed_S3_km_h"].unit, columns["final_speed_S3_km_h"].digits) == ("km/h", 2)
-    ran = trainmj.run_cases(plan.scenario, pd.DataFrame({"trains.b_type.vehicles": [1, 3]}))
+    ran = trainmj.run_cases(sweep.scenario, pd.DataFrame({"trains.b_type.vehicles": [1, 3]}))
     assert ran.attrs["columns"] == columns
     assert list(ran.columns) == list(table.columns)
 
@@ -432,7 +438,7 @@ def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undis
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         from trainmj.cases import cluster as engines
 
-        plan = trainmj.plan_of(
+        sweep = trainmj.grid_of(
             trainmj.load("b_type", {"simulation.step_ms": 0.5}),
             {"empty_stroke_mm": "20:50:30", "mass_t": "30,33,36,-1"},
         )
@@ -440,13 +446,13 @@ def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undis
         killed = []
 
         def progress(finished):
-            if 0 < finished < len(plan) and not killed:
+            if 0 < finished < len(sweep) and not killed:
                 killed.append(victims[0])
                 os.kill(victims[0], signal.SIGKILL)
 
         engines_before, engines.CASES_PER_TASK = engines.CASES_PER_TASK, 8
         try:
-            trainmj.run_sweep(plan, tmp_path, engine=engines.engine(client, plan.scenario), progress=progress)
+            trainmj.run_sweep(sweep, tmp_path, engine=engines.engine(client, sweep.scenario), progress=progress)
         finally:
             engines.CASES_PER_TASK = engines_before
     assert killed, "no worker was killed while the sweep ran: the test proves nothing"
@@ -467,21 +473,21 @@ def test_workers_of_another_identity_are_refused_with_what_differs(tmp_path):
 
     from trainmj.cases.cluster import engine
 
-    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:200"})
+    sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:200"})
     mine = identity()
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         one, two = client.scheduler_info()["workers"]
         client.run(change_identity, mujoco="3.3.0", workers=[two])
         with pytest.raises(trainmj.InputError, match=rf"worker {two}: .* mujoco 3.3.0 there, {mine['mujoco']} here"):
-            engine(client, plan.scenario)
+            engine(client, sweep.scenario)
         client.run(change_identity, mujoco=mine["mujoco"], platform="a node", workers=[two])
         with pytest.raises(trainmj.InputError, match=r"platform .*a node"):
-            engine(client, plan.scenario)
+            engine(client, sweep.scenario)
         client.run(change_identity, platform="a node", workers=[one])
-        nodes = engine(client, plan.scenario)  # all alike, and another processor than the one that hands cases out
+        nodes = engine(client, sweep.scenario)  # all alike, and another processor than the one that hands cases out
         client.run(change_identity, platform="another node", workers=[two])  # one that comes later
         with pytest.raises(trainmj.InputError, match="platform another node there, a node here"):
-            trainmj.run_sweep(plan, tmp_path, engine=nodes)
+            trainmj.run_sweep(sweep, tmp_path, engine=nodes)
     with sqlite3.connect(tmp_path / "results.sqlite") as db:
         assert db.execute("SELECT value FROM about WHERE key = 'version_platform'").fetchone() == ("a node",)
 
@@ -501,9 +507,9 @@ def test_another_service_at_the_address_is_no_scheduler(tmp_path, monkeypatch):
 
 
 def test_json_values_survive_in_the_table(tmp_path):
-    plan = trainmj.plan_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"curves.buffer": [
+    sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"curves.buffer": [
         {"stroke_mm": [0, 73], "force_kN": [0, 800]},
         {"stroke_mm": [0, 40, 73], "force_kN": [0, 700, 800]},
     ]})  # fmt: skip
-    trainmj.run_sweep(plan, tmp_path)
+    trainmj.run_sweep(sweep, tmp_path)
     assert json.loads(trainmj.read_table(tmp_path)["curves.buffer"][1])["force_kN"] == [0, 700, 800]

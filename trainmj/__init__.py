@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from trainmj.identification import identify, load_targets, targets_of
     from trainmj.scenario import Scenario, load, save
     from trainmj.study import Study, StudyResult, load_study, run_study, study_of
-    from trainmj.sweep import load_sweep, plan_of, read_table, run_sweep, sweep_of
+    from trainmj.sweep import Sweep, SweepResult, grid_of, load_sweep, read_table, run_sweep, sweep_of
 
 _HOMES = {
     "line_up": "collision.lineup",
@@ -42,8 +42,10 @@ _HOMES = {
     "load": "scenario",
     "save": "scenario",
     "run": "collision.simulation",
+    "Sweep": "sweep",
+    "SweepResult": "sweep",
+    "grid_of": "sweep",
     "load_sweep": "sweep",
-    "plan_of": "sweep",
     "read_table": "sweep",
     "run_sweep": "sweep",
     "sweep_of": "sweep",
@@ -66,7 +68,10 @@ __all__ = [
     "Study",
     "StudyResult",
     "Summary",
+    "Sweep",
+    "SweepResult",
     "TrainmjError",
+    "grid_of",
     "identify",
     "installed",
     "line_up",
@@ -75,7 +80,6 @@ __all__ = [
     "load_study",
     "load_sweep",
     "load_targets",
-    "plan_of",
     "read_table",
     "run",
     "run_cases",

@@ -25,8 +25,8 @@ The modules of `trainmj.doe` do not know of trains: factors, points and response
 
 _GROUPS = {
     "Scenarios": ["load", "save", "Scenario"],
-    "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "line_up", "installed"],
-    "Many collisions": ["run_cases", "plan_of", "load_sweep", "sweep_of", "run_sweep", "read_table"],
+    "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "line_up", "installed", "run_cases"],
+    "Sweeps": ["load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
     "Identification": ["load_targets", "targets_of", "identify"],
     "Errors": ["TrainmjError", "InputError", "OutputError", "EngineError"],

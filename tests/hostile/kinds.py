@@ -292,7 +292,7 @@ def results_of(kind: str) -> Mapping[str, Any]:
         if kind == "study":
             trainmj.run_study(trainmj.load_study(Path(name, "my.study.yaml")), folder, threads=1, figures=())
         elif kind == "sweep":
-            trainmj.run_sweep(trainmj.load_sweep(Path(name, "my.sweep.yaml")), folder, threads=1)
+            trainmj.run_sweep(Path(name, "my.sweep.yaml"), folder, threads=1)
         else:
             folder.mkdir()
             trainmj.run(trainmj.load(Path(name, "base.yaml"))).save(folder / "result.nc")

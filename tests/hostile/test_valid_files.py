@@ -17,7 +17,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.study import Study
-from trainmj.sweep import Plan
+from trainmj.sweep import Sweep
 
 number = st.floats  # always with bounds
 words = st.text("abcäß列 [red]<b>&\"'`$%{}\\/:;,#|!?*=+-@~^_.", max_size=30)
@@ -183,7 +183,7 @@ def result_of(loaded: Any) -> str:
     """All that follows from a file."""
     if isinstance(loaded, Scenario):
         return repr((loaded.values(), loaded.model_dump()))
-    if isinstance(loaded, Plan):
+    if isinstance(loaded, Sweep):
         return repr((to_yaml(loaded.scenario), loaded.blocks, loaded.responses, loaded.histories))
     if isinstance(loaded, Study):
         return repr((loaded.spec, loaded.space, loaded.responses, to_yaml(loaded.scenario)))

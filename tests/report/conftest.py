@@ -45,7 +45,7 @@ def sweep_folder(standard, tmp_path_factory):
         "mass_t": [30.0, 36.0, -1.0],
         "collision.partner": ["b_type", "rigid_wall"],
     }
-    trainmj.run_sweep(trainmj.plan_of(scenario, vary), folder)
+    trainmj.run_sweep(trainmj.grid_of(scenario, vary), folder)
     write_report(folder)
     return folder
 

@@ -228,8 +228,8 @@ class TestSweep:
     def test_many_random_cases_are_points(self, standard, tmp_path):
         draw = np.random.default_rng(1)
         columns = {"empty_stroke_mm": draw.uniform(20, 50, 20).tolist(), "mass_t": draw.uniform(30, 36, 20).tolist()}
-        plan = trainmj.sweep.plan.Plan(standard.with_values({"simulation.step_ms": 0.5}), (columns,))
-        trainmj.run_sweep(plan, tmp_path)
+        sweep = trainmj.Sweep(standard.with_values({"simulation.step_ms": 0.5}), (columns,))
+        trainmj.run_sweep(sweep, tmp_path)
         html = write_report(tmp_path).read_text(encoding="utf-8")
         assert '"colorbar"' in html
         assert "30 to" not in html or "classes" in html

@@ -16,7 +16,7 @@ from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     from trainmj.cases.engine import Engine
-    from trainmj.sweep.plan import Plan
+    from trainmj.sweep.plan import Sweep
 
 
 @click.command()
@@ -58,7 +58,7 @@ def sweep(
     from trainmj.output.console import Progress
     from trainmj.sweep import plan
     from trainmj.sweep.run import run_sweep
-    from trainmj.sweep.screen import print_outcome
+    from trainmj.sweep.screen import print_sweep
 
     if plan.is_sweep_file(scenario):
         if vary:
@@ -71,17 +71,17 @@ def sweep(
             if path in grid:
                 raise InputError(f"--vary {text}: {path} is varied twice")
             grid[path] = values
-        cases = plan.plan_of(load_scenario(scenario, changes), grid)
+        cases = plan.grid_of(load_scenario(scenario, changes), grid)
     if responses is not None:
         cases = replace(cases, responses=tuple(part.strip() for part in responses.split(",")))
     if histories is not None:
         cases = replace(cases, histories=tuple(_numbers(histories)))
     write_parquet = _parquet_writer() if parquet else None
     with Progress(len(cases)) as progress, going_on(out, fresh, progress), _engine(dask, cases) as engine:
-        outcome = run_sweep(cases, out, threads=threads, fresh=fresh, engine=engine, progress=progress)
+        result = run_sweep(cases, out, threads=threads, fresh=fresh, engine=engine, progress=progress)
     if write_parquet is not None:
         write_parquet(out)
-    print_outcome(outcome)
+    print_sweep(result)
     if with_report:
         write(out)
 
@@ -93,7 +93,7 @@ def _numbers(text: str) -> list[int]:
     return [int(part) for part in parts]
 
 
-def _engine(dask: str | None, cases: Plan) -> AbstractContextManager[Engine | None]:
+def _engine(dask: str | None, cases: Sweep) -> AbstractContextManager[Engine | None]:
     if dask is None:
         return nullcontext()
     from trainmj.cases.cluster import connected

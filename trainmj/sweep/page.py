@@ -27,7 +27,7 @@ _MOST_ROWS = 100  # of cases and of reasons that are listed
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Swept:
     """What a folder holds."""
 
     about: dict[str, str]  # what the store says of the sweep: scenario, versions and so on
@@ -70,7 +70,7 @@ def page_of_folder(folder: Path) -> Page:
     return page
 
 
-def _read(folder: Path) -> Sweep:
+def _read(folder: Path) -> Swept:
     table, about = read_sweep(folder)
     try:
         names, planned = json.loads(about["varied"]), int(about["cases"])
@@ -79,10 +79,10 @@ def _read(folder: Path) -> Sweep:
         raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None
     if table.empty or "status" not in table:
         raise InputError(f"{folder}: no case of this sweep is finished: the command that began it goes on")
-    return Sweep(about, planned, table, factors_of(table, names), chosen_responses(table))
+    return Swept(about, planned, table, factors_of(table, names), chosen_responses(table))
 
 
-def _commands(sweep: Sweep, folder: str) -> str:
+def _commands(sweep: Swept, folder: str) -> str:
     text = f"trainmj report {quote(folder)}"
     total = prod(len(f.levels) for f in sweep.factors)
     if total != sweep.planned or len(sweep.table) != total or any(f.nested for f in sweep.factors):
@@ -94,7 +94,7 @@ def _commands(sweep: Sweep, folder: str) -> str:
     )
 
 
-def _add_outcome(section: Section, sweep: Sweep) -> None:
+def _add_outcome(section: Section, sweep: Swept) -> None:
     counts = {Kind(str(kind)): int(count) for kind, count in sweep.table["status"].value_counts().items()}
     bad, spent, n = sum(counts.get(kind, 0) for kind in FAILED), counts.get(Kind.EXHAUSTED, 0), len(sweep.table)
     all_there = passed("all finished") if n == sweep.planned else warned("unfinished: the same command goes on")
@@ -119,7 +119,7 @@ def _add_outcome(section: Section, sweep: Sweep) -> None:
     )
 
 
-def _add_failures(section: Section, sweep: Sweep) -> None:
+def _add_failures(section: Section, sweep: Swept) -> None:
     """How the cases ended over what was varied, and the reasons with their cases."""
     if (sweep.table["status"] == Kind.OVER).all():
         section.text("Every case came to its end within all limits.")
@@ -152,11 +152,11 @@ def _add_failures(section: Section, sweep: Sweep) -> None:
         )
 
 
-def _levels(sweep: Sweep, row: pd.Series) -> list[str]:
+def _levels(sweep: Swept, row: pd.Series) -> list[str]:
     return [f.say(row[f.name]) for f in sweep.factors]
 
 
-def _add_cases(section: Section, sweep: Sweep) -> None:
+def _add_cases(section: Section, sweep: Swept) -> None:
     drawn = sweep.responses
     shown = sweep.table.head(_MOST_ROWS)
     section.table(

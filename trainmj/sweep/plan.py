@@ -1,6 +1,6 @@
 """Which cases a sweep computes: grids, lists that go together, tables and random samples, with fixed numbers.
 
-The number of a case depends on the plan alone, so a sweep can stop and go on, and be spread over machines.
+The number of a case depends on the sweep alone, so a sweep can stop and go on, and be spread over machines.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _SHORT = 60  # characters of values that are listed in full
 
 
 @dataclass(frozen=True)
-class Plan:
+class Sweep:
     """A scenario and its numbered cases.
 
     Attributes:
@@ -104,13 +104,13 @@ class Plan:
         }
 
 
-def plan_of(
+def grid_of(
     scenario: Scenario,
     vary: Mapping[str, Any],
     responses: Sequence[str] = ("*",),
     histories: Sequence[int] = (),
-) -> Plan:
-    """The plan of a full grid.
+) -> Sweep:
+    """The sweep of a full grid.
 
     Args:
         scenario: what the cases vary.
@@ -122,7 +122,7 @@ def plan_of(
         InputError: if a name or value is wrong.
     """
     blocks = tuple({name: grid_values(values, f"vary {name}={values}")} for name, values in vary.items())
-    return Plan(scenario, blocks, tuple(responses), tuple(histories))
+    return Sweep(scenario, blocks, tuple(responses), tuple(histories))
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
@@ -162,7 +162,7 @@ def is_sweep_file(file: str) -> bool:
     return there and "scenario" in read_yaml(path).values
 
 
-def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Plan:
+def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sweep:
     """Read a sweep file.
 
     Args:
@@ -175,8 +175,8 @@ def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Pl
     return _checked(read_yaml(find_file(file, ".sweep.yaml", "sweep")), changes or {})
 
 
-def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Plan:
-    """Check plain values, keys as in a sweep file, and make the plan.
+def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
+    """Check plain values, keys as in a sweep file, and make the sweep.
 
     Args:
         values: nested dicts, lists, strings and numbers.
@@ -188,7 +188,7 @@ def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Plan:
     return _checked(Source(values, folder=Path(folder)), {})
 
 
-def _checked(source: Source, changes: Mapping[str, Any]) -> Plan:
+def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
     spec = source.checked(SweepFile)
     source.refuse(broken_rules(spec))
     scenario = scenario_of(source, spec.scenario, spec.set)
@@ -205,7 +205,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Plan:
         blocks.append(_table(source, spec.cases))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
-    return Plan(
+    return Sweep(
         scenario.with_values(changes) if changes else scenario,
         tuple(blocks),
         tuple(spec.responses),

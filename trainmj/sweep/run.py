@@ -17,19 +17,19 @@ from trainmj.cases.table import chosen
 from trainmj.collision.simulation import run
 from trainmj.errors import InputError
 from trainmj.files.folder import held
-from trainmj.sweep.plan import Plan
+from trainmj.sweep.plan import Sweep, load_sweep
 
 _LEFT = ("results.csv", "results.parquet", "report.html")
 _HISTORIES = "histories"
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepResult:
     """What a sweep did.
 
     Attributes:
         folder: where its files are.
-        cases: how many the plan has.
+        cases: how many the sweep has.
         computed: how many were computed now; the others were there.
         failed: how many of all are refused or unstable.
         first_failure: number, status and reason of the first of these; empty if there is none.
@@ -45,21 +45,21 @@ class Outcome:
 
 
 def run_sweep(
-    plan: Plan,
+    sweep: Sweep | str | Path,
     folder: str | Path,
     *,
     threads: int = 0,
     fresh: bool = False,
     engine: Engine | None = None,
     progress: Callable[[int], None] = lambda finished: None,
-) -> Outcome:
-    """Compute the cases of a plan and keep them in a folder.
+) -> SweepResult:
+    """Compute the cases of a sweep and keep them in a folder.
 
     The folder gets results.sqlite, written as cases end, and at the end results.csv and the histories asked for.
-    Whatever stops a sweep, what is in the file stays; the same plan goes on, and the table is the same.
+    Whatever stops a sweep, what is in the file stays; the same sweep goes on, and the table is the same.
 
     Args:
-        plan: scenario and cases.
+        sweep: a sweep, or a sweep file.
         folder: made if it is not there.
         threads: native threads; 0 for all cores.
         fresh: start over: remove what a sweep left in the folder.
@@ -67,35 +67,37 @@ def run_sweep(
         progress: called with the number of finished cases of all.
 
     Raises:
-        InputError: if the folder has the results of another plan, or of other versions; the message says what differs.
+        InputError: if the file breaks a rule, or the folder has the results of another sweep or of other versions; the
+            message says what differs.
         OutputError: if the folder or file cannot be written, or another process writes there; what was finished is
             kept.
     """
     began = time.monotonic()
-    engine = engine or Local(plan.scenario, threads)
+    sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
+    engine = engine or Local(sweep.scenario, threads)
     with held(folder) as folder:
         file = folder / FILE
         if fresh:
-            histories = {*plan.histories, *_histories_in(read_about(file))}
+            histories = {*sweep.histories, *_histories_in(read_about(file))}
             remove(file, [*_LEFT, *map(_history, histories)])
         with Store(file) as store:
-            store.agree(Origin("sweep", plan.scenario, plan.inputs, engine.identity))
-            store.describe(_further(plan, store.about()))
+            store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
+            store.describe(_further(sweep, store.about()))
             finished = store.finished()
             progress(there := len(finished))
-            fill(store, engine, plan.cases(left_out=finished), _keeper(plan), lambda n: progress(there + n))
+            fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
             store.write_csv(folder / "results.csv")
             failed = [f"case {number}, {status}: {reason}" for number, status, reason in store.failed()]
-        write_histories(plan, folder)
-        return Outcome(
-            folder, len(plan), len(plan) - there, len(failed), next(iter(failed), ""), time.monotonic() - began
+        write_histories(sweep, folder)
+        return SweepResult(
+            folder, len(sweep), len(sweep) - there, len(failed), next(iter(failed), ""), time.monotonic() - began
         )
 
 
-def _further(plan: Plan, about: Mapping[str, str]) -> dict[str, str]:
+def _further(sweep: Sweep, about: Mapping[str, str]) -> dict[str, str]:
     """What the file says of a sweep for those who read it, and of what it leaves beside the file."""
-    histories = sorted({*plan.histories, *_histories_in(about)})
-    said = {"cases": len(plan), "varied": plan.names, "seed": plan.seed, _HISTORIES: histories}
+    histories = sorted({*sweep.histories, *_histories_in(about)})
+    said = {"cases": len(sweep), "varied": sweep.names, "seed": sweep.seed, _HISTORIES: histories}
     return {name: json.dumps(value) for name, value in said.items()}
 
 
@@ -109,30 +111,30 @@ def _history(number: int) -> str:
     return f"case_{number}.nc"
 
 
-def _keeper(plan: Plan) -> Callable[[Computed], Row]:
-    """What is kept of a case: the values it changes, its status, and the responses that the plan asks for."""
+def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
+    """What is kept of a case: the values it changes, its status, and the responses that the sweep asks for."""
     wanted: dict[tuple[str, ...], list[str]] = {}
 
     def keep(computed: Computed) -> Row:
         names = tuple(computed.row)
         if names not in wanted:
-            double = set(names) & set(plan.names)
+            double = set(names) & set(sweep.names)
             if double:
                 raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
-            wanted[names] = chosen(plan.responses, computed.columns)
-        return plan.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
+            wanted[names] = chosen(sweep.responses, computed.columns)
+        return sweep.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
 
     return keep
 
 
-def write_histories(plan: Plan, folder: Path) -> None:
+def write_histories(sweep: Sweep, folder: Path) -> None:
     """Compute the cases whose histories are wanted once more and save them as case_NUMBER.nc, unless refused."""
-    for number in plan.histories:
+    for number in sweep.histories:
         file = folder / _history(number)
         if file.exists():
             continue
         try:
-            result = run(plan.scenario.with_values(plan.case(number)))
+            result = run(sweep.scenario.with_values(sweep.case(number)))
         except InputError:
             continue  # its row says why
         result.save(file)
