@@ -1,4 +1,4 @@
-"""Files that are replaced whole: whatever stops a program leaves the old file or the new one, never a torn one."""
+"""Files that are replaced as a whole: whatever stops the program, the old file or the new one is there, complete."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from trainmj.errors import OutputError
 
 @contextmanager
 def replacing(file: str | Path) -> Iterator[Path]:
-    """A path beside the file to write to; it takes the file's place when the block ends without an error.
+    """A path to write to, which replaces the file when the block ends without an error.
 
     ::
 
@@ -20,13 +20,13 @@ def replacing(file: str | Path) -> Iterator[Path]:
             part.write_text(text)
 
     Args:
-        file: what is made or replaced; behind a link, the file it leads to. A device or pipe is written to directly.
+        file: what is made or replaced; the target, if it is a link. Devices and pipes are written to directly.
 
     Yields:
-        Where to write; taken away if the block fails or is interrupted.
+        The path; removed if the block fails or is interrupted.
 
     Raises:
-        OutputError: if something cannot be written, such as on a full disk.
+        OutputError: if it cannot be written, for example because the disk is full.
     """
     direct = Path(file).is_absolute() and Path(file).parts[1:2] in (("dev",), ("proc",))
     file = Path(file) if direct else Path(os.path.realpath(file))

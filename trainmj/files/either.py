@@ -1,12 +1,12 @@
-"""Either/or in an input file: the alternatives are types, told apart by what is written.
+"""Either/or in an input file: the alternatives are types, recognised by what is written.
 
 ::
 
     Curve = Annotated[str | Points | CurveFile, Either()]    # a name, or a group with stroke_mm or with file
     Design = Annotated[Sobol | Table, Either(by="kind")]     # kind: Literal["sobol"], kind: Literal["table"]
 
-Text, numbers, lists and groups differ by themselves. Groups differ in the value of one key (``by``), or else in the
-keys that only one of them has and requires; a group without such a key stands for what fits no other.
+Text, numbers, lists and groups are recognised as such. Groups are told apart by the value of one key (``by``), and
+otherwise by the required key that only one of them has; a group without such a key is taken if no other one fits.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from trainmj.errors import nearest
 
 Group = type[BaseModel]
 Alternatives = Mapping[str, Any]
-"""The types of a union by tag, which pydantic adds to the place of an error."""
+"""The types of a union by tag; pydantic puts the tag into the location of an error."""
 
 _WORDS = {str: "text", int: "a whole number", float: "a number", list: "a list", dict: "a group of keys and values"}
 
@@ -34,15 +34,15 @@ class Either:
     """Marks a union whose members are alternatives.
 
     Attributes:
-        by: key by whose value groups differ; one that states a default for it may leave it out.
-        said: what the value must be, in words, where these say more than the types: "the name of a curve, or points".
+        by: key whose value tells groups apart; it may be left out for a group that has a default for it.
+        said: the alternatives in words, if these say more than the types: "the name of a curve, or its points".
     """
 
     by: str = ""
     said: str = ""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """A union tagged by the alternative that a value is meant as."""
+        """A union, tagged by the alternative that a value stands for."""
         members = alternatives(source)
         tags = {base_of(member): tag for tag, member in members.items()}
         tags |= {int: tags[float]} if float in tags and int not in tags else {}
@@ -58,7 +58,7 @@ class Either:
         return core_schema.tagged_union_schema(schemas, choose)
 
     def refusal(self, value: Any, members: Alternatives) -> tuple[str, str]:
-        """Key, if it is about one, and rule for a value that is none of the alternatives."""
+        """The key that is wrong, if it is one, and the rule, for a value that fits no alternative."""
         if not (isinstance(value, Mapping) and _groups(members)):
             words = (_WORDS[dict if is_group(member) else base_of(member)] for member in members.values())
             return "", f"must be {self.said or one_of(words)}"
@@ -70,7 +70,7 @@ class Either:
         return self.by, f"must be {offered}" if self.by in value else f"is missing: {offered}"
 
     def misplaced(self, key: str, chosen: Group, members: Alternatives) -> tuple[str, str] | None:
-        """Rule and cure for a key that the chosen group does not have, but another one has."""
+        """Rule and cure for a key of another group than the chosen one; None if no group has it."""
         takers = {tag: group for tag, group in _groups(members).items() if key in keys_of(group)}
         if not takers:
             return None
@@ -86,7 +86,7 @@ class Either:
         return f"needs {one_of(keys[0] for keys in own.values() if keys)}", "add it, or leave this out"
 
     def _by_kind(self, members: Alternatives) -> dict[Any, dict[str, Group]]:
-        """The groups that each value of the key that tells them apart allows; None if it is not stated."""
+        """The groups by the value of the key that tells them apart; None stands for a key that is not stated."""
         groups = _groups(members)
         if not self.by:
             return {None: groups}
@@ -95,12 +95,12 @@ class Either:
         return {kind: {t: g for t, g in groups.items() if kind in self._kinds(g)} for kind in kinds} | {None: free}
 
     def _kind_of(self, value: Mapping[Any, Any]) -> Any:
-        """The value of the key that tells groups apart, if it is text; None if it is not stated."""
+        """The value of the key that tells groups apart; None if it is not stated."""
         kind = value.get(self.by) if self.by else None
         return kind if kind is None or isinstance(kind, str) else ""
 
     def _kinds(self, group: Group) -> tuple[Any, ...]:
-        """The values of the key that tells groups apart which a group takes."""
+        """The values that a group allows for the key that tells groups apart."""
         return get_args(group.model_fields[self.by].annotation) if self.by else ()
 
 
@@ -112,7 +112,7 @@ def alternatives(union: Any) -> dict[str, Any]:
 
 
 def base_of(annotation: Any) -> Any:
-    """The class behind a type: of ``Annotated[list[int], ...]`` it is list, of a group dict's stand-in itself."""
+    """The class behind a type: list for ``Annotated[list[int], ...]``."""
     while hasattr(annotation, "__metadata__"):
         annotation = annotation.__origin__
     return get_origin(annotation) or annotation
@@ -124,7 +124,7 @@ def is_group(annotation: Any) -> bool:
 
 
 def keys_of(group: Group) -> dict[str, FieldInfo]:
-    """The keys of a group as they are written."""
+    """The keys of a group, as they are written in a file."""
     return {field.alias or name: field for name, field in group.model_fields.items()}
 
 
@@ -139,7 +139,7 @@ def _groups(members: Alternatives) -> dict[str, Group]:
 
 
 def _own_keys(groups: Mapping[str, Group]) -> dict[str, list[str]]:
-    """The keys that each group requires and no other one has."""
+    """The required keys that only one of the groups has, for each group."""
     keys = {tag: keys_of(group) for tag, group in groups.items()}
     return {
         tag: [
@@ -152,12 +152,12 @@ def _own_keys(groups: Mapping[str, Group]) -> dict[str, list[str]]:
 
 
 def _marks(groups: Mapping[str, Group]) -> dict[str, str | None]:
-    """The key by which each group is known, if it has one."""
+    """The key that marks each group, if there is one."""
     return {tag: next(iter(keys), None) for tag, keys in _own_keys(groups).items()}
 
 
 def _meant(value: Mapping[Any, Any], marks: Mapping[str, str | None], members: Alternatives) -> str | None:
-    """The tag of the group that a value is meant as, by the key that marks it, or one spelt much like that."""
+    """The tag of the group that a value stands for: by the key that marks it, or one that is spelt almost like it."""
     if len(marks) == 1:
         return next(iter(marks))
     for tag, mark in marks.items():
@@ -169,5 +169,5 @@ def _meant(value: Mapping[Any, Any], marks: Mapping[str, str | None], members: A
 
 
 def _is_a(value: Any, base: type) -> bool:
-    """Whether a value is of a type; true and false are no numbers."""
+    """Whether a value is of a type; true and false are not numbers."""
     return isinstance(value, base) and not isinstance(value, bool)

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def finite(value: Any) -> Any:
-    """The same value, groups and lists taken apart, with None for infinities and NaN: JSON has no number for them."""
+    """The same value with None for infinities and NaN, which JSON does not have, in groups and lists too."""
     if isinstance(value, Mapping):
         return {str(key): finite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

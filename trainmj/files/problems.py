@@ -1,4 +1,4 @@
-"""What is wrong with the values of an input file, in words that help their author: rule and cure."""
+"""What is wrong with the values of an input file, in words that help its author: rule and cure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from trainmj.files.parts import Spelt
 Path = tuple[str | int, ...]
 """Keys and positions that lead to a value."""
 
-_MOST_ERRORS = 200  # that are put into words; several may be one problem
+_MOST_ERRORS = 200  # errors that are put into words; several can be one problem
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ _RULES = {
 
 
 def from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Problems from a failed validation of a model, in the words of this project."""
+    """The problems of a failed validation of a model."""
     problems: dict[Path, Problem] = {}
     for e in error.errors(include_url=False)[:_MOST_ERRORS]:
         place = _Place((), model)
@@ -85,9 +85,9 @@ class _Place:
 
     Attributes:
         path: keys and positions that lead to it.
-        type: what may stand there, with its annotations; None where nothing is known.
-        above: what it is in.
-        union: the type whose alternative was taken there; None if there is no choice.
+        type: what is allowed there, with its annotations; None if nothing is known.
+        above: the place that contains it.
+        union: the type whose alternative was chosen; None if there are no alternatives.
     """
 
     path: Path
@@ -96,7 +96,7 @@ class _Place:
     union: Any = None
 
     def below(self, key: str | int) -> _Place:
-        """The place that the next part of an error's location leads to: a key or position, or what pydantic adds."""
+        """The place to which the next part of an error's location leads: key, position, or addition of pydantic."""
         outer, bare = _bare(self.above.type)[0] if self.above else None, _bare(self.type)[0]
         if key == "[key]" and base_of(outer) is dict:
             return replace(self, type=get_args(outer)[0])
@@ -111,7 +111,7 @@ class _Place:
         return _Place((*self.path, key), inner, self)
 
     def unknown(self) -> str:
-        """What to say of a key that is not known here."""
+        """The rule for a key that is not known at this place."""
         assert self.above is not None
         key, group = str(self.path[-1]), _bare(self.above.type)[0]
         union, notes = _bare(self.above.union)
@@ -125,7 +125,7 @@ class _Place:
 
 
 def _ways(key: str, type_: Any, way: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
-    """Where below a type a key is known."""
+    """The ways to groups below a type that have a key."""
     bare, _ = _bare(type_)
     if is_group(bare):
         if way and key in keys_of(bare):
@@ -140,12 +140,12 @@ def _ways(key: str, type_: Any, way: tuple[str, ...] = ()) -> Iterator[tuple[str
 
 
 def _annotated(field: FieldInfo) -> Any:
-    """The type of a field, with the annotations that pydantic keeps beside it."""
+    """The type of a field with its annotations, which pydantic keeps apart."""
     return Annotated[(field.annotation, *field.metadata)] if field.metadata else field.annotation
 
 
 def _bare(type_: Any) -> tuple[Any, tuple[Any, ...]]:
-    """A type without None and annotations, and these."""
+    """A type without None and annotations, and the annotations."""
     notes: tuple[Any, ...] = ()
     while True:
         members = alternatives(type_)

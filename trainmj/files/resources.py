@@ -1,4 +1,4 @@
-"""Files that ship with trainmj, in scenarios/ and mjcf/, and files that are named like them."""
+"""Files that ship with trainmj, and the search for a file by its path or as a shipped one by its name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def shipped_folder(name: str) -> Path:
-    """The folder of that name: inside an installed package, or at the top of a checkout.
+    """The folder of a name: inside an installed package, or at the top of a checkout.
 
     Raises:
         EngineError: if it is in neither place, as in a damaged installation.
@@ -18,7 +18,7 @@ def shipped_folder(name: str) -> Path:
     for folder in (_PACKAGE / name, _PACKAGE.parent / name):
         if folder.is_dir():
             return folder
-    raise EngineError(f"the folder {name}/ is missing from this installation of trainmj: install it again")
+    raise EngineError(f"the folder {name}/ is missing from this installation of trainmj: reinstall it")
 
 
 def shipped_files(ending: str) -> dict[str, Path]:

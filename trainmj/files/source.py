@@ -1,4 +1,4 @@
-"""An input file as it was read: plain values, the place of each for messages, and the folder of other files."""
+"""An input file as it was read: plain values, the place of each for messages, and the folder of the file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Source:
     Attributes:
         values: nested dicts, lists, strings and numbers, as a YAML file gives them.
         origins: where values stand, by path: ``"my.yaml:12:5"`` or ``"change mass_t=33"``; may be empty.
-        folder: where files named in the values are.
+        folder: where the files that the values name are.
     """
 
     values: Mapping[str, Any]

@@ -1,4 +1,4 @@
-"""Tables in CSV files: those trainmj wrote, to the last digit, and those that people write."""
+"""Tables in CSV files: those that trainmj wrote, to the last digit, and those of other people."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_BYTES = 50_000_000
 
 
 def read_back(file: Path) -> pd.DataFrame:
-    """A table as trainmj wrote it; a column that is not all numbers stays text."""
+    """Read a table that trainmj wrote; a column that is not all numbers stays text."""
     with file.open(newline="", encoding="utf-8") as lines:
         return _table(csv.reader(lines))
 
@@ -29,7 +29,7 @@ def find_table(folder: Path, name: str, said: str) -> Path:
     Args:
         folder: of the file that names it.
         name: as it stands there.
-        said: where it stands, for messages.
+        said: where it stands, to begin a message with.
 
     Raises:
         InputError: if there is no such file, or the name leads out of the folder.
@@ -55,10 +55,10 @@ def read_beside(folder: Path, name: str, said: str) -> pd.DataFrame:
 
 
 def read_given(file: Path) -> pd.DataFrame:
-    """A table that somebody wrote, as :func:`rows_given` reads it.
+    """Read a table that somebody else wrote, as :func:`rows_given` does.
 
     Raises:
-        InputError: if it cannot be read or has no rows of one length; without the name of the file.
+        InputError: if it cannot be read, or its rows differ in length; without the name of the file.
     """
     text = read_text(file, _MOST_BYTES)
     found = HIDDEN.search(text)
@@ -66,7 +66,7 @@ def read_given(file: Path) -> pd.DataFrame:
         raise InputError(f"has the character {found[0]!a}: it is not plain text")
     rows = rows_given(text)
     if len(rows) < 2:
-        raise InputError("must have a line of heads and a line for each case or point")
+        raise InputError("must have a line of heads, and one line or more of values")
     short = next((n for n, row in enumerate(rows) if len(row) != len(rows[0])), None)
     if short is not None:
         raise InputError(f"row {short} has {len(rows[short])} values under {len(rows[0])} heads")
@@ -77,10 +77,10 @@ def read_given(file: Path) -> pd.DataFrame:
 
 
 def rows_given(text: str) -> list[list[str]]:
-    """The cells of a table that somebody wrote, its heads first.
+    """The cells of a table that somebody else wrote, its heads first.
 
-    Commas, semicolons or tabs stand between the columns, as in the first line; with semicolons or tabs the decimal mark
-    may be a comma. Lines that begin with # and lines without a value are left out.
+    Columns are separated by commas, semicolons or tabs, as in the first line; with semicolons or tabs the decimal mark
+    may be a comma. Lines that begin with # and lines without values are skipped.
 
     Raises:
         InputError: if a cell is too long or its quotes do not close.
@@ -104,7 +104,7 @@ def _table(rows: Iterable[list[str]]) -> pd.DataFrame:
 
 
 def _column(texts: list[str]) -> list[Any]:
-    """Whole numbers, numbers with nan for what is empty, or text."""
+    """Whole numbers, or numbers with nan where a cell is empty, or text."""
     if any(texts):
         for number in (int, lambda text: float(text) if text else math.nan):
             try:

@@ -1,4 +1,4 @@
-"""Text that comes from somebody else: read within bounds, and never a command to a terminal or a spreadsheet."""
+"""Text from outside: read within bounds, and never a command to a terminal or a spreadsheet."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from pathlib import Path
 from trainmj.errors import InputError
 
 HIDDEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
-"""Characters that steer a terminal, turn the direction of writing, or that XML and UTF-8 cannot hold."""
+"""Characters that control a terminal, change the direction of writing, or that XML or UTF-8 cannot hold."""
 
 FORMULA = ("=", "+", "-", "@")
-"""What a spreadsheet takes for the beginning of a formula."""
+"""Characters with which a formula begins in a spreadsheet."""
 
 
 def printable(text: str) -> str:
-    """The text with hidden characters written out, such as ``\\x1b``, so that it may be printed anywhere."""
+    """The text with hidden characters written out, such as ``\\x1b``, so that it can be printed anywhere."""
     return HIDDEN.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
 def read_text(path: Path, most_bytes: int) -> str:
-    """The text of a file of somebody else's.
+    """Read the text of a file from outside.
 
     Args:
-        path: a file; a device, pipe or folder is refused.
+        path: a regular file; devices, pipes and folders are refused.
         most_bytes: larger files are refused.
 
     Raises:
@@ -50,22 +50,22 @@ def read_text(path: Path, most_bytes: int) -> str:
 def beside(folder: Path, name: str, said: str) -> Path | None:
     """The file that another file names; None if there is no such file.
 
-    A file may name files of its own folder and below, after all links have been followed, and no others: so a file
-    from elsewhere reads nothing of its reader's but what came with it.
+    A file may name only files in its own folder or below, after following all links: a file from outside cannot read
+    anything on this machine that did not come with it.
 
     Args:
         folder: of the file that names it.
         name: as it stands there.
-        said: where it stands, for the message.
+        said: where it stands, to begin a message with.
 
     Raises:
-        InputError: if it is not a name of a file, or leads out of the folder.
+        InputError: if it is not a file name, or leads out of the folder.
     """
     path = folder / name
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
         there = path.is_file()
-    except (OSError, ValueError, RuntimeError):  # too long, with a zero byte, a circle of links
+    except (OSError, ValueError, RuntimeError):  # too long, a zero byte, a circle of links
         raise InputError(f"{said}: is not a usable file name") from None
     if not inside:
         raise InputError(f"{said}: must be in the folder of the file that names it, or below: copy it there")

@@ -1,7 +1,7 @@
 """YAML as plain values: numbers, text, lists and groups, and the place of each. Nothing in a file can make an object.
 
-The text is composed to YAML's nodes and these are read here, so no constructor of the YAML package runs but those of
-numbers. Length, depth and number of values are bounded, also of what anchors unfold to.
+The YAML package only composes the text to nodes, which are read here: of its constructors, only those of numbers run.
+Length, depth and number of values are bounded, including what anchors expand to.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ruamel.yaml.nodes import Node
 
 MOST_BYTES = 5_000_000
-_MOST_MARKS = 100_000  # characters that may part values: each costs the YAML package some 0.1 ms
+_MOST_MARKS = 100_000  # characters that can separate values: each costs the YAML package about 0.1 ms
 _MOST_VALUES = 100_000
 _DEEPEST = 30
 _TAG = "tag:yaml.org,2002:"
@@ -46,7 +46,7 @@ def read_value(text: str, said: str) -> Any:
     """A value as YAML reads it: a number, text, or a list or group in brackets.
 
     Raises:
-        InputError: if it is not valid YAML; said says where it stands.
+        InputError: if it is not valid YAML; said stands for the place.
     """
     said = said[:200]
     values = parse(f"value: {text}", said).values
@@ -64,7 +64,7 @@ def as_yaml(values: Mapping[str, Any]) -> str:
     yaml.default_flow_style = None
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     yaml.width = 120
-    yaml.representer.ignore_aliases = lambda *_: True  # every value in full where it stands
+    yaml.representer.ignore_aliases = lambda *_: True  # every value in full, without anchors
     yaml.dump(dict(values), text)
     return text.getvalue()
 
@@ -86,7 +86,7 @@ def parse(text: str, name: str) -> Source:
     yaml = YAML(typ="safe", pure=True)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ReusedAnchorWarning)  # YAML allows it: the nearest one before counts
+            warnings.simplefilter("ignore", ReusedAnchorWarning)  # YAML allows it: the last one before counts
             root = yaml.compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark
@@ -102,7 +102,7 @@ def parse(text: str, name: str) -> Source:
 
 
 def _measure(text: str, name: str) -> None:
-    """Refuse what the YAML package would take long to read or to fail on."""
+    """Refuse text that the YAML package would take long to read, or to refuse."""
     depth = most = marks = 0
     for mark in re.findall(r"[\[\]{},:?\n]", text):
         marks += 1
@@ -118,7 +118,7 @@ def _measure(text: str, name: str) -> None:
 
 
 class _Reader:
-    """Reads the nodes of one file.
+    """Reads the nodes of a file.
 
     Attributes:
         origins: file, line and column of each value by path.

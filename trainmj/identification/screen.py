@@ -18,35 +18,28 @@ _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement",
 _MOST_LINES = 8
 
 
-class Screen:
+class Screen(Status):
     """One moving line on a terminal; silent where there is none."""
 
     def __init__(self) -> None:
         """On the error stream, so that what is printed stays clean."""
         self._said = "simulating the start values"
-        self._status = Status(self._said, console=Console(stderr=True, highlight=False))
         self._began = time.monotonic()
         self._trials = 0
+        super().__init__(self._said, console=Console(stderr=True, highlight=False))
         if sys.stderr.isatty():
-            self._status.start()
+            self.start()
 
     def watch(self, progress: Progress) -> None:
         """Show a generation or an iteration."""
         what = _WHAT[progress.phase]
         self._said = f"{progress.done} of at most {progress.of} {what}, misfit {progress.cost:.5g}"
-        self._show()
+        self.trials(0)
 
     def trials(self, finished: int) -> None:
         """Count trials."""
         self._trials += finished
-        self._show()
-
-    def stop(self) -> None:
-        """Take the line away."""
-        self._status.stop()
-
-    def _show(self) -> None:
-        self._status.update(f"{self._said}; {self._trials} trials in {time.monotonic() - self._began:.0f} s")
+        self.update(f"{self._said}; {self._trials} trials in {time.monotonic() - self._began:.0f} s")
 
 
 def print_found(found: Found) -> None:

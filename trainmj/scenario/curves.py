@@ -15,7 +15,7 @@ from trainmj.files.yaml import MOST_BYTES
 from trainmj.scenario.parts import MAX_POINTS
 
 _COLUMNS = ("stroke_mm", "force_kN")
-_SHOWN = 120  # letters of the heads of a file
+_SHOWN = 120  # characters of heads in a message
 
 
 def read_curves(source: Source) -> dict[str, Any]:
@@ -38,7 +38,7 @@ def _with_points(value: Any, path: Path, source: Source) -> Any:
 
 
 def _read_curve(name: str, folder: FilePath, said: str) -> dict[str, list[float]]:
-    """Points of a CSV file with columns stroke_mm and force_kN; others are left out."""
+    """Points of a CSV file with columns stroke_mm and force_kN; others are ignored."""
     path = find_table(folder, name, said)
     try:
         heads, *rows = rows_given(read_text(path, MOST_BYTES)) or [[]]

@@ -1,4 +1,4 @@
-"""Scenario files: YAML that may build on another file."""
+"""Scenario files: read, checked and written, and their schema; and the scenario that another file names."""
 
 from __future__ import annotations
 
@@ -62,14 +62,14 @@ def to_yaml(scenario: Scenario) -> str:
 
 
 def from_yaml(text: str, name: str = "scenario") -> Scenario:
-    """The scenario that a self-contained YAML text states; name stands for the file in messages."""
+    """The scenario in a self-contained YAML text; name stands for the file in messages."""
     return Scenario.from_source(parse(text, name))
 
 
 def schema() -> dict[str, Any]:
-    """JSON schema of a scenario file, for editors that complete and check while one types.
+    """JSON schema of a scenario file, for editors that complete and check it.
 
-    A file that builds on another may leave out what that one states, at any depth; one that does not must be whole.
+    A file that builds on another one may leave out anything; one that does not must be complete.
     """
     result: dict[str, Any] = _optional(Parts.model_json_schema())
     whole = Parts.model_json_schema(ref_template="#/$defs/Whole{model}")
@@ -77,13 +77,13 @@ def schema() -> dict[str, Any]:
     result["$defs"] |= parts | {"Whole": whole}
     result["$schema"] = JSON_SCHEMA
     result["title"] = "trainmj scenario"
-    result["properties"][BUILDS_ON] = {"type": "string", "description": "scenario file whose values this one changes"}
+    result["properties"][BUILDS_ON] = {"type": "string", "description": "scenario file whose values this file changes"}
     result |= {"if": {"required": [BUILDS_ON]}, "else": {"$ref": "#/$defs/Whole"}}
     return result
 
 
 def _optional(part: Any) -> Any:
-    """A schema that requires no key: of alternatives, which may fit more than one then."""
+    """A schema that requires no key; several of the alternatives may fit then."""
     if isinstance(part, list):
         return [_optional(p) for p in part]
     if not isinstance(part, dict):
@@ -128,12 +128,12 @@ def scenario_of(source: Source, name: str, changes: Mapping[str, Any]) -> Scenar
 
 
 def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenario) -> Iterator[Problem]:
-    """What is wrong with changes of a scenario that are made together: each by itself where one is, else all of them.
+    """What is wrong with changes that are made together: each that is wrong by itself, or else all of them.
 
     Args:
         at: the path that states them.
-        changes: by the key below that path.
-        scenario: what they change.
+        changes: by key below that path.
+        scenario: that they change.
     """
     together = _refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
     if together:
@@ -145,7 +145,7 @@ def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenar
 
 
 def nowhere(places: Iterable[tuple[Path, str]], scenario: Scenario) -> Iterator[Problem]:
-    """Names of values that a scenario does not have, by the path that states each."""
+    """Names that are not values of a scenario, each with the path that states it."""
     for at, name in places:
         try:
             scenario.locate(name)
@@ -163,7 +163,7 @@ def _refusal(changes: Mapping[str, Any], scenario: Scenario) -> str:
 
 
 def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
-    """A file merged over the one that it builds on."""
+    """The values of a file, merged over those of the file that it builds on."""
     if path.resolve() in before:
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
@@ -180,7 +180,7 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
 
 
 def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Mappings merge key by key; everything else, lists and curves too, is replaced."""
+    """Groups are merged key by key; everything else, such as lists and curves, is replaced."""
     result = dict(under)
     for key, value in over.items():
         below = result.get(key)

@@ -1,4 +1,4 @@
-"""Values of a scenario by path: ``trains.b_type.mass_t``, or by the short name the scenario gives to one."""
+"""Values of a scenario by path, such as ``trains.b_type.mass_t``, or by the short name that it gives to a path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from trainmj.scenario.parts import Parts
 
 
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
-    """A scenario's values with some of them replaced; what is not on the way to one is shared, not copied.
+    """The values of a scenario with some of them replaced; what is not on the way to one is shared, not copied.
 
     Args:
         source: the values.
@@ -33,7 +33,7 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
 
 
 def find(values: Mapping[str, Any], parameters: Mapping[str, str | list[str]], name: str) -> list[Any]:
-    """The values at the place or places a name stands for; None where a key has only a default.
+    """The values at the places that a name stands for; None where a key has only a default.
 
     Raises:
         InputError: if it leads nowhere.
@@ -71,7 +71,7 @@ def _resolve(here: Any, text: str, path: list[str | int], target: str, parameter
     """The key or position that a part of a path means in the container it is in."""
     last = target.count(".") == len(path)
     if isinstance(here, dict):
-        # a key that only has a default may be set at the end of a path; the checks know whether it is one
+        # a key that has a default may be missing at the end of a path; the checks know whether it exists
         if text in here or (last and path):
             return text
         if not path and text in Parts.model_fields:

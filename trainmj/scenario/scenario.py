@@ -17,7 +17,7 @@ from trainmj.scenario.rules import broken_rules
 
 
 class Scenario(Parts):
-    """A scenario of which every name exists and every value can be simulated."""
+    """A scenario whose names all exist and whose values can all be simulated."""
 
     _source: Source = PrivateAttr(default=Source({}))
 
@@ -70,7 +70,7 @@ class Scenario(Parts):
         return (paths,) if isinstance(paths, str) else tuple(paths)
 
     def locate(self, name: str) -> list[Any]:
-        """The values that a path or parameter stands for now; None for a key that only has a default.
+        """The present values at a path or parameter; None for a key that only has a default.
 
         Raises:
             InputError: if it leads nowhere.
