@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,21 +21,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Designs:
-    """Designs with their responses, simulated or predicted.
-
-    Attributes:
-        study: factors and responses.
-        points: natural values, (n, d).
-        responses: (n, r); nan where a case failed.
-        status: of each simulation, (n,); empty for predictions.
-        reason: of each status, (n,).
-    """
+    """Designs with their responses, simulated or predicted."""
 
     study: Study
-    points: FloatArray = field(repr=False)
-    responses: FloatArray = field(repr=False)
-    status: Sequence[str] = ()
-    reason: Sequence[str] = field(default=(), repr=False)
+    points: FloatArray  # natural values, (n, d)
+    responses: FloatArray  # (n, r); nan where a case failed
+    status: Sequence[str] = ()  # of each simulation, (n,); empty for predictions
+    reason: Sequence[str] = ()  # of each status, (n,)
 
     def __len__(self) -> int:
         """Number of designs."""
@@ -75,10 +67,6 @@ class Designs:
             parts.append(pd.DataFrame(dict(zip(STATUS, (self.status, self.reason), strict=True))))
         parts.append(pd.DataFrame(self.responses, columns=[r.head for r in self.study.responses]))
         return pd.concat(parts, axis=1)
-
-    def records(self) -> list[dict[str, Any]]:
-        """The rows of the table, by head."""
-        return [{str(head): value for head, value in row.items()} for row in self.table().to_dict("records")]
 
     @classmethod
     def read(cls, study: Study, table: pd.DataFrame) -> Designs:

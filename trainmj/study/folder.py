@@ -10,7 +10,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -37,40 +37,24 @@ STATE = "steps.json"
 
 @dataclass(frozen=True)
 class Output(Generic[V]):
-    """What a step makes.
+    """What a step makes."""
 
-    Attributes:
-        value: what it hands on to later steps.
-        tables: by file name without ending.
-        facts: numbers and words for the summary, JSON only.
-        figures: by file name without ending; drawn when the tables are written.
-    """
-
-    value: V
+    value: V  # what it hands on to later steps
     tables: Tables
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    figures: Mapping[str, Callable[[], Figure]] = field(default_factory=dict)
+    facts: Mapping[str, Any]  # for the summary, JSON only
+    figures: Mapping[str, Callable[[], Figure]]  # by file name without ending; drawn when the tables are written
 
 
 @dataclass(frozen=True)
 class Step(Generic[V]):
-    """A step that is done.
-
-    Attributes:
-        name: of the step.
-        tables: by file name without ending, as made or as read back, equal to the last digit.
-        facts: for the summary.
-        digest: changes with anything in the tables; what depends on the step depends on this.
-        seconds: what it took now; None if it was there.
-        value: gives what it hands on to later steps, as made or as read back from its tables.
-    """
+    """A step that is done."""
 
     name: str
-    tables: Tables
+    tables: Tables  # as made or as read back, equal to the last digit
     facts: Mapping[str, Any]
-    digest: str
-    seconds: float | None
-    value: Callable[[], V] = field(repr=False)
+    digest: str  # of the tables: what depends on the step depends on this
+    seconds: float | None  # what it took now; None if it was there
+    value: Callable[[], V]  # gives what it hands on to later steps, as made or as read back from its tables
 
 
 @dataclass(frozen=True)
@@ -87,13 +71,7 @@ _RECORDS = TypeAdapter(dict[str, _Record])
 
 
 class Folder:
-    """The files of a study.
-
-    Args:
-        path: that is there.
-        figures: formats in which figures are drawn; none for no figures.
-        width: of figures.
-    """
+    """The files of a study, with figures in the given formats and width."""
 
     def __init__(self, path: Path, figures: Sequence[Format], width: Width) -> None:
         """See what is in it."""
@@ -104,13 +82,13 @@ class Folder:
         self._state = self._read_state()
 
     def step(self, name: str, inputs: Any, make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
-        """Give a step's output: as it is in the folder if it was made from these inputs, otherwise made now.
+        """Give a step: as it is in the folder if it was made from these inputs, otherwise made now.
 
         Args:
             name: of the step.
             inputs: all that it depends on, as JSON can hold it.
             make: does the work.
-            read: gives the value that the work would give, from the tables that it left.
+            read: gives the value that the work gave, from the tables that it left.
         """
         began = time.monotonic()
         fingerprint = key_of(name, identity(), inputs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -13,15 +14,14 @@ from trainmj.doe.pareto import default_reference
 from trainmj.errors import InputError
 from trainmj.study import figures_front as figures
 from trainmj.study.designs import Designs
-from trainmj.study.file import SimulatorSwarm, SurrogateSwarm
 from trainmj.study.folder import Output
 from trainmj.study.plan import Study
 from trainmj.study.simulator import Simulator
 from trainmj.study.surrogates import Models
 from trainmj.units import head
 
-Values = Callable[[FloatArray], FloatArray]
-"""Responses (n, r) at points (n, d) in natural values; nan where a case failed."""
+FILES = {"surrogate": "05_front_surrogate", "simulator": "06_front_simulator"}
+"""Names of the tables of the fronts, by what was searched."""
 
 
 def on_surrogates(study: Study, models: Models) -> Output[Designs]:
@@ -30,7 +30,7 @@ def on_surrogates(study: Study, models: Models) -> Output[Designs]:
     def values(points: FloatArray) -> FloatArray:
         return np.stack([model.predict(points) for model in models], axis=1)
 
-    return _search(study, values, study.spec.optimiser.surrogate, "surrogate", margins=True)
+    return _search(study, "surrogate", values)
 
 
 def on_simulator(study: Study, simulator: Simulator) -> Output[Designs]:
@@ -40,26 +40,28 @@ def on_simulator(study: Study, simulator: Simulator) -> Output[Designs]:
         found = simulator.at(points)
         return np.where(found.failed[:, None], np.nan, found.responses)
 
-    return _search(study, values, study.spec.optimiser.simulator, "simulator", margins=False)
+    return _search(study, "simulator", values)
 
 
 def _search(
-    study: Study, values: Values, swarm: SurrogateSwarm | SimulatorSwarm, where: str, margins: bool
+    study: Study, where: Literal["surrogate", "simulator"], values: Callable[[FloatArray], FloatArray]
 ) -> Output[Designs]:
-    """Search a front and tabulate it with all responses."""
+    """Search a front, by responses (n, r) as a function of natural values (n, d); nan where a case failed."""
     import pandas as pd
 
-    lattice = Lattice(study.space, study.spec.optimiser.resolution)
+    part = study.spec.optimiser
+    swarm = part.surrogate if where == "surrogate" else part.simulator
+    lattice = Lattice(study.space, part.resolution)
 
     def evaluate(steps: FloatArray) -> tuple[FloatArray, FloatArray]:
         found = values(lattice.natural(steps))
-        return study.minimised(found), study.excess(found, margins)
+        return study.minimised(found), study.excess(found, margins=where == "surrogate")
 
     try:
         front = mopso(
             lattice.steps,
             evaluate,
-            seed=study.spec.optimiser.seed,
+            seed=part.seed,
             constraints=[limit.text for limit in study.limits],
             options=SwarmOptions(**swarm.model_dump()),
         )
@@ -87,10 +89,6 @@ def _search(
         facts,
         {f"{name}_progress": partial(figures.progress, progress, where)},
     )
-
-
-FILES = {"surrogate": "05_front_surrogate", "simulator": "06_front_simulator"}
-"""Names of the tables of the fronts, by what was searched."""
 
 
 def compared(study: Study, predicted: Designs, direct: Designs, simulator: Simulator) -> Output[None]:

@@ -48,19 +48,12 @@ class Response:
 
 @dataclass(frozen=True)
 class Limit:
-    """One side of a constraint.
-
-    Attributes:
-        response: what is limited.
-        sign: 1 for at most, -1 for at least.
-        value: the limit, in the unit of the response.
-        margin: how far inside the search on the surrogates stays.
-    """
+    """One side of a constraint."""
 
     response: Response
-    sign: int
-    value: float
-    margin: float
+    sign: int  # 1 for at most, -1 for at least
+    value: float  # in the unit of the response
+    margin: float  # how far inside the search on the surrogates stays
 
     @property
     def text(self) -> str:
