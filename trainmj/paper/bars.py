@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from trainmj.paper.printed import PEAKS, STROKES
+
 FROM_PRINT, IDENTIFIED, HELD_OUT, ITSELF = (
     "from the paper's own numbers",
     "ours, tables that the devices were identified from",
@@ -17,34 +19,20 @@ GROUPS = (FROM_PRINT, IDENTIFIED, HELD_OUT, ITSELF)
 
 
 class Item(NamedTuple):
-    """A quantity that is compared.
+    """A quantity that is compared."""
 
-    Attributes:
-        group: one of GROUPS.
-        said: what is compared, in words.
-        tables: numbers of the published tables; of two, over D and over M, the case that both have counts once.
-        heads: of the quantity in them, or of several.
-        measure: ``largest`` of all deviations, their ``rms`` or ``mean``, or the largest of ``each`` of several heads.
-        relative: whether deviations are relative to the published values; otherwise they have the unit of the head.
-        bar: most that agrees.
-        digits: of the values as they are shown.
-    """
-
-    group: str
-    said: str
-    tables: str
-    heads: tuple[str, ...]
-    measure: str
-    relative: bool
-    bar: float | None
-    digits: int = 1
+    group: str  # one of GROUPS
+    said: str  # what is compared, in words
+    tables: str  # numbers of the published tables; of two, over D and over M, the case that both have counts once
+    heads: tuple[str, ...]  # of the quantity in them, or of several
+    measure: str  # "largest" of all deviations, their "rms" or "mean", or the largest of "each" of several heads
+    relative: bool  # to the published values; otherwise deviations have the unit of the head
+    bar: float | None  # most that agrees
+    digits: int = 1  # of the values as they are shown
 
 
-PEAKS = tuple(f"peak_acc_m{n}_g" for n in range(1, 7))
-STROKES = {"anti_climber_mm": "S_anti", "stroke_m1_m2_mm": "S12", "stroke_m2_m3_mm": "S23"}
 MEANS_OF_7 = "7, means of rows"
 """Stands for the TAMA that Table 8 should have, in the place of a number of a table."""
-
 
 COUPLER_MM = 0.5
 """The coupler is used up in every case, 353 mm to the printed digit."""
@@ -54,10 +42,10 @@ BALANCE_TIME_EACH = 0.02
 
 ITEMS = (
     # A law that is smooth in the mass cannot come below 1.02 %: see the defect of the scatter that belongs to the mass.
-    Item(IDENTIFIED, "Tables 4, 7: each peak acceleration", "4 7", PEAKS, "each", True, 0.0135),
+    Item(IDENTIFIED, "Tables 4, 7: each peak acceleration", "4 7", tuple(PEAKS), "each", True, 0.0135),
     *(
-        Item(IDENTIFIED, f"Tables 4, 7: peak of M{n}", "4 7", (head,), "rms", False, 0.001 if n == 1 else 0.006, 4)
-        for n, head in enumerate(PEAKS, start=1)
+        Item(IDENTIFIED, f"Tables 4, 7: peak of {m}", "4 7", (head,), "rms", False, 0.001 if m == "M1" else 0.006, 4)
+        for head, m in PEAKS.items()
     ),
     # The paper's own rows scatter by up to 8 mm (rms) about a smooth curve.
     Item(IDENTIFIED, "Tables 3, 6: S_anti", "3 6", ("anti_climber_mm",), "rms", False, 5.0),

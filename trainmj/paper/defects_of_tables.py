@@ -2,40 +2,39 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pandas as pd
 
 from trainmj.collision.device import Array
 from trainmj.paper.finding import Defects, Shown
 from trainmj.paper.printed import (
     EMPTY_STROKE_MM,
+    ENERGIES,
     LIMIT_ANTI_CLIMBER_MM,
     MASS_T,
     SPEED_KM_H,
+    STROKES,
+    change,
     number,
     numbers,
     published,
+    rms,
 )
 from trainmj.units import KM_H, G
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 defects_of_tables = Defects()
 
 
 @defects_of_tables("Table 8's TAMA is not the mean of Table 7's peak accelerations", "Tables 5, 7, 8; Eq. (2)")
 def _two_values_of_tama() -> Shown:
-    d, m = published("table5_criteria_vs_D"), published("table8_criteria_vs_M")
+    d, m = published("5"), published("8")
     first, second = d[d["D_mm"] == 35].iloc[0], m[m["M_t"] == MASS_T].iloc[0]
-    mean = _mean_peak(published("table7_acceleration_vs_M"))
+    mean = _mean_peak(published("7"))
     off = mean - m["TAMA_g"].to_numpy()
-    off_5 = np.abs(_mean_peak(published("table4_acceleration_vs_D")) - d["TAMA_g"].to_numpy())
+    off_5 = np.abs(_mean_peak(published("4")) - d["TAMA_g"].to_numpy())
     k = int(np.flatnonzero(m["M_t"] == MASS_T)[0])
     return (
-        bool(first["TS_mm"] == second["TS_mm"] and off.min() > 0.01 and off_5.max() < 1e-4),
+        first["TS_mm"] == second["TS_mm"] and off.min() > 0.01 and off_5.max() < 1e-4,
         f"35 mm and {MASS_T:g} t is one case: its TS is {first['TS_mm']} mm in Table 5 and {second['TS_mm']} mm in "
         f"Table 8, its TAMA {first['TAMA_g']} g and {second['TAMA_g']} g.",
         f"The mean of Table 7's row is {mean[k]:.4f} g. Over the nine rows Table 8 is {off.min():.4f} to "
@@ -45,12 +44,9 @@ def _two_values_of_tama() -> Shown:
 
 @defects_of_tables("Table 9's peak accelerations come from other forces than those of Tables 4 and 7", "Tables 4, 7, 9")
 def _accelerations_of_table_9() -> Shown:
-    force, other = (
-        _force(table, "peak_acc_m1_g")
-        for table in (published("table7_acceleration_vs_M"), published("table9_doe_responses"))
-    )
+    force, other = (_force(published(table), "peak_acc_m1_g") for table in "79")
     return (
-        bool(np.ptp(force) < 0.1 and other.min() > force.max() + 50),
+        np.ptp(force) < 0.1 and other.min() > force.max() + 50,
         f"Mass times the peak acceleration of M1 is {force.min():.2f} to {force.max():.2f} kN in Table 7, one "
         f"force whatever the mass; in Table 9 it is {other.min():.0f} to {other.max():.0f} kN.",
         "Table 9's strokes and TS agree with the other tables. Table 10's last columns, Eq. (8) and Table 13's "
@@ -63,14 +59,14 @@ def _accelerations_of_table_9() -> Shown:
     "Tables 4, 9, 10; Section 5.2 against Section 7",
 )
 def _acceleration_of_m2_in_table_9() -> Shown:
-    four, nine = published("table4_acceleration_vs_D")["peak_acc_m2_g"], published("table9_doe_responses")
+    four, nine = published("4")["peak_acc_m2_g"], published("9")
     force = _force(nine, "peak_acc_m2_g")
     below = nine["D_mm"].to_numpy() <= 33
     low, high = force[below], force[~below]
     r = float(np.corrcoef(nine["D_mm"], force)[0, 1])
     same = float(np.ptp(four))
     return (
-        bool(same == 0.0 and high.min() > low.max()),
+        same == 0.0 and high.min() > low.max(),
         f"Table 4 has {four.iloc[0]} g for every D (range {same:g} g). In Table 9 mass times M2's "
         f"peak is {low.min():.0f} to {low.max():.0f} kN for D up to 33 mm and {high.min():.0f} to "
         f"{high.max():.0f} kN from 37 mm on (r = {r:.2f}).",
@@ -83,14 +79,13 @@ def _acceleration_of_m2_in_table_9() -> Shown:
     "Tables 5, 8, 9, 13; Section 8.3",
 )
 def _levels_of_tama() -> Shown:
-    tables = {"5": "table5_criteria_vs_D", "8": "table8_criteria_vs_M", "9": "table9_doe_responses"}
-    levels = {n: _force(published(name), "TAMA_g") for n, name in tables.items()}
+    levels = {n: _force(published(n), "TAMA_g") for n in "589"}
     said = "; ".join(f"Table {n} {force.min():.0f} to {force.max():.0f} kN" for n, force in levels.items())
-    surrogate, simulated = _force(published("table13_optimum"), "TAMA_g")
+    surrogate, simulated = _force(published("13"), "TAMA_g")
     error = number("table13_relative_errors", "TAMA", "relative_error_percent")
     offset = 100 * (levels["9"].mean() / levels["5"].mean() - 1)
     return (
-        bool(levels["8"].max() < levels["5"].min() and levels["5"].max() < levels["9"].min()),
+        levels["8"].max() < levels["5"].min() and levels["5"].max() < levels["9"].min(),
         f"Mass times TAMA, nearly one force whatever D and M: {said}. Table 13: surrogate {surrogate:.0f} kN, "
         f"collision dynamics {simulated:.0f} kN.",
         f"The surrogate was fitted to Table 9, which lies {offset:.1f} % above Table 5; the {error} % of Table 13 "
@@ -103,16 +98,16 @@ def _levels_of_tama() -> Shown:
     "Tables 3, 6; the words 'not strictly monotonous' of Sections 5.1 and 6.1",
 )
 def _scatter() -> Shown:
-    six = published("table6_devices_vs_M")
+    six = published("6")
     M = six["M_t"].to_numpy()
     strokes = {"S12": "stroke_m1_m2_mm", "S23": "stroke_m2_m3_mm", "S_anti": "anti_climber_mm"}
-    left = {name: _rms(_residual(M, six[head].to_numpy())) for name, head in strokes.items()}
+    left = {name: rms(_residual(M, six[head].to_numpy())) for name, head in strokes.items()}
     steps = np.diff(six["stroke_m1_m2_mm"].to_numpy())
-    three = published("table3_devices_vs_D")["stroke_m1_m2_mm"].to_numpy()
+    three = published("3")["stroke_m1_m2_mm"].to_numpy()
     half = 0.25 * 6 * M * (SPEED_KM_H * KM_H) ** 2 / 2  # kJ with M in t
     rest = half - six.filter(like="energy_").sum(axis=1).to_numpy()
     return (
-        bool(left["S12"] > 3 and (np.diff(three) < -3).any()),
+        left["S12"] > 3 and (np.diff(three) < -3).any(),
         f"From row to row of Table 6 S12 changes by {', '.join(f'{s:+.1f}' for s in steps)} mm for equal steps "
         f"of mass. Rms off a parabola through them: {', '.join(f'{n} {r:.1f} mm' for n, r in left.items())}.",
         f"In Table 3 S12 changes by {three[-1] - three[0]:+.1f} mm in all, and by up to "
@@ -125,10 +120,10 @@ def _scatter() -> Shown:
 
 @defects_of_tables("The scatter belongs to the mass: something else in the model changed with it", "Tables 5, 7, 8, 9")
 def _scatter_of_the_mass_alone() -> Shown:
-    five = published("table5_criteria_vs_D").assign(M_t=MASS_T)
-    eight = published("table8_criteria_vs_M").assign(D_mm=EMPTY_STROKE_MM)
+    five = published("5").assign(M_t=MASS_T)
+    eight = published("8").assign(D_mm=EMPTY_STROKE_MM)
     eight = eight[eight["M_t"] != MASS_T]  # in Table 5 already
-    tables = (five, eight, published("table9_doe_responses"))
+    tables = (five, eight, published("9"))
     D, M, TS = (np.concatenate([table[head].to_numpy() for table in tables]) for head in ("D_mm", "M_t", "TS_mm"))
     slope = float(np.polyfit(five["D_mm"], five["TS_mm"], 1)[0])
     left = _residual(M, TS - slope * (D - EMPTY_STROKE_MM))
@@ -137,12 +132,12 @@ def _scatter_of_the_mass_alone() -> Shown:
     within = max(float(np.abs(rows - mean[m]).max()) for m, rows in alike.items())
     again = sum(rows.size for rows in alike.values() if rows.size > 1)
     low, high = mean[35.25], mean[35.0]
-    between = _rms(np.array(list(mean.values())))
-    seven = published("table7_acceleration_vs_M")
+    between = rms(np.array(list(mean.values())))
+    seven = published("7")
     force = _force(seven, "peak_acc_m4_g")
     a, b = (float(force[seven["M_t"].to_numpy() == m][0]) for m in (34.5, 35.25))
     return (
-        bool(within < 1.0 and between > 4.0 and high - low > 15.0 and a / b > 1.02),
+        within < 1.0 and between > 4.0 and high - low > 15.0 and a / b > 1.02,
         f"TS brought to an empty stroke of {EMPTY_STROKE_MM:g} mm along Table 5's slope of {slope:.3f} mm per mm, "
         f"less a parabola over the mass: {again} collisions share their mass with another, in one table or in "
         f"another one, and agree with it within {within:.1f} mm. Different masses scatter by {between:.1f} mm "
@@ -160,14 +155,11 @@ def _scatter_of_the_mass_alone() -> Shown:
     "Tables 3, 6, 9; Eq. (12)",
 )
 def _anti_climber_past_its_limit() -> Shown:
-    names = {"3": "table3_devices_vs_D", "6": "table6_devices_vs_M", "9": "table9_doe_responses"}
-    tables = {n: published(name) for n, name in names.items()}
-    rows = {n: t[t["anti_climber_mm"] > LIMIT_ANTI_CLIMBER_MM] for n, t in tables.items()}
-    past = {n: t["anti_climber_mm"].tolist() for n, t in rows.items()}
+    rows = {n: published(n).query(f"anti_climber_mm > {LIMIT_ANTI_CLIMBER_MM}") for n in "369"}
     energy = [e for n in "36" for e in rows[n]["energy_s1_m1_kJ"] - 1.25 * rows[n]["anti_climber_mm"]]
-    said = "; ".join(f"Table {n}: {', '.join(f'{v:g}' for v in values)} mm" for n, values in past.items())
+    said = "; ".join(f"Table {n}: {', '.join(f'{v:g}' for v in t['anti_climber_mm'])} mm" for n, t in rows.items())
     return (
-        all(past.values()),
+        not any(t.empty for t in rows.values()),
         f"Above the limit: {said}.",
         f"The energies go on at 1250 kN there: E_front - 1250 kN x S_anti stays {min(energy):.2f} to "
         f"{max(energy):.2f} kJ. The model has no stop at the limit.",
@@ -176,11 +168,10 @@ def _anti_climber_past_its_limit() -> Shown:
 
 @defects_of_tables("S1-M1 is said not to be strictly monotonous in D and M, and is", "Sections 5.1, 6.1; Tables 3, 6")
 def _said_of_monotony() -> Shown:
-    three, six = published("table3_devices_vs_D"), published("table6_devices_vs_M")
-    least = min(np.diff(table["anti_climber_mm"]).min() for table in (three, six))
-    other = np.diff(six["stroke_m2_m3_mm"])
+    least = min(np.diff(published(n)["anti_climber_mm"]).min() for n in "36")
+    other = np.diff(published("6")["stroke_m2_m3_mm"])
     return (
-        bool(least > 0),
+        least > 0,
         f"The smallest step of S_anti from row to row is {least:+.2f} mm, in both tables upwards throughout. M1-M2 "
         f"goes up and down in both; M2-M3 falls throughout in Table 3 and goes down {int((other < 0).sum())} times "
         "in Table 6.",
@@ -189,9 +180,9 @@ def _said_of_monotony() -> Shown:
 
 @defects_of_tables("M3's peak acceleration is said to change with D, and does not", "Sections 5.2, 5.3; Table 4")
 def _said_of_m3() -> Shown:
-    m3 = published("table4_acceleration_vs_D")["peak_acc_m3_g"]
+    m3 = published("4")["peak_acc_m3_g"]
     return (
-        bool(np.ptp(m3) == 0.0),
+        np.ptp(m3) == 0.0,
         f"Table 4 has {m3.iloc[0]} g for M3 in all {len(m3)} rows (range {np.ptp(m3):g} g). Section 5.2 first says "
         "that M1 to M3 stay the same, then explains 'a slight change ... of vehicles M3 to M6'; Section 5.3 "
         "repeats it.",
@@ -203,17 +194,12 @@ def _said_of_m3() -> Shown:
     "Section 6.1; Table 6",
 )
 def _ranking_without_the_coupler() -> Shown:
-    six = published("table6_devices_vs_M")
-    first, last = six.iloc[0], six.iloc[-1]
-
-    def change(*heads: str) -> float:
-        return 100 * float(sum(last[h] for h in heads) / sum(first[h] for h in heads) - 1)
-
-    anti, whole = change("anti_climber_mm"), change("coupler_mm", "anti_climber_mm")
-    s12, s23 = change("stroke_m1_m2_mm"), change("stroke_m2_m3_mm")
-    energy = [change(h) for h in ("energy_s1_m1_kJ", "energy_m1_m2_kJ", "energy_m2_m3_kJ")]
+    six = published("6")
+    whole = change(six["coupler_mm"] + six["anti_climber_mm"])
+    anti, s12, s23 = (change(six[head]) for head in STROKES)
+    energy = [change(six[head]) for head in ENERGIES]
     return (
-        bool(anti > s23 > s12 > whole and energy[2] > energy[1] > energy[0]),
+        anti > s23 > s12 > whole and energy[2] > energy[1] > energy[0],
         f"S_anti alone grows by {anti:.2f} % from 30 to 36 t, the stroke of the whole front device, coupler "
         f"included, by {whole:.2f} %; M1-M2 by {s12:.2f} %, M2-M3 by {s23:.2f} %.",
         "Counted whole, strokes rank as the energies do "
@@ -223,14 +209,14 @@ def _ranking_without_the_coupler() -> Shown:
 
 @defects_of_tables("Peak accelerations are said to decrease linearly with M; they go as 1/M", "Section 6.2; Table 7")
 def _linear_decrease() -> Shown:
-    seven = published("table7_acceleration_vs_M")
+    seven = published("7")
     M, a = numbers(seven, "M_t"), numbers(seven, "peak_acc_m1_g")
     inverse = a - np.mean(a * M) / M
     line = a - np.polyval(np.polyfit(M, a, 1), M)
     return (
-        bool(_rms(inverse) * 10 < _rms(line)),
-        f"M1: one number over M misses the nine values by {_rms(inverse):.5f} g (rms), a straight line with two "
-        f"numbers by {_rms(line):.4f} g. From 30 to 36 t the change is {100 * (a[-1] / a[0] - 1):.2f} %, and "
+        rms(inverse) * 10 < rms(line),
+        f"M1: one number over M misses the nine values by {rms(inverse):.5f} g (rms), a straight line with two "
+        f"numbers by {rms(line):.4f} g. From 30 to 36 t the change is {change(a):.2f} %, and "
         f"30/36 - 1 is {100 * (30 / 36 - 1):.2f} %.",
     )
 
@@ -249,7 +235,3 @@ def _mean_peak(table: pd.DataFrame) -> Array:
 def _residual(x: Array, y: Array) -> Array:
     """What a parabola leaves, (n,)."""
     return np.asarray(y - np.polyval(np.polyfit(x, y, 2), x))
-
-
-def _rms(x: Array) -> float:
-    return float(np.sqrt(np.mean(x**2)))

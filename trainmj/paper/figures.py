@@ -6,20 +6,29 @@ laid over Figures 4 to 8 but printed numbers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.collision.result import Result
 from trainmj.output.style import BLUE, GREEN, GREY, MARKERS, ORANGE, PALETTE, PURPLE, figure, styled
-from trainmj.paper.bars import STROKES
-from trainmj.paper.collisions import SERIES, Collisions
-from trainmj.paper.printed import LIMIT_ANTI_CLIMBER_MM, number, numbers, published, split_unit
+from trainmj.paper.analysis import CRITERIA
+from trainmj.paper.collisions import Collisions
+from trainmj.paper.printed import (
+    ENERGIES,
+    LIMIT_ANTI_CLIMBER_MM,
+    PEAKS,
+    SERIES,
+    STROKES,
+    number,
+    numbers,
+    published,
+    split_unit,
+)
 from trainmj.paper.reproduce import Reproduction
 from trainmj.paper.tables import OURS
-from trainmj.units import KJ, KM_H, MM
+from trainmj.units import KJ, KM_H, MM, label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,9 +46,6 @@ CAPTIONS = {
 }
 """What each figure shows, by the name of its file."""
 
-_HEADS = {"D": "D_mm", "M": "M_t"}
-_AXES = {"D": "Empty stroke D (mm)", "M": "Mass M (t)"}
-
 
 def figures(reproduction: Reproduction) -> dict[str, Figure]:
     """Every figure, at the width of a page, by the name of its file."""
@@ -48,16 +54,13 @@ def figures(reproduction: Reproduction) -> dict[str, Figure]:
     c = reproduction.collisions
     # titles that need not look for their place draw faster
     with styled("page"), mpl.rc_context({"axes.titley": 1.0}):
-        return {
-            "figure4_scenarios": _scenarios(c),
-            "figure5_devices_vs_D": _devices(c, "D"),
-            "figure6_speeds_vs_D": _vehicles(c, "D"),
-            "figure7_devices_vs_M": _devices(c, "M"),
-            "figure8_speeds_vs_M": _vehicles(c, "M"),
-            "figure9_front": _fronts(reproduction),
-            "tables_vs_D": _tables(reproduction, "D", ("3", "4", "5")),
-            "tables_vs_M": _tables(reproduction, "M", ("6", "7", "8")),
-        }
+        drawn = (
+            _scenarios(c),
+            *(draw(c, factor) for factor in SERIES for draw in (_devices, _vehicles)),
+            _fronts(reproduction),
+            *(_tables(reproduction, factor) for factor in SERIES),
+        )
+    return dict(zip(CAPTIONS, drawn, strict=True))
 
 
 def _scenarios(collisions: Collisions) -> Figure:
@@ -89,15 +92,13 @@ def _energy_conversion(axes: Axes, result: Result, title: str) -> None:
 
 
 def _strokes(axes: Axes, result: Result, title: str) -> None:
-    chain = result.chain
-    names = [i.name for i in chain.interfaces]
-    axes.bar(np.arange(len(names)), result.tally.stroke_max / MM, color=BLUE, width=0.7)
+    names, strokes = [i.name for i in result.chain.interfaces], result.tally.stroke_max / MM
+    bars = axes.bar(np.arange(len(names)), strokes, color=BLUE, width=0.7)
+    axes.bar_label(bars, fmt="%.0f", fontsize=5)
     axes.set_xticks(np.arange(len(names)), names, rotation=90, fontsize=6.5)
     axes.grid(False, axis="x")
     axes.set(title=title, ylabel="Stroke (mm)")
-    axes.set_ylim(top=1.14 * float(result.tally.stroke_max.max()) / MM)
-    for k, stroke in enumerate(result.tally.stroke_max / MM):
-        axes.text(k, stroke, f"{stroke:.0f}", ha="center", va="bottom", fontsize=5)
+    axes.set_ylim(top=1.14 * float(strokes.max()))
 
 
 def _speeds(axes: Axes, result: Result, title: str) -> None:
@@ -111,33 +112,22 @@ def _speeds(axes: Axes, result: Result, title: str) -> None:
     axes.set_ylim(top=1.7 * float(chain.speed[0]) / KM_H)
 
 
-def _series(collisions: Collisions, factor: str) -> tuple[list[Result], Array]:
-    """The collisions over a factor, and its value in each."""
-    return [result for result, _ in collisions.over(factor)], numbers(published(SERIES[factor]), _HEADS[factor])
-
-
 def _devices(collisions: Collisions, factor: str) -> Figure:
     """Two blocks of six panels: compression (a) and energy (b) of each interface of the moving train."""
-    results, values = _series(collisions, factor)
     picture = figure(height=178)
     panels = picture.subplots(4, 3, sharex=True)
-    chain = results[0].chain
-    colour = _colours(picture, panels.ravel(), values, factor)
-    for n in range(chain.n_moving):
-        k = chain.front - n
-        stroke, energy = panels[n // 3, n % 3], panels[2 + n // 3, n % 3]
-        for result, value in zip(results, values, strict=True):
-            stroke.plot(result.time, compression(result, k) / MM, color=colour(value), linewidth=0.9)
-            share = 0.5 if k == chain.front else 1.0
-            energy.plot(result.time, share * result.energy[:, k] / KJ, color=colour(value), linewidth=0.9)
-        one = ", one train" if n == 0 else ""
-        stroke.set_title(f"(a) {chain.interfaces[k].name}{one}")
-        energy.set_title(f"(b) {chain.interfaces[k].name}{one}")
-    for row, quantity in ((0, "Compression (mm)"), (1, "Compression (mm)"), (2, "Energy (kJ)"), (3, "Energy (kJ)")):
-        panels[row, 0].set_ylabel(quantity)
-    for axes in panels[3]:
-        axes.set_xlabel("Time (s)")
-    panels[0, 0].set_xlim(0, max(r.time[-1] for r in results))
+    for _, result, colour in _series(collisions, factor, picture, panels):
+        chain = result.chain
+        for n, (stroke, energy) in enumerate(zip(panels[:2].flat, panels[2:].flat, strict=True)):
+            k = chain.front - n
+            share = chain.interfaces[k].shown_share
+            stroke.plot(result.time, compression(result, k) / MM, color=colour, linewidth=0.9)
+            energy.plot(result.time, share * result.energy[:, k] / KJ, color=colour, linewidth=0.9)
+            name = chain.interfaces[k].name + (", one train" if n == 0 else "")
+            stroke.set_title(f"(a) {name}")
+            energy.set_title(f"(b) {name}")
+    for axes, quantity in zip(panels[:, 0], ("Compression (mm)",) * 2 + ("Energy (kJ)",) * 2, strict=True):
+        axes.set_ylabel(quantity)
     return picture
 
 
@@ -153,28 +143,41 @@ def compression(result: Result, k: int) -> Array:
 
 def _vehicles(collisions: Collisions, factor: str) -> Figure:
     """Six panels: the speed of each vehicle of the moving train; published balance times as dashed lines."""
-    results, values = _series(collisions, factor)
     picture = figure(height=108)
     panels = picture.subplots(2, 3, sharex=True, sharey=True)
-    colour = _colours(picture, panels.ravel(), values, factor)
-    chain = results[0].chain
-    for n, axes in enumerate(panels.ravel()):
-        for result, value in zip(results, values, strict=True):
-            axes.plot(result.time, result.velocity[:, chain.front - n] / KM_H, color=colour(value), linewidth=0.9)
-        axes.set_title(f"M{n + 1}")
-    times = published("balance_times")
-    times = times[times["parameter"] == _HEADS[factor]]
+    times = published("balance").query(f"parameter == {SERIES[factor].head!r}")
+    series = _series(collisions, factor, picture, panels)
+    colours = {value: colour for value, _, colour in series}
+    for _, result, colour in series:
+        for n, axes in enumerate(panels.flat):
+            axes.plot(result.time, result.velocity[:, result.chain.front - n] / KM_H, color=colour, linewidth=0.9)
+            axes.set_title(f"M{n + 1}")
     for vehicle, axes in zip(("M1", "M2", "M3-M6"), panels[0], strict=True):
         own = times[times["vehicle"] == vehicle]
-        for value, instant in zip(numbers(own, "value"), numbers(own, "balance_time_s"), strict=True):
-            axes.axvline(instant, color=colour(value), linestyle="--", linewidth=0.9)
+        for value, instant in zip(own["value"], own["balance_time_s"], strict=True):
+            axes.axvline(instant, color=colours[value], linestyle="--", linewidth=0.9)
     for axes in panels[:, 0]:
         axes.set_ylabel("Speed (km/h)")
-    for axes in panels[1]:
-        axes.set_xlabel("Time (s)")
-    panels[0, 0].set_xlim(0, max(r.time[-1] for r in results))
     picture.supxlabel("dashed: the balance times that the paper prints for the two ends of the range", fontsize=7)
     return picture
+
+
+def _series(collisions: Collisions, factor: str, picture: Figure, panels: Any) -> list[tuple[float, Result, str]]:
+    """Value, collision and colour from little to much over a factor, their bar beside panels that share the time."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize, to_hex
+
+    head, results = SERIES[factor].head, [result for result, _ in collisions.over(factor)]
+    values = numbers(published(SERIES[factor].tables[0]), head)
+    shades = ListedColormap(colormaps["viridis"](np.linspace(0, 0.9, 256)))
+    colours = ScalarMappable(Normalize(values.min(), values.max()), shades)
+    name = label(*split_unit(head))
+    picture.colorbar(colours, ax=panels, label=name, ticks=list(values), format="%g", aspect=40, pad=0.01)
+    for axes in panels[-1]:
+        axes.set_xlabel("Time (s)")
+    panels[0, 0].set_xlim(0, max(result.time[-1] for result in results))
+    return list(zip(values.tolist(), results, map(to_hex, colours.to_rgba(values)), strict=True))
 
 
 def _fronts(reproduction: Reproduction) -> Figure:
@@ -188,62 +191,45 @@ def _fronts(reproduction: Reproduction) -> Figure:
         TS, TAMA = analysis.front.values.T
         axes.plot(TS, TAMA, marker, color=colour, markersize=2.5, label=f"Front on surrogates of {name}")
         D, M = analysis.chosen
-        at = analysis.predict(D, M)
-        label = f"Chosen from {name} ({D:g} mm, {M:g} t)"
-        axes.plot(at["TS_mm"], at["TAMA_g"], "s", color=colour, markersize=7, label=label)
+        said = f"Chosen from {name} ({D:g} mm, {M:g} t)"
+        axes.plot(*analysis.predict(D, M).values(), "s", color=colour, markersize=7, label=said)
     for row, marker, name in (("surrogate", "P", "surrogate"), ("dynamics", "X", "collision dynamics")):
-        TS, TAMA = (number("table13_optimum", row, head) for head in ("TS_mm", "TAMA_g"))
-        axes.plot(TS, TAMA, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
-    TS, TAMA = (numbers(reproduction.optima, head)[0] for head in ("TS_simulated_mm", "TAMA_simulated_g"))
-    label = "Our simulation of the paper's optimum"
-    axes.plot(TS, TAMA, "D", mfc="none", color=GREEN, markersize=9, label=label)
+        at = [number("13", row, head) for head in CRITERIA.values()]
+        axes.plot(*at, marker, color="0.1", markersize=7, label=f"Table 13, {name} (50 mm, 32.4 t)")
+    at = [numbers(reproduction.optima, head)[0] for head in ("TS_simulated_mm", "TAMA_simulated_g")]
+    axes.plot(*at, "D", mfc="none", color=GREEN, markersize=9, label="Our simulation of the paper's optimum")
     axes.set(xlabel="TS (mm)", ylabel="TAMA (g)")
     axes.legend(loc="upper right")
     return picture
 
 
-def _tables(reproduction: Reproduction, factor: str, numbers: tuple[str, str, str]) -> Figure:
+def _tables(reproduction: Reproduction, factor: str) -> Figure:
     """Strokes, energies, peaks and criteria over a factor: published as points, ours as lines."""
-    devices, peaks, criteria = (reproduction.tables[n] for n in numbers)
+    series = SERIES[factor]
+    devices, peaks, criteria = (reproduction.tables[number] for number in series.tables)
     picture = figure(height=108)
     panels = picture.subplots(2, 3, sharex=True).ravel()
-    strokes = list(STROKES)
-    energies = ["energy_s1_m1_kJ", "energy_m1_m2_kJ", "energy_m2_m3_kJ"]
+    names = list(PEAKS.items())
     parts = (
-        (devices, strokes, "Stroke (mm)", STROKES.values()),
-        (devices, energies, "Energy (kJ)", ("S1-M1", "M1-M2", "M2-M3")),
-        (peaks, peaks.heads[:3], "Peak acceleration (g)", ("M1", "M2", "M3")),
-        (peaks, peaks.heads[3:], "Peak acceleration (g)", ("M4", "M5", "M6")),
-        (criteria, ["TS_mm"], "TS (mm)", ("TS",)),
-        (criteria, ["TAMA_g"], "TAMA (g)", ("TAMA",)),
+        (devices, STROKES, "Stroke (mm)"),
+        (devices, ENERGIES, "Energy (kJ)"),
+        (peaks, dict(names[:3]), "Peak acceleration (g)"),
+        (peaks, dict(names[3:]), "Peak acceleration (g)"),
+        (criteria, {"TS_mm": "TS"}, "TS (mm)"),
+        (criteria, {"TAMA_g": "TAMA"}, "TAMA (g)"),
     )
-    for axes, (table, heads, quantity, names) in zip(panels, parts, strict=True):
-        x = table.keys[_HEADS[factor]]
-        for head, name, colour, marker in zip(heads, names, (BLUE, ORANGE, GREEN), MARKERS, strict=False):
+    for axes, (table, heads, quantity) in zip(panels, parts, strict=True):
+        x = table.keys[series.head]
+        for (head, name), colour, marker in zip(heads.items(), (BLUE, ORANGE, GREEN), MARKERS, strict=False):
             axes.plot(x, table.published[head], marker, color=colour, markersize=4)
             axes.plot(x, table.found[OURS][head], color=colour, label=name)
         axes.set_ylabel(quantity)
+    panels[0].axhline(LIMIT_ANTI_CLIMBER_MM, color=PURPLE, linestyle=":", linewidth=1.0)
+    if factor == "M":
+        panels[5].plot(peaks.keys[series.head], peaks.published.mean(axis=1), "x", color=GREY, label="mean of Table 7")
+    for axes in panels:
         axes.legend(loc="best")
-        if heads == strokes:
-            axes.axhline(LIMIT_ANTI_CLIMBER_MM, color=PURPLE, linestyle=":", linewidth=1.0)
-        if split_unit(heads[0])[0] == "TAMA" and factor == "M":
-            axes.plot(x, peaks.published.mean(axis=1), "x", color=GREY, label="mean of Table 7")
-            axes.legend(loc="best")
     for axes in panels[3:]:
-        axes.set_xlabel(_AXES[factor])
+        axes.set_xlabel(series.axis)
     picture.supxlabel("points: published; lines: ours; dotted: limit of S_anti in Eq. (12)", fontsize=7)
     return picture
-
-
-def _colours(picture: Figure, axes: Sequence[Axes], values: Array, factor: str) -> Callable[[float], str]:
-    """Colours from little to much, with their bar beside the panels."""
-    from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, Normalize, to_hex
-
-    shades = ListedColormap(colormaps["viridis"](np.linspace(0, 0.9, 256)))
-    low, high = float(values.min()), float(values.max())
-    scale = ScalarMappable(Normalize(low, high), shades)
-    label = _HEADS[factor].replace("_", " (") + ")"
-    picture.colorbar(scale, ax=list(axes), label=label, ticks=list(values), format="%g", aspect=40, pad=0.01)
-    return lambda value: to_hex(np.asarray(shades((value - low) / (high - low))).tolist())

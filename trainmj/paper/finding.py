@@ -5,43 +5,34 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
-Shown = tuple[bool, *tuple[str, ...]]
+import numpy as np
+
+Shown = tuple[bool | np.bool, *tuple[str, ...]]
 """Whether the printed numbers do show a defect, and the sentences that say how."""
+
+Show = Callable[[], Shown]
 
 
 @dataclass(frozen=True)
 class Defect:
-    """One thing in the paper that is inconsistent.
+    """One thing in the paper that is inconsistent."""
 
-    Attributes:
-        title: what is wrong, in one line.
-        where: tables, equations or sections.
-        arithmetic: sentences with the numbers that show it.
-        stands: whether the printed numbers do show it; false if the copy of the tables were mended.
-    """
-
-    title: str
-    where: str
-    arithmetic: tuple[str, ...]
-    stands: bool
+    title: str  # what is wrong, in one line
+    where: str  # tables, equations or sections
+    arithmetic: tuple[str, ...]  # sentences with the numbers that show it
+    stands: bool  # whether the printed numbers do show it; false if the copy of the tables were mended
 
 
+@dataclass(frozen=True)
 class Defects:
-    """Defects, in the order in which their arithmetic is written down; going through them does it."""
+    """Defects in the order in which they are written down; going through them does their arithmetic."""
 
-    def __init__(self) -> None:
-        """None so far."""
-        self._shown: list[tuple[str, str, Callable[[], Shown]]] = []
+    _shown: list[tuple[str, str, Show]] = field(default_factory=list)
 
-    def __call__(self, title: str, where: str) -> Callable[[Callable[[], Shown]], Callable[[], Shown]]:
-        """Add the defect that the decorated function shows.
+    def __call__(self, title: str, where: str) -> Callable[[Show], Show]:
+        """Add the defect that the decorated function shows."""
 
-        Args:
-            title: what is wrong, in one line.
-            where: tables, equations or sections.
-        """
-
-        def added(show: Callable[[], Shown]) -> Callable[[], Shown]:
+        def added(show: Show) -> Show:
             self._shown.append((title, where, show))
             return show
 
@@ -56,20 +47,11 @@ class Defects:
 
 @dataclass(frozen=True)
 class Law:
-    """One law that the paper states in words.
+    """One law that the paper states in words."""
 
-    Attributes:
-        section: where.
-        statement: the law.
-        published: the paper's number; empty if it gives none.
-        ours: our number.
-        holds: whether it holds on our results.
-        judged: the rule by which that was decided.
-    """
-
-    section: str
-    statement: str
-    published: str = field(default="", kw_only=True)
-    ours: str
-    holds: bool
-    judged: str = ""
+    section: str  # where
+    statement: str  # the law
+    published: str = field(default="", kw_only=True)  # the paper's number; empty if it gives none
+    ours: str  # our number
+    holds: bool  # whether it holds on our results
+    judged: str = ""  # the rule by which that was decided

@@ -7,16 +7,15 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
 
 from trainmj.files.atomic import write_bytes
 from trainmj.output.style import Format, save
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 PAGE = "paper.html"
 SUMMARY = "summary.json"
@@ -44,36 +43,24 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
 
 def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:
     """Everything that is written as CSV, by the name of its file."""
-    import pandas as pd
-
-    rows = {name: [_joined(row) for row in found] for name, found in records(reproduction).items()}
+    found = summary(reproduction)
+    said = {name: pd.DataFrame(found[name]) for name in ("verdicts", "laws", "defects")}
+    said["defects"]["arithmetic"] = said["defects"]["arithmetic"].str.join(" ")
     return {
         **{table.name: table.table() for table in reproduction.tables.values()},
         "optima": reproduction.optima,
-        **{name: pd.DataFrame(found) for name, found in rows.items()},
+        **said,
         "figure9_front_from_table_9": reproduction.recomputed.front_table(),
         "figure9_front_ours": reproduction.ours.front_table(),
     }
-
-
-def _joined(row: dict[str, Any]) -> dict[str, Any]:
-    """A row in which sentences are one text."""
-    return {key: " ".join(value) if isinstance(value, tuple) else value for key, value in row.items()}
 
 
 def summary(reproduction: Reproduction) -> dict[str, Any]:
     """Verdicts, laws, defects and optima as JSON holds them."""
     return {
         "agrees": reproduction.agrees,
-        **records(reproduction),
-        "optima": json.loads(reproduction.optima.to_json(orient="records", double_precision=10)),
-    }
-
-
-def records(reproduction: Reproduction) -> dict[str, list[dict[str, Any]]]:
-    """Verdicts, laws and defects as plain rows."""
-    return {
         "verdicts": [asdict(v) | {"agrees": v.agrees} for v in reproduction.verdicts],
         "laws": [asdict(law) for law in reproduction.laws],
         "defects": [asdict(defect) for defect in reproduction.defects],
+        "optima": json.loads(reproduction.optima.to_json(orient="records", double_precision=10)),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
@@ -13,7 +14,7 @@ from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, judged
 from trainmj.paper.bars import FROM_PRINT, GROUPS, ITSELF
 from trainmj.paper.figures import CAPTIONS
-from trainmj.paper.printed import DOI, split_unit
+from trainmj.paper.printed import DOI, ENERGIES, PEAKS, STROKES, split_unit
 from trainmj.paper.reproduce import Reproduction
 from trainmj.paper.tables import OURS, RECOMPUTED, Comparison
 
@@ -35,18 +36,14 @@ NOT_REPRODUCED = (
 """What cannot be reproduced, and why."""
 
 _SOURCES = {RECOMPUTED: "from published Table 9", OURS: "ours"}
-_NAMES = {
-    "anti_climber": "S_anti",
+_NAMES = {split_unit(head)[0]: name for head, name in (STROKES | ENERGIES).items()} | {
     "anti_climber_simulated": "S_anti simulated",
-    "stroke_m1_m2": "S12",
-    "stroke_m2_m3": "S23",
-    "energy_s1_m1": "S1-M1",
-    "energy_m1_m2": "M1-M2",
-    "energy_m2_m3": "M2-M3",
-    **{f"peak_acc_m{n}": f"peak M{n}" for n in range(1, 7)},
+    **{split_unit(head)[0]: f"peak {name}" for head, name in PEAKS.items()},
 }
 _HEADS = {FROM_PRINT: ("printed", "recomputed"), ITSELF: ("simulation", "surrogate")}
-_DIGITS = {"mm": 2, "kJ": 2, "g": 4, "s": 3, "t": 2, "km/h": 1}
+_judged = partial(judged, yes="agrees", no="differs", unknown="no bar")
+_DIGITS = {"mm": 2, "kJ": 2, "g": 4, "s": 3, "t": 2, "km/h": 1, "": 3}
+_DIGITS_OF = {"D": 0, "M": 1, "entropy": 5, "difference": 5, "weight": 5}
 
 
 def verdict_tables(reproduction: Reproduction) -> Iterator[Table]:
@@ -55,14 +52,7 @@ def verdict_tables(reproduction: Reproduction) -> Iterator[Table]:
         words = [Column(name, text=True) for name in ("Item", *_HEADS.get(group, ("published", "ours")))]
         columns = [*words, Column("deviation"), Column("bar"), Column("verdict", text=True)]
         rows = [
-            (
-                v.item,
-                v.published,
-                v.ours,
-                v.said(v.deviation),
-                v.said(v.bar),
-                judged(v.agrees, "agrees", "differs", "no bar"),
-            )
+            (v.item, v.published, v.ours, v.said(v.deviation), v.said(v.bar), _judged(v.agrees))
             for v in reproduction.verdicts
             if v.group == group
         ]
@@ -119,12 +109,7 @@ def _result(section: Section, r: Reproduction) -> None:
         Card("Laws in words", f"{hold} of {len(r.laws)}", note="hold on our results"),
         Card("Defects", str(len(r.defects)), note="of the paper, each shown by arithmetic on its own numbers"),
         *(
-            Card(
-                f"{name} at the optimum",
-                v.ours,
-                note=f"published {v.published}; held out",
-                verdict=judged(v.agrees, "agrees", "differs"),
-            )
+            Card(f"{name} at the optimum", v.ours, note=f"published {v.published}; held out", verdict=_judged(v.agrees))
             for name in ("TS", "TAMA")
             for v in r.verdicts
             if v.item == f"Table 13: {name}"
@@ -143,17 +128,10 @@ def _result(section: Section, r: Reproduction) -> None:
 def _laws(section: Section, r: Reproduction) -> None:
     section.text("What the text says, with our number for it and the rule by which it was judged.")
     columns = [Column(n, text=True) for n in ("Section", "Law", "verdict", "published", "ours", "rule")]
-    rows = [
-        (
-            law.section,
-            law.statement,
-            judged(law.holds, "holds", "does not"),
-            law.published or "-",
-            law.ours,
-            law.judged or "-",
-        )
-        for law in r.laws
-    ]
+    rows = []
+    for law in r.laws:
+        verdict = judged(law.holds, "holds", "does not")
+        rows.append((law.section, law.statement, verdict, law.published or "-", law.ours, law.judged or "-"))
     section.table(Table(columns, rows))
 
 
@@ -192,23 +170,16 @@ def _side_by_side(compared: Comparison) -> Table:
         for source, table in values.items():
             rows.append((*said, _SOURCES.get(source, source), *map(float, table[compared.heads].iloc[k])))
             said = [""] * len(said)
+    digits = ".6g" if compared.name.startswith("eq") else ""
     columns = [Column(*_named(str(key)), text=True) for key in compared.keys]
-    columns += [Column("", text=True), *(_column(head) for head in compared.heads)]
-    if compared.name.startswith("eq"):
-        columns = [Column(c.name, c.unit, ".4g" if c.text else ".6g", c.text) for c in columns]
+    columns += [Column("", text=True), *(_column(head, digits) for head in compared.heads)]
     return Table(columns, rows, compared.title, compared.note)
 
 
-def _column(head: str) -> Column:
-    """A column of numbers with the digits that its quantity is read in."""
+def _column(head: str, digits: str = "") -> Column:
+    """A column of numbers, by default with the digits that its quantity is read in."""
     quantity, unit = split_unit(head)
-    if quantity in ("entropy", "difference", "weight"):
-        digits: int | str = 5
-    elif not unit:
-        digits = 3
-    else:
-        digits = {"M": 1, "D": 0}.get(quantity, _DIGITS.get(unit, ".4g"))
-    return Column(*_named(head), digits=digits)
+    return Column(*_named(head), digits or _DIGITS_OF.get(quantity, _DIGITS.get(unit, ".4g")))
 
 
 def _named(head: str) -> tuple[str, str]:

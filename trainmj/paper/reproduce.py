@@ -4,27 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from trainmj.paper.analysis import CRITERIA, Analysis, analyse
+import pandas as pd
+
+from trainmj.paper.analysis import CRITERIA, Analysis, analyse, from_table_9
 from trainmj.paper.collisions import Case, Collisions, collide, simulate
-from trainmj.paper.defects_of_study import defects_of_study, from_table_9
+from trainmj.paper.defects_of_study import defects_of_study
 from trainmj.paper.defects_of_tables import defects_of_tables
 from trainmj.paper.finding import Defect, Law
 from trainmj.paper.laws import laws
 from trainmj.paper.printed import number
-from trainmj.paper.tables import (
-    OURS,
-    RECOMPUTED,
-    Comparison,
-    compare_collisions,
-    compare_scenarios,
-    compare_studies,
-)
+from trainmj.paper.tables import OURS, RECOMPUTED, Tables, compare_collisions, compare_scenarios, compare_studies
 from trainmj.paper.verdicts import Verdict, verdicts
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +36,7 @@ class Reproduction:
     collisions: Collisions
     recomputed: Analysis
     ours: Analysis
-    tables: Mapping[str, Comparison]
+    tables: Tables
     optima: pd.DataFrame
     verdicts: tuple[Verdict, ...]
     laws: tuple[Law, ...]
@@ -63,34 +54,30 @@ def reproduce(threads: int = 0) -> Reproduction:
     Args:
         threads: native threads; 0 for all cores. The numbers do not depend on it.
     """
-    import pandas as pd
-
     collisions = collide(threads)
     tables = compare_collisions(collisions.summaries)
     nine, thirteen = tables["9"], tables.pop("13")  # which stands behind those of the study
-    recomputed, ours = from_table_9(), analyse(pd.concat([nine.keys, nine.found[OURS]], axis=1))
-    studies = {RECOMPUTED: recomputed, OURS: ours}
+    studies = {RECOMPUTED: from_table_9(), OURS: analyse(pd.concat([nine.keys, nine.found[OURS]], axis=1))}
     tables = {"2": compare_scenarios(collisions.scenarios)} | tables | compare_studies(thirteen, studies)
     return Reproduction(
         collisions,
-        recomputed,
-        ours,
+        studies[RECOMPUTED],
+        studies[OURS],
         tables,
         optima(studies, collisions),
         tuple(verdicts(tables)),
-        tuple(laws(collisions, tables, ours)),
+        tuple(laws(collisions, tables, studies[OURS])),
         (*defects_of_tables, *defects_of_study),
     )
 
 
 def optima(studies: Mapping[str, Analysis], collisions: Collisions) -> pd.DataFrame:
     """Where the same decision ends: the paper's optimum, that from its Table 9 and that from our responses."""
-    import pandas as pd
-
-    printed = {head: number("table13_optimum", "surrogate", head) for head in ("D_mm", "M_t", *CRITERIA.values())}
+    printed = {head: number("13", "surrogate", head) for head in ("D_mm", "M_t", *CRITERIA.values())}
     rows: list[tuple[str, Case, Mapping[str, float]]] = [("published", (printed["D_mm"], printed["M_t"]), printed)]
     rows += [(source, study.chosen, study.predict(*study.chosen)) for source, study in studies.items()]
-    summaries = simulate([case for _, case, _ in rows]) | dict(collisions.summaries)
+    summaries = dict(collisions.summaries)
+    summaries |= simulate(case for _, case, _ in rows if case not in summaries)
     table = []
     for source, case, predicted in rows:
         row = {"source": source, "D_mm": case[0], "M_t": case[1]}

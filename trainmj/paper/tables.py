@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
-import numpy as np
+import pandas as pd
 
 from trainmj.collision.device import Array
-from trainmj.paper.analysis import CRITERIA, Analysis, entropies
+from trainmj.collision.result import Result
+from trainmj.collision.summary import Summary
+from trainmj.paper.analysis import Analysis, entropies
 from trainmj.paper.collisions import Case, cases_of
-from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, numbers, published, split_unit
+from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, TABLES, change, numbers, published, rms, split_unit
 from trainmj.units import KM_H, TONNE
 from trainmj.units import head as head_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import pandas as pd
-
-    from trainmj.collision.result import Result
-    from trainmj.collision.summary import Summary
 
 OURS = "ours"
 RECOMPUTED = "from_table_9"
@@ -30,53 +23,40 @@ _KEYS = ("scenario", "test", "method", "parameter", "value", "vehicle", "term", 
 _D = f"over the empty stroke D, at {MASS_T:g} t"
 _M = f"over the mass M, at D = {EMPTY_STROKE_MM:g} mm"
 
-_COLLISIONS = {  # by number: file, title, note
-    "3": ("table3_devices_vs_D", f"Table 3. Strokes and energies {_D}", ""),
-    "4": ("table4_acceleration_vs_D", f"Table 4. Peak accelerations {_D}", ""),
-    "5": ("table5_criteria_vs_D", f"Table 5. TS and TAMA {_D}", ""),
-    "6": ("table6_devices_vs_M", f"Table 6. Strokes and energies {_M}", ""),
-    "7": ("table7_acceleration_vs_M", f"Table 7. Peak accelerations {_M}", ""),
-    "8": (
-        "table8_criteria_vs_M",
-        f"Table 8. TS and TAMA {_M}",
-        "The printed TAMA is not the mean of Table 7's rows; ours follows Table 7. See the defects.",
-    ),
-    "9": (
-        "table9_doe_responses",
-        "Table 9. The ten points of the study (never used to identify the devices)",
-        "The printed accelerations come from other forces than those of Tables 4 and 7. See the defects.",
-    ),
-    "13": (
-        "table13_optimum",
-        "Table 13. The paper's optimum, on the surrogates and by collision dynamics",
-        "The row of the collision dynamics is our simulation under both heads: it was never used to identify the "
-        "devices.",
-    ),
+_TITLES = {
+    "2": "Table 2. Collision scenarios of the model validation",
+    "3": f"Table 3. Strokes and energies {_D}",
+    "4": f"Table 4. Peak accelerations {_D}",
+    "5": f"Table 5. TS and TAMA {_D}",
+    "6": f"Table 6. Strokes and energies {_M}",
+    "7": f"Table 7. Peak accelerations {_M}",
+    "8": f"Table 8. TS and TAMA {_M}",
+    "9": "Table 9. The ten points of the study (never used to identify the devices)",
+    "10": "Table 10. Correlation coefficients",
+    "Eqs": "Eqs (7) and (8). Coefficients of the cubic surrogates, D in mm and M in t",
+    "11": "Table 11. Accuracy of the surrogates: each point left out in turn, errors over the range",
+    "12": "Table 12. Entropy weights of the criteria",
+    "13": "Table 13. The paper's optimum, on the surrogates and by collision dynamics",
+    "balance": "Velocity balance times (text of Sections 5.2 and 6.2; never used to identify the devices)",
 }
 
-_STUDY: dict[
-    str, tuple[str, str, Callable[[Analysis], pd.DataFrame], str]
-] = {  # by number: file, title, what an analysis has for it, note
-    "10": ("table10_correlation", "Table 10. Correlation coefficients", lambda a: a.correlation.matrix(), ""),
-    "Eqs": (
-        "eq7_eq8_coefficients_as_printed",
-        "Eqs (7) and (8). Coefficients of the cubic surrogates, D in mm and M in t",
-        Analysis.coefficients,
-        "A published 0 is a term that Eq. (8) does not have as printed. See the defects.",
-    ),
-    "11": (
-        "table11_surrogate_accuracy",
-        "Table 11. Accuracy of the surrogates: each point left out in turn, errors over the range",
-        Analysis.accuracies,
-        "",
-    ),
-    "12": (
-        "table12_entropy_weights",
-        "Table 12. Entropy weights of the criteria",
-        lambda a: entropies(a.responses),
-        "",
-    ),
+_NOTES = {
+    "8": "The printed TAMA is not the mean of Table 7's rows; ours follows Table 7. See the defects.",
+    "9": "The printed accelerations come from other forces than those of Tables 4 and 7. See the defects.",
+    "Eqs": "A published 0 is a term that Eq. (8) does not have as printed. See the defects.",
+    "13": "The row of the collision dynamics is our simulation under both heads: it was never used to identify the "
+    "devices.",
+    "balance": "A vehicle's balance time is when the interface in front of it has its largest stroke. Of M3 to M6, "
+    "M3's is given: it is the last to load its coupler far.",
 }
+
+_OF_A_STUDY: dict[str, Callable[[Analysis], pd.DataFrame]] = {
+    "10": lambda study: study.correlation.matrix(),
+    "Eqs": Analysis.coefficients,
+    "11": Analysis.accuracies,
+    "12": lambda study: entropies(study.responses),
+}
+"""What stands against Tables 10 to 12 and Eqs (7), (8)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +74,9 @@ class Comparison:
 
     name: str
     title: str
-    keys: pd.DataFrame = field(repr=False)
-    published: pd.DataFrame = field(repr=False)
-    found: Mapping[str, pd.DataFrame] = field(repr=False)
+    keys: pd.DataFrame
+    published: pd.DataFrame
+    found: Mapping[str, pd.DataFrame]
     note: str = ""
 
     @property
@@ -115,18 +95,16 @@ class Comparison:
 
     def rms(self, head: str) -> float:
         """Root mean square of our deviation."""
-        return float(np.sqrt(np.mean(self.deviation(head) ** 2)))
+        return rms(self.deviation(head))
 
     def changes(self, quantity: str) -> tuple[float, float]:
         """Last row over first row less 1 [%] of a quantity, its unit left out: published and ours."""
         (head,) = (h for h in self.heads if split_unit(h)[0] == quantity)
-        printed, ours = (100 * float(values[-1] / values[0] - 1) for values in self.pair(head))
-        return printed, ours
+        printed, ours = self.pair(head)
+        return change(printed), change(ours)
 
     def table(self) -> pd.DataFrame:
         """Everything side by side: keys, then published, found and deviation of each quantity, units in the heads."""
-        import pandas as pd
-
         columns = {str(k): self.keys[k].to_numpy() for k in self.keys.columns}
         for head in self.heads:
             quantity, unit = split_unit(head)
@@ -138,26 +116,29 @@ class Comparison:
         return pd.DataFrame(columns)
 
 
-def _compare(name: str, title: str, found: Mapping[str, pd.DataFrame], note: str = "") -> Comparison:
-    """A published table beside what was found under its heads."""
-    table = published(name)
+Tables = Mapping[str, Comparison]
+"""Comparisons by the number of their table: ``"3"``, ``"10"``, ``"Eqs"``, ``"balance"``."""
+
+
+def compare(number: str, found: Mapping[str, pd.DataFrame]) -> Comparison:
+    """A published table beside what was found under its heads, by where that comes from."""
+    table = published(number)
     keys = [head for head in table if head in _KEYS]
-    return Comparison(name.removesuffix("_as_printed"), title, table[keys], table.drop(columns=keys), found, note)
+    name = TABLES[number].removesuffix("_as_printed")
+    return Comparison(name, _TITLES[number], table[keys], table.drop(columns=keys), found, _NOTES.get(number, ""))
 
 
 def compare_collisions(summaries: Mapping[Case, Summary]) -> dict[str, Comparison]:
     """Tables 3 to 9, 13 and the balance times by number; under both methods of Table 13 is what was simulated."""
-    import pandas as pd
-
     tables = {}
-    for number, (name, title, note) in _COLLISIONS.items():
-        printed = published(name)
-        ours = pd.DataFrame([responses(summaries[case]) for case in cases_of(printed)])
-        tables[number] = _compare(name, title, {OURS: ours[[head for head in printed if head in ours]]}, note)
-    return tables | {"balance": _balance_times(summaries)}
+    for number in ("3", "4", "5", "6", "7", "8", "9", "13"):
+        printed = published(number)
+        ours = pd.DataFrame([_responses(summaries[case]) for case in cases_of(printed)])
+        tables[number] = compare(number, {OURS: ours[[head for head in printed if head in ours]]})
+    return tables | {"balance": compare("balance", {OURS: _balance_times(summaries)})}
 
 
-def responses(summary: Summary) -> dict[str, float]:
+def _responses(summary: Summary) -> dict[str, float]:
     """A collision's responses under the heads of the published tables; at the front those of one train."""
     front, second, third = summary.interfaces[:3]
     coupler, anti_climber = front.stages
@@ -175,37 +156,23 @@ def responses(summary: Summary) -> dict[str, float]:
     }
 
 
-def _balance_times(summaries: Mapping[Case, Summary]) -> Comparison:
+def _balance_times(summaries: Mapping[Case, Summary]) -> pd.DataFrame:
     """When vehicles reach the speed of those in front of them, Sections 5.2 and 6.2."""
-    import pandas as pd
-
-    table = published("balance_times")
     ours = []
-    for parameter, value, vehicle in zip(table["parameter"], table["value"], table["vehicle"], strict=True):
+    for parameter, value, vehicle, _ in published("balance").itertuples(index=False):
         case = (float(value), MASS_T) if parameter == "D_mm" else (EMPTY_STROKE_MM, float(value))
         times = {v.name: v.balance_time_s for v in summaries[case].vehicles}
         ours.append(times["M3" if vehicle == "M3-M6" else vehicle])
-    return _compare(
-        "balance_times",
-        "Velocity balance times (text of Sections 5.2 and 6.2; never used to identify the devices)",
-        {OURS: pd.DataFrame({"balance_time_s": ours})},
-        "A vehicle's balance time is when the interface in front of it has its largest stroke. Of M3 to M6, M3's is "
-        "given: it is the last to load its coupler far.",
-    )
+    return pd.DataFrame({"balance_time_s": ours})
 
 
 def compare_scenarios(scenarios: Sequence[Result]) -> Comparison:
     """Table 2, the boundary conditions of its two scenarios, as printed and as the shipped scenarios have them."""
-    import pandas as pd
-
     rows = []
-    for result in scenarios:
-        masses = result.chain.mass[: result.chain.n_moving] / TONNE
-        speed = float(result.chain.speed[0]) / KM_H
-        rows.append((masses[0], masses[1], masses.sum(), speed, result.chain.rail_friction))
-    name = "table2_scenarios"
-    ours = pd.DataFrame(rows, columns=published(name).columns[1:])
-    return _compare(name, "Table 2. Collision scenarios of the model validation", {OURS: ours})
+    for chain in (result.chain for result in scenarios):
+        masses = chain.mass[: chain.n_moving] / TONNE
+        rows.append((masses[0], masses[1], masses.sum(), float(chain.speed[0]) / KM_H, chain.rail_friction))
+    return compare("2", {OURS: pd.DataFrame(rows, columns=published("2").columns[1:])})
 
 
 def compare_studies(thirteen: Comparison, studies: Mapping[str, Analysis]) -> dict[str, Comparison]:
@@ -216,14 +183,12 @@ def compare_studies(thirteen: Comparison, studies: Mapping[str, Analysis]) -> di
         studies: on the published Table 9 and on ours, by source.
     """
     tables = {
-        number: _compare(name, title, {source: of(study) for source, study in studies.items()}, note)
-        for number, (name, title, of, note) in _STUDY.items()
+        number: compare(number, {source: of(study) for source, study in studies.items()})
+        for number, of in _OF_A_STUDY.items()
     }
-    found = {}
-    for source, study in studies.items():
-        values = thirteen.found[OURS].copy()
-        for row, (method, D, M) in enumerate(thirteen.keys.itertuples(index=False)):
-            if method == "surrogate":
-                values.loc[row] = study.predict(D, M)
-        found[source] = values[list(CRITERIA.values())]
+    optimum, simulated = cases_of(thirteen.keys)[0], thirteen.found[OURS].iloc[[1]]
+    found = {
+        source: pd.concat([pd.DataFrame([study.predict(*optimum)]), simulated], ignore_index=True)
+        for source, study in studies.items()
+    }
     return tables | {"13": replace(thirteen, found=found)}

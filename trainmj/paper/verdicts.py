@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,34 +13,28 @@ from trainmj.paper import bars
 from trainmj.paper.analysis import TERMS
 from trainmj.paper.bars import FROM_PRINT, GROUPS, ITSELF, Item
 from trainmj.paper.defects_of_study import rounding_reach
-from trainmj.paper.printed import MASS_T, published, split_unit
-from trainmj.paper.tables import OURS, RECOMPUTED, Comparison
+from trainmj.paper.printed import MASS_T, published, rms, split_unit
+from trainmj.paper.tables import OURS, RECOMPUTED, Tables
 
-Tables = Mapping[str, Comparison]
-"""Comparisons by the number of their table: ``"3"``, ``"10"``, ``"Eqs"``, ``"balance"``."""
+_MEASURES: dict[str, Callable[[Array], float]] = {
+    "rms": rms,
+    "mean": lambda off: float(np.mean(off)),
+    "each": lambda off: float(np.abs(off).max()),
+    "largest": lambda off: float(off[np.argmax(np.abs(off))]),
+}
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """One item of the comparison.
+    """One item of the comparison."""
 
-    Attributes:
-        group: one of GROUPS.
-        item: what is compared.
-        published: the printed value, or how many and in which range.
-        ours: what stands against it, likewise.
-        deviation: how far off it is.
-        unit: of deviation and bar.
-        bar: most that agrees; None where none is set.
-    """
-
-    group: str
-    item: str
-    published: str
-    ours: str
-    deviation: float
-    unit: str
-    bar: float | None
+    group: str  # one of GROUPS
+    item: str  # what is compared
+    published: str  # the printed value, or how many and in which range
+    ours: str  # what stands against it, likewise
+    deviation: float  # how far off it is
+    unit: str  # of deviation and bar
+    bar: float | None  # most that agrees; None where none is set
 
     @property
     def agrees(self) -> bool | None:
@@ -83,15 +77,10 @@ def judge(item: Item, tables: Tables) -> Verdict:
         shown = f"{printed.size} values", "mean" if item.measure == "mean" else "largest deviation"
     else:
         shown = _range(printed, unit, item.digits), _range(ours, unit, item.digits)
-    deviation = {
-        "rms": float(np.sqrt(np.mean(off**2))),
-        "mean": float(np.mean(off)),
-        "each": float(np.abs(off).max()),
-        "largest": float(off[np.argmax(np.abs(off))]),
-    }[item.measure]
     scale = 100 if item.relative else 1
+    deviation = scale * _MEASURES[item.measure](off)
     bar = None if item.bar is None else scale * item.bar
-    return Verdict(item.group, name, *shown, scale * deviation, "%" if item.relative else unit, bar)
+    return Verdict(item.group, name, *shown, deviation, "%" if item.relative else unit, bar)
 
 
 def _values(numbers: str, head: str, tables: Tables) -> tuple[Array, Array]:
@@ -116,33 +105,31 @@ def _range(values: Array, unit: str, digits: int) -> str:
 
 def verdicts_of_study(tables: Tables) -> Iterator[Verdict]:
     """Tables 10 to 13 from the printed Table 9: how many differ in a printed digit; and our surrogates."""
-    ten = tables["10"]
+    ten, equations, thirteen = (tables[n] for n in ("10", "Eqs", "13"))
     printed, found = (t.to_numpy(dtype=float) for t in (ten.published, ten.found[RECOMPUTED]))
     cut = np.trunc(found * 1000) / 1000
     off = int(((np.round(found, 3) != printed) & (cut != printed)).sum())
     yield _counted("Table 10, rounded or, for one value, cut off", off, printed.size)
-    yield _counted("Eq. (7), within the rounding of Table 9", _eq_7_outside(tables["Eqs"]), len(TERMS))
-    yield _counted("Eq. (8), the five terms not misprinted", _eq_8_differ(tables["Eqs"]), 5)
-    for number, digits in (("11", 3), ("12", 5)):
+    # no further from the fit than the rounding of Table 9 and of the equation explains
+    outside = np.abs(equations.deviation("TS_mm", RECOMPUTED)) > rounding_reach() + 0.0005
+    yield _counted("Eq. (7), within the rounding of Table 9", int(outside.sum()), len(TERMS))
+    digits = {"1": 3, "D": 3, "M": 3, "D^3": 8, "M^3": 4}
+    rows = zip(equations.keys["term"], *equations.pair("TAMA_g", RECOMPUTED), strict=True)
+    off = sum(_differ(printed, found, digits[term]) for term, printed, found in rows if term in digits)
+    yield _counted("Eq. (8), the five terms not misprinted", off, len(digits))
+    for number, places in (("11", 3), ("12", 5)):
         table = tables[number]
-        off = sum(_differ(*table.pair(head, RECOMPUTED), digits) for head in table.heads)
+        off = sum(_differ(*table.pair(head, RECOMPUTED), places) for head in table.heads)
         yield _counted(f"Table {number}", off, table.published.size)
-    thirteen = tables["13"]
     for head in thirteen.heads:
         printed, found = (values[:1] for values in thirteen.pair(head, RECOMPUTED))
         yield _counted(f"Table 13, surrogate's {split_unit(head)[0]}", _differ(printed, found, 1), 1)
-    for head, digits in zip(thirteen.heads, (1, 4), strict=True):
+    for head, places in zip(thirteen.heads, (1, 4), strict=True):
         name, unit = split_unit(head)
         surrogate, simulated = (float(v) for v in thirteen.pair(head, OURS)[1])
-        yield Verdict(
-            ITSELF,
-            f"{name} at the paper's optimum",
-            f"{simulated:.{digits}f} {unit}",
-            f"{surrogate:.{digits}f} {unit}",
-            100 * (surrogate / simulated - 1),
-            "%",
-            100 * bars.SURROGATE,
-        )
+        shown = f"{simulated:.{places}f} {unit}", f"{surrogate:.{places}f} {unit}"
+        deviation = 100 * (surrogate / simulated - 1)
+        yield Verdict(ITSELF, f"{name} at the paper's optimum", *shown, deviation, "%", 100 * bars.SURROGATE)
 
 
 def _counted(item: str, off: int, n: int) -> Verdict:
@@ -153,15 +140,3 @@ def _differ(printed: ArrayLike, found: ArrayLike, digits: int) -> int:
     """How many found values, rounded, are not the printed ones."""
     p, f = (np.asarray(v, dtype=np.float64) for v in (printed, found))
     return int((np.abs(np.round(f, digits) - p) > 1e-9).sum())
-
-
-def _eq_7_outside(table: Comparison) -> int:
-    """Coefficients of Eq. (7) further from the fit than the rounding of Table 9 and of the equation explains."""
-    return int((np.abs(table.deviation("TS_mm", RECOMPUTED)) > rounding_reach() + 0.0005).sum())
-
-
-def _eq_8_differ(table: Comparison) -> int:
-    """Printed coefficients of Eq. (8) that are not the fit's, of the terms that are not misprinted."""
-    digits = {"1": 3, "D": 3, "M": 3, "D^3": 8, "M^3": 4}
-    rows = zip(table.keys["term"], *table.pair("TAMA_g", RECOMPUTED), strict=True)
-    return sum(_differ(printed, found, digits[term]) for term, printed, found in rows if term in digits)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from enum import Enum
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+from numpy.typing import ArrayLike
 
 from trainmj.files.plain import finite
 
 
-class Kind(Enum):
-    """How a tolerance is meant."""
+class Kind(StrEnum):
+    """How a tolerance is meant; AT_LEAST lets the number found be any amount above the one expected."""
 
     RELATIVE = "relative"
     ABSOLUTE = "absolute"
@@ -23,25 +22,15 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Check:
-    """A number found beside the one expected.
+    """A number found beside the one expected."""
 
-    Attributes:
-        case: the collision or property.
-        what: of the case is compared.
-        expected: known from elsewhere.
-        found: by this program.
-        tolerance: a share of expected, or in its unit.
-        kind: how the tolerance is meant; AT_LEAST lets found be any amount above.
-        unit: of expected and found.
-    """
-
-    case: str
-    what: str
-    expected: float
-    found: float
-    tolerance: float
-    kind: Kind = Kind.RELATIVE
-    unit: str = ""
+    case: str  # the collision or property
+    what: str  # of the case is compared
+    expected: float  # known from elsewhere
+    found: float  # by this program
+    tolerance: float  # a share of expected, or in its unit
+    kind: Kind = Kind.RELATIVE  # how the tolerance is meant
+    unit: str = ""  # of expected and found
 
     @property
     def passed(self) -> bool:
@@ -56,7 +45,7 @@ class Check:
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj verify --json`` prints them."""
         numbers = {name: float(getattr(self, name)) for name in ("expected", "found", "tolerance")}
-        plain: dict[str, Any] = finite(asdict(self) | numbers | {"kind": self.kind.value, "passed": self.passed})
+        plain: dict[str, Any] = finite(asdict(self) | numbers | {"passed": self.passed})
         return plain
 
 
@@ -70,10 +59,7 @@ def at_least(case: str, what: str, least: float, found: float, unit: str = "") -
     return Check(case, what, least, found, 0.0, Kind.AT_LEAST, unit)
 
 
-Numbers = npt.ArrayLike | Sequence[float]
-
-
-def furthest(found: Numbers, expected: Numbers, scale: Numbers | None = None) -> float:
+def furthest(found: ArrayLike, expected: ArrayLike, scale: ArrayLike | None = None) -> float:
     """Largest |found - expected| over arrays, each over its own scale; by default over |expected|, 0 counting as 1."""
     a, b = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
     if a.shape != b.shape:
@@ -83,18 +69,17 @@ def furthest(found: Numbers, expected: Numbers, scale: Numbers | None = None) ->
 
 
 def alike(
-    case: str, what: str, found: Numbers, expected: Numbers, most: float, scale: Numbers | None = None, unit: str = ""
+    case: str,
+    what: str,
+    found: ArrayLike,
+    expected: ArrayLike,
+    most: float,
+    scale: ArrayLike | None = None,
+    unit: str = "",
 ) -> Check:
-    """A check of arrays that should be equal, by their largest difference as :func:`furthest` finds it.
+    """A check of arrays that should be equal; most is the largest difference that passes, as :func:`furthest` finds it.
 
-    Args:
-        case: the collision or property.
-        what: the arrays hold.
-        found: by this program.
-        expected: known from elsewhere.
-        most: largest difference that passes.
-        scale: of the difference; by default the expected values.
-        unit: of the scale, if the difference is not relative.
+    A unit is that of the scale, where the difference is not relative.
     """
     said = f"{what}, largest difference{'' if unit else ', relative'}"
     return zero(case, said, furthest(found, expected, scale), most, unit)

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array
+from trainmj.collision.device import Array, Envelope
 from trainmj.errors import EngineError
 
 _SLACK_M, _SLACK_M_S, _SLACK_N = 1e-12, 1e-11, 1e-3
@@ -33,21 +33,13 @@ _SAMPLE = 5e-5  # peaks between switches are looked for this often [s]
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """What an independent solution found. SI; vehicles and interfaces in the order of the chain.
+    """What an independent solution found; vehicles and interfaces in the order of the chain."""
 
-    Attributes:
-        stroke: (n_interface,) largest strokes [m].
-        force: (n_interface,) largest forces [N].
-        acceleration: (n_vehicle,) largest |acceleration| by the devices alone [m/s2].
-        speed: (n_vehicle,) at the end [m/s].
-        switches: how many times a branch was left.
-    """
-
-    stroke: Array
-    force: Array
-    acceleration: Array
-    speed: Array
-    switches: int
+    stroke: Array  # (n_interface,) largest strokes [m]
+    force: Array  # (n_interface,) largest forces [N]
+    acceleration: Array  # (n_vehicle,) largest |acceleration| by the devices alone [m/s2]
+    speed: Array  # (n_vehicle,) at the end [m/s]
+    switches: int  # how many times a branch was left
 
 
 class Branch(Enum):
@@ -67,9 +59,9 @@ Line = tuple[float, float, float]
 class _Joint:
     """An interface: its curve and constants, and where on them it is."""
 
-    def __init__(self, stroke: Array, force: Array, stiffness: float, damping: float) -> None:
-        self.u, self.f = [float(x) for x in stroke], [float(x) for x in force]
-        self.k, self.c = stiffness, damping
+    def __init__(self, envelope: Envelope) -> None:
+        self.u, self.f = envelope.stroke.tolist(), envelope.force.tolist()
+        self.k, self.c = envelope.stiffness, envelope.damping
         self.plastic = 0.0
         self.segment = 0
         self.branch = Branch.FREE
@@ -100,16 +92,14 @@ class _Joint:
         """Lines that are not negative while the present branch lasts, and the slack of each."""
         a, b, _ = self.spring()
         e, s, _ = self.envelope()
+        if self.branch not in (Branch.FREE, Branch.SLACK) and self.segment + 1 < len(self.u):
+            yield (self.u[self.segment + 1], -1.0, 0.0), _SLACK_M
         if self.branch is Branch.FREE:
             yield (self.plastic, -1.0, 0.0), _SLACK_M
-            return
-        if self.branch is Branch.SLACK:
+        elif self.branch is Branch.SLACK:
             yield (-a, -b, -self.c), _SLACK_N
             yield (-self.plastic, 1.0, 0.0), _SLACK_M
-            return
-        if self.segment + 1 < len(self.u):
-            yield (self.u[self.segment + 1], -1.0, 0.0), _SLACK_M
-        if self.branch is Branch.ELASTIC:
+        elif self.branch is Branch.ELASTIC:
             yield (-self.u[self.segment], 1.0, 0.0), _SLACK_M
             yield (a, b, self.c), _SLACK_N
             yield (e - a, s - b, -self.c), _SLACK_N
@@ -146,12 +136,8 @@ def at(line: Line, u: float, rate: float = 0.0) -> float:
 
 def closing(chain: Chain) -> Array:
     """(n_interface, n_vehicle) what makes strokes of positions, and rates of speeds."""
-    result = np.zeros((len(chain.interfaces), len(chain.vehicles)))
-    for k, interface in enumerate(chain.interfaces):
-        result[k, interface.left] = 1.0
-        if interface.right >= 0:
-            result[k, interface.right] = -1.0
-    return result
+    shape = len(chain.interfaces), len(chain.vehicles)
+    return np.eye(*shape) - np.eye(*shape, k=1)  # the last interface may have the wall on its right
 
 
 class _System:
@@ -160,10 +146,7 @@ class _System:
     def __init__(self, chain: Chain) -> None:
         self.n, self.mass = len(chain.vehicles), chain.mass
         self.closing = closing(chain)
-        self.joints = [
-            _Joint(i.envelope.stroke, i.envelope.force, i.envelope.stiffness, i.envelope.damping)
-            for i in chain.interfaces
-        ]
+        self.joints = [_Joint(interface.envelope) for interface in chain.interfaces]
         self.grip = chain.friction
         self.way = np.where(self.grip > 0.0, np.sign(chain.speed), 0.0)  # in which a vehicle slides; 0 sticks or free
 
@@ -226,13 +209,8 @@ class _System:
         return int(np.count_nonzero(freed | halted))
 
 
-def solve(chain: Chain, until: float, tolerance: float = 1e-9) -> Solution:
-    """Follow a collision from the start to a given time.
-
-    Args:
-        chain: what to collide; its step and integrator are not used.
-        until: when to stop [s].
-        tolerance: relative, of the integration.
+def solve(chain: Chain, until: float) -> Solution:
+    """Follow a collision from the start to a given time [s]; the chain's step and integrator are not used.
 
     Raises:
         EngineError: if the integration fails.
@@ -255,16 +233,9 @@ def solve(chain: Chain, until: float, tolerance: float = 1e-9) -> Solution:
 
         holds.terminal, holds.direction = True, -1  # type: ignore[attr-defined]
         # a first sample on the new branch, then evenly up to the next switch
+        times = np.linspace(t, until, 2 + int((until - t) / _SAMPLE))
         found = solve_ivp(
-            motion,
-            (t, until),
-            y,
-            "DOP853",
-            np.linspace(t, until, 2 + int((until - t) / _SAMPLE)),
-            events=holds,
-            rtol=tolerance,
-            max_step=_LONGEST,
-            atol=1e-13,
+            motion, (t, until), y, "DOP853", times, events=holds, max_step=_LONGEST, rtol=1e-9, atol=1e-13
         )
         if found.status < 0:
             raise EngineError(f"the independent solution stopped at {t} s: {found.message}")

@@ -16,8 +16,7 @@ from trainmj.scenario import load
 from trainmj.units import MM
 from trainmj.verification.check import Check, alike, at_least, furthest, zero
 from trainmj.verification.independent import solve
-from trainmj.verification.random_trains import random_collision
-from trainmj.verification.systems import Ride, chain, envelope, follow
+from trainmj.verification.systems import Ride, chain, envelope, follow, random_collision
 
 FINE_STEP_MS = 0.002
 """At which the standard case is held against the independent integrator."""

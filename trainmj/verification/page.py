@@ -35,37 +35,35 @@ def page_of(verification: Verification, command: str) -> Page:
         for group, checks in verification.groups
     ]
     summary.table(Table(columns, rows))
-    tables = dict(tables_of(verification))
-    for group, _ in verification.groups:
+    for group, checks in verification.groups:
         section = page.section(group.title)
         section.text(group.note)
-        section.table(tables[group.title])
+        section.table(table_of(checks))
     page.section("Not checked").notes(NOT_CHECKED)
     return page
 
 
-def tables_of(verification: Verification) -> Iterator[tuple[str, Table]]:
-    """Title of each group, and its checks below the names of their cases."""
-    for group, checks in verification.groups:
-        columns = [
-            Column("", text=True),  # the verdict first: on a phone the rest scrolls
-            Column("Case", text=True),
-            *map(Column, ("expected", "found", "tolerance")),
-        ]
-        yield group.title, Table(columns, [row for _, of in groupby(checks, lambda c: c.case) for row in _rows([*of])])
+def table_of(checks: Sequence[Check], title: str = "") -> Table:
+    """The checks of a group below the names of their cases; the verdict first, for on a phone the rest scrolls."""
+    words = Column("", text=True), Column("Case", text=True)
+    return Table([*words, *map(Column, ("expected", "found", "tolerance"))], list(_rows(checks)), title)
 
 
 def _rows(checks: Sequence[Check]) -> Iterator[tuple[object, ...]]:
-    """A case and its checks."""
-    yield "", checks[0].case, "", "", ""
-    for c in checks:
-        what = f"\u00a0\u00a0{c.what}" + (f" [{c.unit}]" if c.unit else "")
-        if c.kind is Kind.AT_LEAST:
-            expected, tolerance = f"at least {_number(c.expected - c.tolerance)}", ""
-        else:
-            expected = _number(c.expected)
-            tolerance = f"{100 * c.tolerance:.2g} %" if c.kind is Kind.RELATIVE else _number(c.tolerance)
-        yield judged(c.passed), what, expected, _number(c.found), tolerance
+    for case, of in groupby(checks, lambda c: c.case):
+        yield "", case, "", "", ""
+        for c in of:
+            yield _row(c)
+
+
+def _row(c: Check) -> tuple[object, ...]:
+    what = f"\u00a0\u00a0{c.what}" + (f" [{c.unit}]" if c.unit else "")
+    if c.kind is Kind.AT_LEAST:
+        expected, tolerance = f"at least {_number(c.expected - c.tolerance)}", ""
+    else:
+        expected = _number(c.expected)
+        tolerance = f"{100 * c.tolerance:.2g} %" if c.kind is Kind.RELATIVE else _number(c.tolerance)
+    return judged(c.passed), what, expected, _number(c.found), tolerance
 
 
 def _number(value: float) -> str:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from trainmj.output.console import console_table, new_console
-from trainmj.verification.page import tables_of
+from trainmj.verification.page import table_of
 from trainmj.verification.suite import Verification
 
 
 def print_verification(verification: Verification) -> None:
     """Every check, then how many passed."""
     console = new_console()
-    for title, table in tables_of(verification):
-        console.print(console_table(replace(table, title=title)))
+    for group, checks in verification.groups:
+        console.print(console_table(table_of(checks, group.title)))
         console.print()
     n, failed = len(verification.checks), len(verification.failed)
     console.print(

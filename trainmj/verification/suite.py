@@ -17,17 +17,11 @@ Case = Callable[[], Iterator[Check]]
 
 @dataclass(frozen=True)
 class Group:
-    """Cases of one kind.
+    """Cases of one kind."""
 
-    Attributes:
-        title: what they are.
-        note: why they count as evidence.
-        cases: functions that compute the checks of each.
-    """
-
-    title: str
-    note: str
-    cases: tuple[Case, ...]
+    title: str  # what they are
+    note: str  # why they count as evidence
+    cases: tuple[Case, ...]  # functions that compute the checks of each
 
 
 GROUPS = (
@@ -56,15 +50,10 @@ GROUPS = (
 
 @dataclass(frozen=True)
 class Verification:
-    """What the suite found.
+    """What the suite found."""
 
-    Attributes:
-        groups: each with its checks.
-        seconds: it took.
-    """
-
-    groups: tuple[tuple[Group, tuple[Check, ...]], ...]
-    seconds: float
+    groups: tuple[tuple[Group, tuple[Check, ...]], ...]  # each with its checks
+    seconds: float  # it took
 
     @property
     def checks(self) -> list[Check]:

@@ -1,4 +1,4 @@
-"""Small systems to collide: a scenario or a chain in a few words, and what their vehicles and devices do."""
+"""Systems to collide: in a few words, shipped or drawn at random; and what their vehicles and devices do."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 from trainmj.collision.summary import Summary
 from trainmj.scenario import Scenario, load
+from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
 
 FRICTIONLESS = {"collision.rail_friction": 0}
 """Changes of a scenario under which momentum is kept."""
@@ -27,7 +28,7 @@ FRICTIONLESS = {"collision.rail_friction": 0}
 def envelope(points: Sequence[tuple[float, float]], stiffness: float, damping: float = 0.0) -> Envelope:
     """An envelope from points (mm, kN), its stiffness in kN/mm and its dashpot in kN s/m."""
     u, f = np.array(points, dtype=float).T
-    return Envelope(u * 1e-3, f * 1e3, stiffness * 1e6, damping * 1e3)
+    return Envelope(u * MM, f * KN, stiffness * KN_PER_MM, damping * KN_S_PER_M)
 
 
 def device(e: Envelope, name: str = "device") -> Device:
@@ -62,28 +63,22 @@ def values(
     partner: str = "rigid_wall",
     speed_m_s: float = 1.0,
     damping: float = 0.0,
-    collision: dict[str, Any] | None = None,
+    collision: Mapping[str, Any] | None = None,
     step_ms: float = 0.001,
     time_limit_s: float = 1.0,
 ) -> dict[str, Any]:
-    """The values of a scenario file with one device everywhere; points in mm and kN, stiffness in kN/mm."""
+    """The values of a scenario file with one device everywhere; units of the device as in :func:`envelope`."""
+    stroke, force = np.array(points, dtype=float).T.tolist()
+    device = {
+        "curve": {"stroke_mm": stroke, "force_kN": force},
+        "stiffness_kN_per_mm": float(stiffness),
+        "damping_kN_s_per_m": float(damping),
+    }
+    vehicles = [{"name": f"car {i + 1}", "mass_t": float(m)} for i, m in enumerate(mass_t)]
     return {
-        "devices": {
-            "d": {
-                "curve": {"stroke_mm": [float(p[0]) for p in points], "force_kN": [float(p[1]) for p in points]},
-                "stiffness_kN_per_mm": float(stiffness),
-                "damping_kN_s_per_m": float(damping),
-            }
-        },
-        "trains": {
-            "t": {
-                "vehicles": [{"name": f"car {i + 1}", "mass_t": float(m)} for i, m in enumerate(mass_t)],
-                "front": "d",
-                "rear": "d",
-                "coupler": "d",
-            }
-        },
-        "collision": {"train": "t", "speed_km_h": 3.6 * speed_m_s, "partner": partner} | (collision or {}),
+        "devices": {"d": device},
+        "trains": {"t": {"vehicles": vehicles, "front": "d", "rear": "d", "coupler": "d"}},
+        "collision": {"train": "t", "speed_km_h": speed_m_s * 3.6, "partner": partner, **(collision or {})},
         "simulation": {"step_ms": step_ms, "record_every_ms": max(step_ms, 0.1), "time_limit_s": time_limit_s},
     }
 
@@ -93,6 +88,63 @@ def scenario(*args: Any, **kwargs: Any) -> Scenario:
     return Scenario.from_values(values(*args, **kwargs))
 
 
+def random_collision(seed: int, most: int = 40) -> Scenario:
+    """A collision of 2 to most vehicles, the same one for the same seed.
+
+    Both sides move or one stands; one may be longer than the other; there may be a gap and an empty stroke; devices
+    have plateaus, bulges, shear-offs and steep rises; masses go from 10 t to 100 t, closing speeds from 2 to 30 km/h.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, most + 1))
+    n_moving = int(rng.integers(1, n))
+    kinds = [f"d{i}" for i in range(int(rng.integers(1, 5)))]
+    speed = float(rng.uniform(2.0, 30.0))
+    carried = float(rng.choice([0.0, 0.0, rng.uniform(-30.0, 30.0)]))
+
+    def train(count: int) -> dict[str, Any]:
+        mass = rng.uniform(10.0, 100.0, count) if rng.random() < 0.7 else np.full(count, rng.uniform(10.0, 100.0))
+        cars = [
+            {"name": f"car {i + 1}", "mass_t": float(m), "coupler": str(rng.choice(kinds))} for i, m in enumerate(mass)
+        ]
+        return {"vehicles": cars, "front": str(rng.choice(kinds))}
+
+    return Scenario.from_values(
+        {
+            "devices": {name: _device(rng) for name in kinds},
+            "trains": {"a": train(n_moving), "b": train(n - n_moving)},
+            "collision": {
+                "train": "a",
+                "partner": "b",
+                "speed_km_h": speed + carried,
+                "partner_speed_km_h": carried,
+                "gap_mm": float(rng.choice([0.0, rng.uniform(0.0, 100.0)])),
+                "rail_friction": float(rng.choice([0.0, rng.uniform(0.0, 0.05)])),
+            },
+            "simulation": {"step_ms": 0.005, "record_every_ms": 1.0, "time_limit_s": 1.0},
+        }
+    )
+
+
+def _device(rng: np.random.Generator) -> dict[str, Any]:
+    """A device of one or two stages; where its curve rises faster than its stiffness, it climbs along that."""
+    stiffness = float(10 ** rng.uniform(1.0, 3.0))  # kN/mm
+    stages: dict[str, Any] = {"coupler": _stage(rng)}
+    if rng.random() < 0.3:
+        top = stages["coupler"]["curve"]["force_kN"][-1]
+        stages["coupler"]["shear_off"] = {"force_kN": float(top * rng.uniform(1.0, 1.3)), "ramp_mm": 0.25}
+        stages["absorber"] = {**_stage(rng), "empty_stroke_mm": float(rng.uniform(1.0, 60.0))}
+    damping = float(rng.choice([0.0, 10 ** rng.uniform(0.0, 3.5)]))  # kN s/m
+    return {"stages": stages, "stiffness_kN_per_mm": stiffness, "damping_kN_s_per_m": damping}
+
+
+def _stage(rng: np.random.Generator) -> dict[str, Any]:
+    """A curve that rises first, then rises, holds or falls from point to point."""
+    n = int(rng.integers(1, 6))
+    stroke = np.cumsum(np.concatenate([[0.0, rng.uniform(1.0, 80.0)], rng.uniform(0.5, 250.0, n)]))
+    force = rng.uniform(200.0, 800.0) * np.cumprod(np.append(1.0, rng.choice([0.9, 1.0, 1.2, 1.7], n)))
+    return {"curve": {"stroke_mm": stroke.tolist(), "force_kN": [0.0, *force.tolist()]}}
+
+
 def shipped(name: str = "b_type", changes: Mapping[str, Any] | None = None) -> Chain:
     """The chain of a shipped scenario, some values of it changed."""
     return line_up(load(name, changes or {}))
@@ -100,7 +152,8 @@ def shipped(name: str = "b_type", changes: Mapping[str, Any] | None = None) -> C
 
 def collide(*cases: Chain) -> list[Summary]:
     """The numbers of each case, as engineers read them."""
-    return [summary for _, summary in sorted(run_chains(enumerate(cases)), key=lambda item: item[0])]
+    found = dict(run_chains(enumerate(cases)))
+    return [found[k] for k in range(len(cases))]
 
 
 class Ride:
