@@ -50,7 +50,6 @@ from trainmj.output.blocks import Section
 from trainmj.output.table import Verdict
 
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
-_NOTHING = "'none'"
 
 
 @dataclass
@@ -82,12 +81,9 @@ class Page:
         scripts = list(dict.fromkeys(block.script for block in blocks if block.script))
         if any(block.kind == "plot" for block in blocks):
             scripts = [_plotly(), (_TEMPLATES / "plots.js").read_text(encoding="utf-8"), *scripts]
-        html: str = _template().render(
-            page=self,
-            style=Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8")),
-            scripts=[Markup(script) for script in scripts],
-            policy=_policy(scripts),
-        )
+        style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8"))
+        marked = [Markup(script) for script in scripts]
+        html: str = _template().render(page=self, style=style, scripts=marked, policy=_policy(scripts))
         return html
 
     def write(self, file: str | Path) -> None:
@@ -102,12 +98,9 @@ class Page:
 
 @cache
 def _template() -> Any:
+    loader = FileSystemLoader(_TEMPLATES)
     environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.tests["verdict"] = lambda value: isinstance(value, Verdict)
     return environment.get_template("page.html")
@@ -115,9 +108,10 @@ def _template() -> Any:
 
 def _policy(scripts: Sequence[str]) -> str:
     """A Content-Security-Policy: no request to anywhere, no script but these."""
-    hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(s.encode()).digest()).decode()}'" for s in scripts)
+    digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     return (
-        f"default-src 'none'; script-src {hashes or _NOTHING}; style-src 'unsafe-inline'; img-src data: blob:; "
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; "
         "base-uri 'none'; form-action 'none'"
     )
 

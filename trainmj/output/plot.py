@@ -15,7 +15,6 @@ from trainmj.units import label
 Trace = dict[str, Any]
 """One line, or one set of points, as plotly.js takes it."""
 
-COLOURS = PALETTE
 GREY = "#7a808a"
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """From little to much."""
@@ -33,7 +32,7 @@ _AXIS = {
 _LAYOUT: dict[str, Any] = {
     "autosize": True,
     "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#22262e"},
-    "colorway": list(COLOURS),
+    "colorway": list(PALETTE),
     "paper_bgcolor": "#ffffff",
     "plot_bgcolor": "#ffffff",
     "margin": {"l": 58, "r": 14, "t": 8, "b": 44},
@@ -55,25 +54,10 @@ def layout_of(layout: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any]:
-    """A layout with names and units on both axes.
-
-    Args:
-        x: name of the horizontal axis.
-        x_unit: its unit; empty for none.
-        y: name of the vertical axis.
-        y_unit: its unit.
-        more: further entries of the layout.
-    """
+    """A layout with names and units, which may be empty, on both axes, and with further entries."""
     upright = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
     named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": upright}}}
     return _merged(named, more)
-
-
-def over_time(y: str, unit: str, **more: Any) -> dict[str, Any]:
-    """A layout over time in seconds, all lines read out at once."""
-    layout = axes("Time", "s", y, unit, hovermode="x unified")
-    layout["xaxis"]["hoverformat"] = ".4g"
-    return _merged(layout, more)
 
 
 def line(
@@ -92,7 +76,7 @@ def line(
         x: (n,) values; evenly spaced ones are kept as start and step.
         y: (n,) values.
         unit: of y, in the read-out.
-        colour: by default the next of COLOURS.
+        colour: by default the next of the palette.
         width: [pixels].
         more: further entries of the trace.
     """
@@ -125,20 +109,19 @@ def dots(
         name: in the legend.
         x: (n,) numbers, or words for an axis of categories.
         y: (n,) the same.
-        colour: by default the next of COLOURS.
+        colour: by default the next of the palette.
         symbol: plotly.js's name of a sign.
         size: [pixels].
         texts: (n,) what the read-out says of each.
         more: further entries of the trace.
     """
-    marker: dict[str, Any] = {"size": size, "symbol": symbol} | ({"color": colour} if colour else {})
     trace: Trace = {
         "type": "scatter",
         "mode": "markers",
         "name": plain(name),
         "x": _values(x),
         "y": _values(y),
-        "marker": marker,
+        "marker": {"size": size, "symbol": symbol} | ({"color": colour} if colour else {}),
     }
     if texts is not None:
         trace |= {"text": [plain(t) for t in texts], "hovertemplate": f"%{{text}}<extra>{plain(name)}</extra>"}

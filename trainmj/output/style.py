@@ -17,7 +17,7 @@ import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from trainmj.files.atomic import write_bytes
 
@@ -31,7 +31,7 @@ Format = Literal["png", "svg", "pdf"]
 WIDTHS: dict[Width, float] = {"column": 84.0, "page": 174.0}
 """Widths of a figure [mm]: a column, or the page, of the narrower journals (Springer's; Elsevier has 90 and 190)."""
 
-FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
+FORMATS: tuple[Format, ...] = get_args(Format)
 """Formats of figures."""
 
 DPI = 300
@@ -78,11 +78,7 @@ _MM = 1 / 25.4
 
 @contextmanager
 def styled(width: Width = "page") -> Iterator[None]:
-    """Draw in the look of trainmj; also a decorator: ``@styled("column")``.
-
-    Args:
-        width: of figures for which no other one is given.
-    """
+    """Draw in the look of trainmj, figures as wide as this unless another width is given."""
     import matplotlib as mpl
     from cycler import cycler
 
@@ -101,8 +97,7 @@ def figure(width: Width | None = None, height: float | None = None) -> Figure:
     from matplotlib.figure import Figure
 
     wide = set_width() if width is None else WIDTHS[width]
-    high = 0.62 * wide if height is None else height
-    return Figure(figsize=(wide * _MM, high * _MM), layout="constrained")
+    return Figure(figsize=(wide * _MM, (height or 0.62 * wide) * _MM), layout="constrained")
 
 
 def set_width() -> float:
@@ -131,12 +126,7 @@ def grid(n: int, height: float, most: int = 3, narrowest: float = 50.0) -> tuple
 
 
 def encode(picture: Figure, form: Format) -> bytes:
-    """A figure as the bytes of a file; the first call fixes its layout, so that all formats show the same.
-
-    Args:
-        picture: the figure.
-        form: one of FORMATS.
-    """
+    """A figure as the bytes of a file; the first call fixes its layout, so that all formats show the same."""
     content = io.BytesIO()
     with styled():
         _let_powers_be_formulas(picture)

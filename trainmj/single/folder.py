@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.errors import OutputError
@@ -31,32 +30,28 @@ def write_run(
     All files are finished before the first one of an earlier run is replaced. If summary.json is there, all the
     others belong to it.
 
-    Args:
-        result: of the collision.
-        summary: of the same.
-        folder: where.
-        formats: of the figure, collision.png and so on.
-        width: of the figure.
-
     Raises:
         OutputError: if a file cannot be written.
     """
+    import pandas as pd
+
     try:
         with TemporaryDirectory(prefix=".part-", dir=folder) as name:
             stage = Path(name)
             result.save(stage / "result.nc")
             (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
             result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
-            _write_table(summary.interfaces, stage / "interfaces.csv")
-            _write_table(summary.vehicles, stage / "vehicles.csv")
+            for file, parts in (("interfaces.csv", summary.interfaces), ("vehicles.csv", summary.vehicles)):
+                rows = pd.DataFrame([part.as_row() for part in parts])
+                rows.to_csv(stage / file, index=False, float_format="%.9g")
             save(figures.collision(result, width), stage / "collision", formats)
             (stage / LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
             _move(stage, folder)
     except OutputError as error:
         raise OutputError(str(error).replace(f"{name}{os.sep}", f"{folder}{os.sep}")) from None
     except OSError as error:
-        file = folder / Path(error.filename).name if error.filename else folder
-        raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+        at = folder / Path(error.filename).name if error.filename else folder
+        raise OutputError(f"{at}: cannot be written ({error.strerror or error})") from None
 
 
 def _move(stage: Path, folder: Path) -> None:
@@ -64,9 +59,3 @@ def _move(stage: Path, folder: Path) -> None:
     (folder / LAST).unlink(missing_ok=True)
     for file in sorted(stage.iterdir(), key=lambda file: file.name == LAST):
         os.replace(file, folder / file.name)
-
-
-def _write_table(rows: Sequence[InterfaceMetrics] | Sequence[VehicleMetrics], file: Path) -> None:
-    import pandas as pd
-
-    pd.DataFrame([row.as_row() for row in rows]).to_csv(file, index=False, float_format="%.9g")

@@ -14,7 +14,6 @@ from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 from trainmj.scenario.parts import RIGID_WALL
 from trainmj.single import tables
-from trainmj.single.limits import limits_table
 from trainmj.single.page_animation import add_animation
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
@@ -103,7 +102,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
         Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact"),
     )
     if limits:
-        section.table(limits_table(limits))
+        section.table(tables.limits(limits))
         section.text(
             "The limits are the scenario's: those of responses for the moving train, those of strokes for every "
             "device that has one. The clauses of EN 15227 are not checked, and no compliance is claimed."

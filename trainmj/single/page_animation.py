@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +19,14 @@ MOST_CARS = 7
 """Vehicles of each side that are drawn, those nearest to the impact."""
 
 _FRAMES = 240
-_FOLDER = Path(__file__).resolve().parent / "templates"
+_TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
 def add_animation(section: Section, result: Result) -> None:
     """Put the animation of a collision into a section of a page."""
     content = animation_data(result)
-    markup = (_FOLDER / "animation.html").read_text(encoding="utf-8")
-    section.raw(Markup(markup.replace("DATA", as_json(content))), _script())
+    markup, script = ((_TEMPLATES / f"animation.{end}").read_text(encoding="utf-8") for end in ("html", "js"))
+    section.raw(Markup(markup.replace("DATA", as_json(content))), script)
     left_out = len(result.chain.vehicles) - len(content["vehicles"])
     section.text(
         "Not to scale: strokes are enlarged, and each device is as long as its stroke needs. The view follows the "
@@ -75,8 +74,3 @@ def _impact(chain: Chain, position: Array) -> Array:
     left = position[:, chain.front]
     right = chain.interfaces[chain.front].right
     return np.zeros_like(left) if right < 0 else 0.5 * (left + position[:, right])
-
-
-@cache
-def _script() -> str:
-    return (_FOLDER / "animation.js").read_text(encoding="utf-8")

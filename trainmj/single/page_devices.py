@@ -12,7 +12,8 @@ from trainmj.collision.device import Array, Device
 from trainmj.collision.quantities import name_of_side
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import COLOURS, Trace, axes, line
+from trainmj.output.plot import Trace, axes, line
+from trainmj.output.style import PALETTE
 from trainmj.scenario.parts import Curve, DeviceSpec, StagedDevice
 from trainmj.single.page_histories import MOST_LINES
 from trainmj.units import KJ, KN, MM, unit_of, words
@@ -100,7 +101,7 @@ def _paths(result: Result, places: list[Place]) -> list[Trace]:
     for n, place in enumerate(places[: 2 * MOST_LINES]):
         name = name_of_side(place.interface, place.side)
         more: Trace = {"visible": "legendonly"} if place.index > result.chain.front else {}
-        traces.append(line(name, *place.path(result), "kN", COLOURS[n % len(COLOURS)], width=1.3, **more))
+        traces.append(line(name, *place.path(result), "kN", PALETTE[n % len(PALETTE)], width=1.3, **more))
     return traces
 
 

@@ -8,7 +8,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, line, over_time, shade
+from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade
 from trainmj.output.style import BLUE, PURPLE, YELLOW
 from trainmj.single.figures import OF_INTERFACES, shown
 from trainmj.units import KJ
@@ -28,34 +28,32 @@ def add_histories(section: Section, result: Result) -> None:
     chain = result.chain
     step = -(-len(result.time) // MOST_SAMPLES)
     time = result.time[::step]
-    every = 1e3 * (time[1] - time[0]) if len(time) > 1 else 0.0
     joints = _nearest(chain, len(chain.interfaces))
     one_side = chain.interfaces[chain.front].equal_sides
     section.text(
-        f"Drawn every {every:.3g} ms; peaks in the tables are from every step. Drag to zoom, double-click to go back, "
-        "click a name in a legend to hide or show its line."
+        f"Drawn every {1e3 * (time[1] - time[0]):.3g} ms; peaks in the tables are from every step. Drag to zoom, "
+        "double-click to go back, click a name in a legend to hide or show its line."
     )
-    for name, title in (("velocity", "Speed"), ("acceleration", "Acceleration, rail friction included")):
+    for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
         values, unit = shown(result, name)
-        traces = _vehicle_lines(chain, time, values[::step], unit)
-        section.plot(traces, over_time(title.partition(",")[0], unit), title=title, height=400, half=True)
+        _plot(section, axis + more, _vehicle_lines(chain, time, values[::step], unit), axis, unit)
     for name, title in OF_INTERFACES.items():
         values, unit = shown(result, name)
         traces = _interface_lines(chain, joints, time, values[::step], unit)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        section.plot(traces, over_time(title, unit), title=title, note=" ".join(notes), height=400, half=True)
-    section.plot(
-        _balance_lines(result, step, time),
-        over_time("Energy", "kJ"),
-        title="Where the energy is",
-        note="Stacked; elastic energy is the rest of the kinetic energy at the start.",
-        height=400,
-        half=True,
-    )
+        _plot(section, title, traces, title, unit, " ".join(notes))
+    note = "Stacked; elastic energy is the rest of the kinetic energy at the start."
+    _plot(section, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
     left_out = len(chain.interfaces) - len(joints)
     if left_out:
         section.text(f"{left_out} interfaces and their vehicles further from the impact are not drawn.")
+
+
+def _plot(section: Section, title: str, traces: list[Trace], axis: str, unit: str, note: str = "") -> None:
+    """A plot over time, all lines read out at once."""
+    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"})
+    section.plot(traces, layout, title=title, note=note, height=400, half=True)
 
 
 def _nearest(chain: Chain, n: int) -> list[int]:
@@ -87,11 +85,8 @@ def _interface_lines(chain: Chain, joints: list[int], time: Array, values: Array
     return traces
 
 
-def _balance_lines(result: Result, step: int, time: Array) -> list[Trace]:
-    """Kinetic energy, absorbed energy, work of the rails and the elastic rest, stacked [kJ].
-
-    Rail friction works over the distance that a vehicle travels.
-    """
+def _balance_lines(result: Result, step: int) -> list[Trace]:
+    """Kinetic energy, absorbed energy, work of the rails over the distance travelled, and the elastic rest [kJ]."""
     chain = result.chain
     way = np.vstack([np.zeros(len(chain.vehicles)), np.cumsum(np.abs(np.diff(result.position, axis=0)), axis=0)])
     kinetic = 0.5 * np.sum(chain.mass * result.velocity**2, axis=1)
@@ -99,7 +94,7 @@ def _balance_lines(result: Result, step: int, time: Array) -> list[Trace]:
     rails = np.sum(chain.friction * way, axis=1)
     elastic = np.maximum(0.0, kinetic[0] - kinetic - absorbed - rails)
     return [
-        line(name, time, values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")
+        line(name, result.time[::step], values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")
         for name, values, colour in (
             ("absorbed by the devices", absorbed, BLUE),
             ("by the rails", rails, GREY),

@@ -13,7 +13,6 @@ from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
 from trainmj.scenario import Scenario
 from trainmj.single import tables
-from trainmj.single.limits import limits_table
 from trainmj.units import MS
 
 if TYPE_CHECKING:
@@ -24,13 +23,13 @@ def print_summary(result: Result, summary: Summary) -> None:
     """Status, criteria, interfaces, vehicles, energy and checks of one collision."""
     console = new_console()
     console.print(Text(result.scenario.title or "Train collision", style="bold"))
-    console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated", markup=False, highlight=False)
+    console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
     for quantity in TRAIN:
         value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
-        console.print(f"{quantity.heading}: {value}, {quantity.meaning}", markup=False, highlight=False)
+        console.print(f"{quantity.heading}: {value}, {quantity.meaning}")
     limits = summary.limits
     for table in (
-        *([limits_table(limits)] if limits else []),
+        *([tables.limits(limits)] if limits else []),
         tables.interfaces(summary),
         tables.vehicles(summary),
         tables.energy(summary),
@@ -67,12 +66,9 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     if steep:
         console.print(
             f"Note: the envelope of {', '.join(steep)} rises faster than the unloading stiffness in places; there the "
-            "force climbs along the stiffness.",
-            markup=False,
+            "force climbs along the stiffness."
         )
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "
-        f"a record every {chain.step * chain.steps_per_record / MS:g} ms; at most {chain.time_limit:g} s.",
-        markup=False,
-        highlight=False,
+        f"a record every {chain.step * chain.steps_per_record / MS:g} ms; at most {chain.time_limit:g} s."
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from trainmj.collision.chain import Chain, Interface, largest_step
 from trainmj.collision.device import Device
+from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import BALANCE, INTERFACE, VEHICLE, Quantity
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
@@ -30,6 +31,24 @@ def outcome(status: Status) -> Verdict:
     if status.kind is Kind.OVER:
         return passed(f"{status}: {MEANING[status.kind]}")
     return warned(str(status)) if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed(str(status))
+
+
+def limits(criteria: Sequence[Criterion]) -> Table:
+    """The limits of the scenario beside what was found."""
+    return Table(
+        [
+            Column("Limit", text=True),
+            Column("at", text=True),
+            Column("found"),
+            Column("allowed"),
+            Column("used", "%", digits=0),
+            Column("verdict", text=True),
+        ],
+        [
+            (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", 100 * c.found / c.limit, judged(c.kept))
+            for c in criteria
+        ],
+    )
 
 
 def interfaces(summary: Summary) -> Table:
@@ -92,14 +111,9 @@ def checks(result: Result, summary: Summary) -> Table:
     """What must hold for the numbers to be trusted."""
     b, chain = summary.balance, result.chain
     step, largest = chain.step / MS, largest_step(chain) / MS
+    errors = (("energy balance", b.energy_error, UNSTABLE), ("momentum balance", b.momentum_error, MOMENTUM))
     rows = [
-        ("energy balance", f"{abs(b.energy_error):.1e}", f"{UNSTABLE:.0e}", judged(abs(b.energy_error) <= UNSTABLE)),
-        (
-            "momentum balance",
-            f"{abs(b.momentum_error):.1e}",
-            f"{MOMENTUM:.0e}",
-            judged(abs(b.momentum_error) <= MOMENTUM),
-        ),
+        *((name, f"{abs(e):.1e}", f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
         ("step, against the largest stable one", f"{step:g} ms", f"{largest:.3g} ms", judged(step <= largest)),
         (
             "end, before the time limit",

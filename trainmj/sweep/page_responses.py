@@ -13,7 +13,8 @@ from trainmj.collision.device import Array
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import Kind
 from trainmj.output.blocks import Section
-from trainmj.output.plot import COLOURS, GREY, VIRIDIS, Trace, axes, dots, line, plain, shade
+from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, shade
+from trainmj.output.style import PALETTE
 from trainmj.output.table import Column, Table
 from trainmj.units import label, unit_of, words
 
@@ -139,7 +140,7 @@ def _lines(groups: dict[str, pd.DataFrame], first: Factor, response: Response) -
         x = first.places(part[first.name])
         order = np.argsort(x, kind="stable")
         y = part[response.name].to_numpy(dtype=np.float64)[order]
-        colour = shade(0.85 * k / max(1, len(groups) - 1), VIRIDIS) if len(groups) > 1 else COLOURS[0]
+        colour = shade(0.85 * k / max(1, len(groups) - 1), VIRIDIS) if len(groups) > 1 else PALETTE[0]
         name = said or response.title
         trace = line(name, x[order], y, response.unit, colour, mode="lines+markers", marker={"size": 5})
         traces.append(trace | {"showlegend": len(groups) > 1})
@@ -186,7 +187,7 @@ def add_effects(
             levels, means = effects[f.name, r.name]
             if len(means) < 2:
                 continue
-            colour = COLOURS[k % len(COLOURS)]
+            colour = PALETTE[k % len(PALETTE)]
             pairs = zip(levels, means, strict=True)
             texts = [f"{f.axis[0]} {level} {f.unit}: {mean:.5g} {r.unit}" for level, mean in pairs]
             trace = dots(f.axis[0], np.linspace(0, 100, len(means)), means, colour, texts=texts)
@@ -220,10 +221,10 @@ def _span(means: Array) -> float | None:
 
 
 LOOK = {
-    Kind.OVER: (COLOURS[0], "circle"),
-    Kind.EXHAUSTED: (COLOURS[1], "triangle-up"),
-    Kind.TIME_LIMIT: (COLOURS[4], "square"),
-    Kind.NO_CONTACT: (COLOURS[2], "circle-open"),
+    Kind.OVER: (PALETTE[0], "circle"),
+    Kind.EXHAUSTED: (PALETTE[1], "triangle-up"),
+    Kind.TIME_LIMIT: (PALETTE[4], "square"),
+    Kind.NO_CONTACT: (PALETTE[2], "circle-open"),
     Kind.UNSTABLE: ("#22262e", "x"),
     Kind.REFUSED: (GREY, "cross"),
 }
