@@ -1,9 +1,14 @@
-"""Files and folders: read within bounds, written whole, held by one process at a time.
+"""Files and folders: read within bounds, checked, written whole, held by one process at a time.
 
 Nothing here knows what is in them.
 
-    text        what somebody else wrote, and which files it may name
-    tables      the same as a table; and tables that trainmj wrote, back to the last digit
+    text        text from outside, and which files it may name
+    yaml        the same as plain values
+    source      plain values with their places: checked, and refused in words
+    parts       what input files are made of: groups, numbers, names
+    either      alternatives in an input file, as types
+    problems    what is wrong with values, in words
+    tables      CSV files: from outside, and written by trainmj to the last digit
     plain       values as JSON holds them
     atomic      files that are replaced whole
     folder      a folder that one process holds
