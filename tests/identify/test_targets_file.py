@@ -82,6 +82,7 @@ def folder(tmp_path_factory):
             {"parameters__b": {"curve": "devices.coupler.curve"}},
             "must be the path of a curve with points; known: curves.buffer, curves.tube",
         ),
+        ({"parameters__b": {"curve": "devices.front.curve.-1"}}, "must be the path of a curve with points"),
         ({"parameters__b": {"curve": 5}}, "parameters.b.curve = 5: must be text"),
         ({"parameters__b": 5}, "parameters.b = 5: must be a group of keys and values"),
         ({"parameters__b": {"curve": "curves.buffer", "slope": 3}}, "unknown key; did you mean 'slopes'"),

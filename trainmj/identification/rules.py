@@ -108,8 +108,9 @@ def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
 def _points(path: str, scenario: Scenario) -> tuple[Array, Array] | None:
     """Strokes and forces of the curve at a path; None if there is none."""
     try:
+        scenario.locate(path)
         return curve_points(scenario.values(), path)
-    except (LookupError, TypeError, ValueError):
+    except (InputError, LookupError, TypeError, ValueError):
         return None
 
 
