@@ -15,6 +15,6 @@ The numerical methods are in :mod:`trainmj.doe`; this package applies them to tr
 """
 
 from trainmj.study.plan import Study, load_study, study_of
-from trainmj.study.run import STEPS, StudyResult, Watch, run_study
+from trainmj.study.run import StudyResult, Watch, run_study
 
-__all__ = ["STEPS", "Study", "StudyResult", "Watch", "load_study", "run_study", "study_of"]
+__all__ = ["Study", "StudyResult", "Watch", "load_study", "run_study", "study_of"]

@@ -18,7 +18,7 @@ from trainmj.files.resources import find_file
 from trainmj.files.source import Source
 from trainmj.files.tables import read_beside
 from trainmj.files.yaml import read_yaml
-from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
 from trainmj.study.file import GivenPoints, StudyFile
 from trainmj.study.rules import broken_rules, factor_of
@@ -113,11 +113,6 @@ class Study:
             for sign, value in ((1, part.at_most), (-1, part.at_least))
             if value is not None
         )
-
-    @property
-    def identity(self) -> list[Any]:
-        """What every simulation depends on: the scenario, and what the factors set."""
-        return [to_yaml(self.scenario), self.targets]
 
     def criteria(self, values: FloatArray) -> FloatArray:
         """The objectives (n, m) among the responses (n, r)."""

@@ -26,20 +26,6 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 
 SUMMARY = "summary.json"
-STEPS = (
-    "as it stands",
-    "design",
-    "simulations",
-    "correlation",
-    "surrogates",
-    "front on the surrogates",
-    "front on the simulator",
-    "fronts compared",
-    "weights",
-    "decision",
-    "check",
-)
-"""The steps, in the order of the numbers of their files, from 00."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +114,7 @@ def run_study(
             simulator.finish()
         tables = {name: table for step in files.steps for name, table in step.tables.items()}
         computed = tuple(step.name for step in files.steps if step.seconds is not None)
-        return StudyResult(study, files.path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
+        return StudyResult(study, path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
 
 
 def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> None:
@@ -136,6 +122,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     spec, asked = study.spec, study.spec.model_dump()
     names = [[asdict(r) for r in study.responses], [asdict(f) for f in study.space.factors]]
     limits = [spec.objectives, asked["constraints"], asked["optimiser"]]
+    scenario = [to_yaml(study.scenario), study.targets]
 
     def step(name: str, inputs: list[Any], make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
         watch.begin(name)
@@ -151,7 +138,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
 
     stands = step(
         "as it stands",
-        study.identity,
+        scenario,
         lambda: steps.as_it_stands(study, simulator),
         lambda tables: steps.read_as_it_stands(study, tables),
     )
@@ -163,7 +150,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     )
     simulations = step(
         "simulations",
-        [names, study.identity, design.digest],
+        [names, scenario, design.digest],
         lambda: steps.simulations(study, design.value(), simulator),
         designs("02_simulations"),
     )
@@ -186,7 +173,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     if spec.optimiser.on != "surrogate":
         found["simulator"] = step(
             "front on the simulator",
-            [names, study.identity, limits],
+            [names, scenario, limits],
             lambda: fronts.on_simulator(study, simulator),
             designs(fronts.FILES["simulator"]),
         )
@@ -194,7 +181,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
         predicted, direct = found.values()
         step(
             "fronts compared",
-            [names, study.identity, limits, predicted.digest, direct.digest],
+            [names, scenario, limits, predicted.digest, direct.digest],
             lambda: fronts.compared(study, predicted.value(), direct.value(), simulator),
             nothing,
         )
@@ -214,7 +201,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     )
     step(
         "check",
-        [names, study.identity, asked["check"], asked["constraints"], decision.digest, stands.digest],
+        [names, scenario, asked["check"], asked["constraints"], decision.digest, stands.digest],
         lambda: choice.check(study, decision.value(), stands.value(), simulator),
         nothing,
     )

@@ -14,7 +14,7 @@ from trainmj.output.console import new_console, print_table
 from trainmj.output.table import Table, Verdict
 from trainmj.study import tables
 from trainmj.study.folder import Step
-from trainmj.study.run import STEPS, StudyResult, Watch
+from trainmj.study.run import StudyResult, Watch
 
 
 class Screen(Watch):
@@ -47,7 +47,8 @@ class Screen(Watch):
         """Leave a line behind."""
         if self._shown:
             said = "  there" if step.seconds is None else f"{step.seconds:5.1f} s"
-            self._console.print(f"{STEPS.index(step.name):02d} {step.name:<26}{said}")
+            number = min(step.tables)[:2]  # its files begin with it
+            self._console.print(f"{number} {step.name:<26}{said}")
 
     def stop(self) -> None:
         """Take the moving line away."""
