@@ -73,10 +73,10 @@ def correlations(found: Sequence[Correlation]) -> Figure:
     wide = columns > rows * 2 or len(found) * columns * _CELL > set_width()
     height = 13 + 11 * rows
     picture = figure(None, height * len(found) if wide else height)
-    panels = picture.subplots(len(found), 1, squeeze=False) if wide else picture.subplots(1, len(found), squeeze=False)
-    image = None
-    for axes, c in zip(panels.ravel(), found, strict=True):
-        image = axes.imshow(c.r, vmin=-1, vmax=1, cmap="RdBu_r", aspect="auto")
+    down, across = (len(found), 1) if wide else (1, len(found))
+    panels = picture.subplots(down, across, squeeze=False).ravel()
+    for axes, c in zip(panels, found, strict=True):
+        axes.imshow(c.r, vmin=-1, vmax=1, cmap="RdBu_r", aspect="auto")
         axes.set_xticks(range(columns), c.y_names)
         axes.set_yticks(range(rows), c.x_names)
         axes.set_title(f"{c.method.capitalize()}, n = {c.n}, {100 * c.level:g} % interval")
@@ -84,22 +84,17 @@ def correlations(found: Sequence[Correlation]) -> Figure:
         axes.tick_params(length=0)
         for i, k in itertools.product(range(rows), range(columns)):
             _cell(axes, k, i, c)
-    if image is not None:
-        picture.colorbar(image, ax=panels.ravel().tolist(), label="r", fraction=0.04, pad=0.02, ticks=[-1, 0, 1])
+    picture.colorbar(panels[0].images[0], ax=list(panels), label="r", fraction=0.04, pad=0.02, ticks=[-1, 0, 1])
     return picture
 
 
 def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
     r, low, high = c.r[i, k], c.lower[i, k], c.upper[i, k]
-    if not np.isfinite(r):
-        axes.text(k, i, "–", ha="center", va="center", color="0.3")
-        return
-    colour = "white" if abs(r) > 0.65 else "black"
-    if np.isfinite(low):
-        axes.text(k, i - 0.14, f"{r:.2f}", ha="center", va="center", color=colour)
-        axes.text(k, i + 0.24, f"{low:.2f} … {high:.2f}", ha="center", va="center", color=colour, fontsize=5)
-    else:
-        axes.text(k, i, f"{r:.2f}", ha="center", va="center", color=colour)
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "color": "white" if abs(r) > 0.65 else "black"}
+    below = np.isfinite(low)
+    axes.text(k, i - 0.14 * below, f"{r:.2f}" if np.isfinite(r) else "–", **centred)
+    if below:
+        axes.text(k, i + 0.24, f"{low:.2f} … {high:.2f}", fontsize=5, **centred)
 
 
 def parity(study: Study, values: FloatArray, predicted: FloatArray) -> Figure:
@@ -121,10 +116,7 @@ def parity(study: Study, values: FloatArray, predicted: FloatArray) -> Figure:
 def surfaces(study: Study, models: Sequence[Surrogate], points: FloatArray) -> Figure:
     """The surrogates: contours over two factors, or the effect of each factor with the others at their centre.
 
-    Args:
-        study: factors, responses and limits.
-        models: surrogate of each response.
-        points: where the design was simulated, (n, d).
+    Dots are where the design was simulated, (n, d).
     """
     space = study.space
     if space.d == 2 and not any(f.kind == "choice" for f in space.factors):
@@ -154,9 +146,8 @@ def _contours(study: Study, models: Sequence[Surrogate], points: FloatArray) -> 
             for text in axes.clabel(lines, fontsize=6, fmt="%g"):
                 text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
                 text.set_zorder(4)  # above the dots
-        for limit in study.limits:
-            excess = limit.excess(z) if limit.response == response else np.zeros(0)
-            if excess.size and excess.min() < 0 < excess.max():
+        for excess in (limit.excess(z) for limit in study.limits if limit.response == response):
+            if excess.min() < 0 < excess.max():
                 axes.contourf(a, b, excess, levels=[0, np.inf], colors=[ORANGE], alpha=0.18)
                 axes.contour(a, b, excess, levels=[0], colors=[ORANGE], linewidths=1.4)
         axes.scatter(points[:, 0], points[:, 1], s=6, color="black", zorder=3, clip_on=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -63,13 +63,8 @@ def fronts(
 def weights(found: Weights) -> Figure:
     """The weights of the objectives as bars."""
     figure, (axes,) = grid(1, 18.0 + 7 * len(found.names))
-    place = np.arange(len(found.names))[::-1]
-    bars = axes.barh(place, found.weight, height=0.6, color=BLUE)
-    axes.bar_label(bars, [f"{w:.4f}" for w in found.weight], padding=3, fontsize=7)
-    axes.set_yticks(place, found.names)
-    axes.set(xlabel="weight", xlim=(0, 1.15 * max(found.weight.max(), 0.1)))
-    axes.grid(visible=False, axis="y")
-    axes.set_axisbelow(True)
+    _bars(axes, found.names, found.weight, BLUE, "{:.4f}")
+    axes.set_xlabel("weight")
     axes.set_title(found.description[:1].upper() + found.description[1:], fontsize=7, fontweight="normal")
     return figure
 
@@ -111,7 +106,7 @@ def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _bars(axes: Axes, names: list[str], values: FloatArray, colour: str, form: str) -> None:
+def _bars(axes: Axes, names: Sequence[str], values: FloatArray, colour: str, form: str) -> None:
     place = np.arange(len(names))[::-1]
     values = np.nan_to_num(values)
     bars = axes.barh(place, values, height=0.6, color=colour)
