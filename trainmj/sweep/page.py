@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -103,20 +104,12 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
         Card("Failed", str(bad), "cases", "refused or unstable", verdict=judged(bad == 0, "none", "see below")),
         Card("Past a limit", str(spent), "cases", verdict=warned("see below") if spent else passed("none")),
     )
-    section.table(
-        Table(
-            [Column("Status", text=True), Column("cases"), Column("share", "%", 1), Column("what it means", text=True)],
-            [(kind, count, 100.0 * count / n, MEANING[kind]) for kind, count in counts.items()],
-            title="How the cases ended",
-        )
-    )
-    section.table(
-        Table(
-            [Column("Varied", text=True), Column("unit", text=True), Column("from"), Column("to"), Column("levels")],
-            [(f.name, f.unit, f.say(f.levels[0]), f.say(f.levels[-1]), len(f.levels)) for f in sweep.factors],
-            title="What was varied",
-        )
-    )
+    heads = [Column("Status", text=True), Column("cases"), Column("share", "%", 1), Column("what it means", text=True)]
+    endings = [(kind, count, 100.0 * count / n, MEANING[kind]) for kind, count in counts.items()]
+    section.table(Table(heads, endings, "How the cases ended"))
+    heads = [Column("Varied", text=True), Column("unit", text=True), *map(Column, ("from", "to", "levels"))]
+    varied = [(f.name, f.axis[1], f.say(f.levels[0]), f.say(f.levels[-1]), len(f.levels)) for f in sweep.factors]
+    section.table(Table(heads, varied, "What was varied"))
 
 
 def _add_failures(section: Section, sweep: Swept) -> None:
@@ -125,51 +118,29 @@ def _add_failures(section: Section, sweep: Swept) -> None:
         section.text("Every case came to its end within all limits.")
         return
     add_map(section, sweep.table, sweep.factors)
-    for kinds, title in (
-        (FAILED, "Failed cases"),
-        ((Kind.EXHAUSTED, Kind.TIME_LIMIT), "Limits passed"),
-        ((Kind.NO_CONTACT,), "No contact"),
+    for kinds, verdict, title in (
+        (FAILED, failed, "Failed cases"),
+        ((Kind.EXHAUSTED, Kind.TIME_LIMIT), warned, "Limits passed"),
+        ((Kind.NO_CONTACT,), warned, "No contact"),
     ):
         rows = sweep.table[sweep.table["status"].isin(kinds)]
-        if rows.empty:
-            continue
-        verdict = failed if kinds == FAILED else warned
-        section.table(
-            Table(
-                [
-                    Column("Case"),
-                    *(Column(*f.axis) for f in sweep.factors),
-                    Column("status", text=True),
-                    Column("reason", text=True),
-                ],
-                [
-                    (n, *_levels(sweep, row), verdict(row["status"]), row["reason"] or "")
-                    for n, row in rows.head(_MOST_ROWS).iterrows()
-                ],
-                title,
-                f"The first {_MOST_ROWS} of {len(rows)}; results.csv has all." if len(rows) > _MOST_ROWS else "",
-            )
-        )
-
-
-def _levels(sweep: Swept, row: pd.Series) -> list[str]:
-    return [f.say(row[f.name]) for f in sweep.factors]
+        if len(rows):
+            said = rows.assign(status=rows["status"].map(verdict), reason=rows["reason"].fillna(""))
+            note = f"The first {_MOST_ROWS} of {len(rows)}; results.csv has all." if len(rows) > _MOST_ROWS else ""
+            section.table(_cases(sweep, said, {"reason": Column("reason", text=True)}, title, note))
 
 
 def _add_cases(section: Section, sweep: Swept) -> None:
-    drawn = sweep.responses
-    shown = sweep.table.head(_MOST_ROWS)
-    section.table(
-        Table(
-            [
-                Column("Case"),
-                *(Column(*f.axis) for f in sweep.factors),
-                Column("status", text=True),
-                *(Column(r.title, r.unit, ".6g") for r in drawn),
-            ],
-            [(n, *_levels(sweep, row), row["status"], *(row[r.name] for r in drawn)) for n, row in shown.iterrows()],
-            "Cases with some of their responses",
-            f"{len(shown)} of {len(sweep.table)} cases, {len(drawn)} of the responses; results.csv has all.",
-        ),
-        folded=True,
-    )
+    n, drawn = len(sweep.table), {r.name: Column(r.title, r.unit, ".6g") for r in sweep.responses}
+    note = f"{min(n, _MOST_ROWS)} of {n} cases, {len(drawn)} of the responses; results.csv has all."
+    section.table(_cases(sweep, sweep.table, drawn, "Cases with some of their responses", note), folded=True)
+
+
+def _cases(sweep: Swept, rows: pd.DataFrame, columns: Mapping[str, Column], title: str, note: str) -> Table:
+    """The first cases of some: number, what was varied, status, and further columns by their names."""
+    heads = [Column("Case"), *(Column(*f.axis) for f in sweep.factors), Column("status", text=True), *columns.values()]
+    cells = [
+        (n, *(f.say(row[f.name]) for f in sweep.factors), row["status"], *(row[name] for name in columns))
+        for n, row in rows.head(_MOST_ROWS).iterrows()
+    ]
+    return Table(heads, cells, title, note)

@@ -40,14 +40,9 @@ class Factor:
     numeric: bool  # whether they are
 
     @property
-    def unit(self) -> str:
-        """Read from its name."""
-        return unit_of(self.name)
-
-    @property
     def axis(self) -> tuple[str, str]:
-        """Name and unit of an axis."""
-        return words(self.name), self.unit
+        """Name in words and unit."""
+        return words(self.name), unit_of(self.name)
 
     @property
     def nested(self) -> bool:
@@ -123,7 +118,8 @@ def _most_levels_first(factors: Sequence[Factor]) -> list[Factor]:
 
 def _setting(factors: Sequence[Factor], values: Sequence[Any]) -> str:
     """What a case has for some factors: "mass 30 t, empty stroke 20 mm"."""
-    return ", ".join(f"{f.axis[0]} {f.say(v)} {f.unit}".strip() for f, v in zip(factors, values, strict=True))
+    pairs = ((*f.axis, f.say(v)) for f, v in zip(factors, values, strict=True))
+    return ", ".join(f"{name} {said} {unit}".strip() for name, unit, said in pairs)
 
 
 def _groups(table: pd.DataFrame, others: Sequence[Factor]) -> dict[str, pd.DataFrame]:
@@ -174,31 +170,21 @@ def add_effects(
         f" (of more than {_BINS} levels: in {_BINS} classes of as many cases). The table shows the largest of these "
         "means less the smallest. If cases are missing or the design is not balanced, the effects of factors mix."
     )
-    section.table(
-        Table(
-            [Column("Factor", text=True), *(Column(r.title, r.unit) for r in responses)],
-            [(f.name, *(_span(effects[f.name, r.name][1]) for r in responses)) for f in factors],
-            title="Largest change of the mean",
-        )
-    )
+    spans = [(f.name, *(_span(effects[f.name, r.name][1]) for r in responses)) for f in factors]
+    heads = [Column("Factor", text=True), *(Column(r.title, r.unit) for r in responses)]
+    section.table(Table(heads, spans, "Largest change of the mean"))
     for r in responses[:4] if len(factors) > 1 else ():
         traces = []
         for k, f in enumerate(factors):
             levels, means = effects[f.name, r.name]
             if len(means) < 2:
                 continue
-            colour = PALETTE[k % len(PALETTE)]
-            pairs = zip(levels, means, strict=True)
-            texts = [f"{f.axis[0]} {level} {f.unit}: {mean:.5g} {r.unit}" for level, mean in pairs]
-            trace = dots(f.axis[0], np.linspace(0, 100, len(means)), means, colour, texts=texts)
+            colour, (name, unit) = PALETTE[k % len(PALETTE)], f.axis
+            texts = [f"{name} {level} {unit}: {mean:.5g} {r.unit}" for level, mean in zip(levels, means, strict=True)]
+            trace = dots(name, np.linspace(0, 100, len(means)), means, colour, texts=texts)
             traces.append(trace | {"mode": "lines+markers", "line": {"color": colour}})
-        section.plot(
-            traces,
-            axes("From the lowest to the highest level", "%", f"Mean of {r.title}", r.unit),
-            title=f"Main effects on {r.title}",
-            height=340,
-            half=True,
-        )
+        layout = axes("From the lowest to the highest level", "%", f"Mean of {r.title}", r.unit)
+        section.plot(traces, layout, title=f"Main effects on {r.title}", height=340, half=True)
 
 
 def _effect(table: pd.DataFrame, factor: Factor, name: str) -> tuple[list[str], Array]:
