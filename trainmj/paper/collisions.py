@@ -57,11 +57,7 @@ def all_cases() -> list[Case]:
 
 
 def collide(threads: int = 0) -> Collisions:
-    """Compute the paper's collisions on the shipped scenarios.
-
-    Args:
-        threads: native threads for the cases without histories; 0 for all cores.
-    """
+    """Compute the paper's collisions on the shipped scenarios, with 0 threads on all cores."""
     standard = load(SCENARIO)
     results = {case: run(_scenario(standard, case)) for case in one_factor_cases()}
     scenarios = tuple(run(load(f"{SCENARIO}_scenario_{n}")) for n in published("2")["scenario"])

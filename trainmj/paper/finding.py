@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 Shown = tuple[bool | np.bool, *tuple[str, ...]]
-"""Whether the printed numbers do show a defect, and the sentences that say how."""
+"""Whether the printed numbers show the defect, and sentences that say how."""
 
 Show = Callable[[], Shown]
 
@@ -20,12 +20,12 @@ class Defect:
     title: str  # what is wrong, in one line
     where: str  # tables, equations or sections
     arithmetic: tuple[str, ...]  # sentences with the numbers that show it
-    stands: bool  # whether the printed numbers do show it; false if the copy of the tables were mended
+    stands: bool  # whether the printed numbers show it; false if the copies of the tables were corrected
 
 
 @dataclass(frozen=True)
 class Defects:
-    """Defects in the order in which they are written down; going through them does their arithmetic."""
+    """Defects in the order of the code; iterating over them does their arithmetic."""
 
     _shown: list[tuple[str, str, Show]] = field(default_factory=list)
 

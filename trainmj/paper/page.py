@@ -68,13 +68,7 @@ def optima_table(reproduction: Reproduction) -> Table:
 
 
 def page_of(reproduction: Reproduction, figures: Mapping[str, Figure], command: str) -> Page:
-    """The page.
-
-    Args:
-        reproduction: what was computed.
-        figures: drawn, by the name of their file.
-        command: makes it again.
-    """
+    """The page, with figures by the name of their file and the command that makes it again."""
     page = Page(
         "A published train collision study, end to end",
         f"Liu et al. 2022, Chinese Journal of Mechanical Engineering, doi {DOI}: every table and figure of the B-type "
@@ -137,7 +131,7 @@ def _laws(section: Section, r: Reproduction) -> None:
 
 def _defects(section: Section, r: Reproduction) -> None:
     section.text(
-        "Each follows from the printed numbers alone. Nothing was tuned to them, and comparisons that meet one say so."
+        "Each follows from the printed numbers alone. Nothing was tuned to them; comparisons say where one matters."
     )
     for n, defect in enumerate(r.defects, start=1):
         section.text(Markup("<b>{}. {}.</b> {}.").format(n, defect.title, defect.where))

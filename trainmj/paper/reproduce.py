@@ -20,27 +20,16 @@ from trainmj.paper.verdicts import Verdict, verdicts
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """Everything of the paper that was computed again.
-
-    Attributes:
-        collisions: ours.
-        recomputed: the study on the published Table 9.
-        ours: the study on our responses at the same points.
-        tables: each published table beside its counterparts, by number.
-        optima: the same decision on the paper's and on our responses.
-        verdicts: item by item.
-        laws: those the paper states in words, on our results.
-        defects: the paper's own.
-    """
+    """Everything of the paper that was computed again."""
 
     collisions: Collisions
-    recomputed: Analysis
-    ours: Analysis
-    tables: Tables
-    optima: pd.DataFrame
-    verdicts: tuple[Verdict, ...]
-    laws: tuple[Law, ...]
-    defects: tuple[Defect, ...]
+    recomputed: Analysis  # the study on the published Table 9
+    ours: Analysis  # the study on our responses at the same points
+    tables: Tables  # each published table beside its counterparts, by number
+    optima: pd.DataFrame  # where the same decision ends on the paper's and on our responses
+    verdicts: tuple[Verdict, ...]  # item by item
+    laws: tuple[Law, ...]  # those the paper states in words, on our results
+    defects: tuple[Defect, ...]  # the paper's own
 
     @property
     def agrees(self) -> bool:

@@ -15,7 +15,7 @@ from trainmj.paper.reproduce import Reproduction
 
 
 def print_paper(reproduction: Reproduction) -> None:
-    """The closing summary."""
+    """Print verdicts, optima, the laws that do not hold, and the defects."""
     console = new_console()
     console.print(Text("Liu et al. 2022, the B-type subway train: published against computed", style="bold"))
     for table in verdict_tables(reproduction):

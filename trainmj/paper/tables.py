@@ -61,23 +61,14 @@ _OF_A_STUDY: dict[str, Callable[[Analysis], pd.DataFrame]] = {
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """A published table and its counterparts.
+    """A published table and its counterparts."""
 
-    Attributes:
-        name: of the file, without ending.
-        title: number and subject of the published table.
-        keys: what the rows are, (n, k).
-        published: the printed numbers, (n, q); heads with units.
-        found: the same heads, by where they come from: ``ours`` or ``from_table_9``.
-        note: what a reader must know to judge it; empty if nothing.
-    """
-
-    name: str
-    title: str
-    keys: pd.DataFrame
-    published: pd.DataFrame
-    found: Mapping[str, pd.DataFrame]
-    note: str = ""
+    name: str  # of the file, without ending
+    title: str  # number and subject of the published table
+    keys: pd.DataFrame  # what the rows are, (n, k)
+    published: pd.DataFrame  # the printed numbers, (n, q); heads with units
+    found: Mapping[str, pd.DataFrame]  # the same heads, by where they come from: OURS, RECOMPUTED
+    note: str = ""  # what a reader must know to judge it
 
     @property
     def heads(self) -> list[str]:
@@ -176,12 +167,7 @@ def compare_scenarios(scenarios: Sequence[Result]) -> Comparison:
 
 
 def compare_studies(thirteen: Comparison, studies: Mapping[str, Analysis]) -> dict[str, Comparison]:
-    """Tables 10 to 13 and Eqs (7), (8) by number.
-
-    Args:
-        thirteen: Table 13 with what was simulated.
-        studies: on the published Table 9 and on ours, by source.
-    """
+    """Tables 10 to 13 and Eqs (7), (8) by number, from studies by their source; thirteen holds what was simulated."""
     tables = {
         number: compare(number, {source: of(study) for source, study in studies.items()})
         for number, of in _OF_A_STUDY.items()

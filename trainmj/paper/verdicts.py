@@ -1,4 +1,4 @@
-"""The verdicts: each item of the paper that can be checked, published, ours, deviation, bar, agreement."""
+"""The verdicts: each item that can be checked, as published and as found, with its deviation, bar and agreement."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Check:
     """A number found beside the one expected."""
 
     case: str  # the collision or property
-    what: str  # of the case is compared
+    what: str  # the quantity that is compared
     expected: float  # known from elsewhere
     found: float  # by this program
     tolerance: float  # a share of expected, or in its unit
@@ -34,7 +34,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether found is within the tolerance; never where it is not finite."""
+        """Whether found is within the tolerance; a value that is not finite never is."""
         if not np.isfinite(self.found):
             return False
         if self.kind is Kind.AT_LEAST:

@@ -15,12 +15,7 @@ from trainmj.verification.suite import Verification
 
 
 def page_of(verification: Verification, command: str) -> Page:
-    """The page.
-
-    Args:
-        verification: what was found.
-        command: makes it again.
-    """
+    """The page, with the command that makes it again."""
     title = "Collisions whose outcome is known without this program, computed on this machine"
     page = Page("Verification", title, command, identity())
     n, failed = len(verification.checks), len(verification.failed)

@@ -8,7 +8,7 @@ from trainmj.verification.suite import Verification
 
 
 def print_verification(verification: Verification) -> None:
-    """Every check, then how many passed."""
+    """Print every check, then how many passed."""
     console = new_console()
     for group, checks in verification.groups:
         console.print(console_table(table_of(checks, group.title)))

@@ -1,4 +1,4 @@
-"""All cases in their order, computed one after the other."""
+"""The suite: every case, in order, and what was found."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Verification:
     """What the suite found."""
 
     groups: tuple[tuple[Group, tuple[Check, ...]], ...]  # each with its checks
-    seconds: float  # it took
+    seconds: float  # of computing
 
     @property
     def checks(self) -> list[Check]:

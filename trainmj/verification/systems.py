@@ -151,22 +151,22 @@ def shipped(name: str = "b_type", changes: Mapping[str, Any] | None = None) -> C
 
 
 def collide(*cases: Chain) -> list[Summary]:
-    """The numbers of each case, as engineers read them."""
+    """Collide cases side by side, and summarise each."""
     found = dict(run_chains(enumerate(cases)))
     return [found[k] for k in range(len(cases))]
 
 
 class Ride:
-    """A simulation that goes on as far as one wants, whether the collision is over or not."""
+    """A simulation that can go on after the collision is over."""
 
     def __init__(self, case: Chain) -> None:
-        """At the start."""
+        """Build the model of a case and put it at the start."""
         self.case, self.layout = case, Layout.of(case)
         self.model = build(case, bare=True)
         self.data = start(self.model, case, self.layout)
 
     def go(self, seconds: float) -> Ride:
-        """Go on for a time."""
+        """Simulate some more seconds."""
         with kernel.installed():
             mujoco.mj_step(self.model, self.data, nstep=round(seconds / self.case.step))
         return self
