@@ -23,11 +23,12 @@ _FIT = {
     "unit": Column("unit", text=True),
     "values": Column("values"),
     "rms": Column("rms", digits=".3g"),
-    "bias": Column("bias", digits="+.2g"),
+    "bias": Column("bias", digits="+.3g"),
     "largest": Column("largest", digits="+.3g"),
     "largest_percent": Column("largest", "%", digits="+.2f"),
     "outside": Column("outside"),
-    "bars": Column("bars", text=True),
+    "verdict": Column("bars", text=True),
+    "bars": Column("stated", text=True),
 }
 _PARAMETERS = {
     "parameter": Column("Parameter", text=True),
@@ -64,9 +65,10 @@ def size(plan: Identification) -> str:
 
 def fit(found: Found, role: str) -> Table:
     """How closely each target is met, by the values that were fitted or held out."""
-    rows = rows_of(found.fit[found.fit["role"] == role])
+    rows = [row | _bars(row) for row in rows_of(found.fit[found.fit["role"] == role])]
+    columns = {key: column for key, column in _FIT.items() if key != "bars" or any(row[key] for row in rows)}
     note = "Outside: beyond the tolerance, or the bar on each value where there is one."
-    return _table(_FIT, [row | {"bars": _bars(row)} for row in rows], ROLES[role], note)
+    return _table(columns, rows, ROLES[role], note)
 
 
 def parameters(found: Found) -> Table:
@@ -111,10 +113,12 @@ def _table(columns: Mapping[str, Column], rows: Sequence[Row], title: str = "", 
     return Table(list(columns.values()), [[row[key] for key in columns] for row in rows], title, note)
 
 
-def _bars(row: Row) -> Verdict:
-    stated = [f"{key} {row[f'bar_{key}']}" for key in ("each", "rms", "bias") if _is_there(row[f"bar_{key}"])]
+def _bars(row: Row) -> dict[str, Any]:
+    """Whether the bars are kept, and what they are."""
+    bars = {key: row[f"bar_{key}"] for key in ("each", "rms", "bias") if _is_there(row[f"bar_{key}"])}
+    said = ", ".join(f"{key} {bar}" if isinstance(bar, str) else f"{key} {bar:g}" for key, bar in bars.items())
     kept = None if row["kept"] is None else bool(row["kept"])
-    return judged(kept, ", ".join(stated), f"not kept: {', '.join(stated)}", "none")
+    return {"verdict": judged(kept, "kept", "not kept", "none"), "bars": said}
 
 
 def _is_there(value: Any) -> bool:
