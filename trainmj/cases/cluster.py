@@ -1,7 +1,7 @@
-"""Cases on a Dask cluster: the same code, the same numbers, on as many machines as there are.
+"""Cases on a Dask cluster: the same code and the same numbers on any number of machines.
 
-A task is a handful of cases. Dask gives the tasks of a worker that dies to another one, so nothing is lost, and what
-has ended is in the store already.
+A task is a handful of cases. Dask gives the tasks of a worker that dies to another one, so nothing is lost; finished
+cases are in the store already.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ CASES_PER_TASK = 32
 """Cases in one task: a task costs Dask about 2 ms, a collision ten."""
 
 _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
-_PATIENCE = 10.0  # for a scheduler that does not answer [s]
-_MAY_DIFFER = "platform"  # of the process that hands out the cases; not among the workers
+_PATIENCE = 10.0  # with a scheduler that does not answer [s]
+_MAY_DIFFER = "platform"  # between this process and the workers, not among the workers
 _LOST = (CancelledError, FutureCancelledError, KilledWorker, OSError)
-"""What Dask raises when the cluster is gone, or cases have killed their workers again and again."""
+"""What Dask raises when the cluster is gone, or cases have killed their workers repeatedly."""
 
 
 @contextmanager
@@ -50,13 +50,13 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
         InputError: if no scheduler answers at the address, or it has no workers or unsuitable ones.
     """
     for name in ("distributed", "distributed.client"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what goes wrong comes back as an exception
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # errors come back as exceptions
     if address == LOCAL:
         with LocalCluster(threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
             yield engine(client, scenario)
         return
     try:
-        asyncio.run(asyncio.wait_for(_reach(address), _PATIENCE))  # a client would wait for ever for another service
+        asyncio.run(asyncio.wait_for(_reach(address), _PATIENCE))  # a client would wait for another service for ever
         client = Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
@@ -76,7 +76,7 @@ async def _reach(address: str) -> None:
 
 
 def engine(client: Client, scenario: Scenario) -> Engine:
-    """An engine that computes with a Dask client of the caller's; waits for the first worker.
+    """An engine that computes with a given Dask client; waits for the first worker.
 
     Raises:
         InputError: if a worker has other versions than this process, or another processor than the other workers.
@@ -98,11 +98,10 @@ class _Cluster:
             self._agree(worker, found)
 
     def _agree(self, worker: str, found: Mapping[str, str] | Exception) -> None:
-        """Refuse a worker whose numbers would not belong to the others."""
+        """Refuse a worker that would compute other numbers."""
         if isinstance(found, Exception):
             raise InputError(f"worker {worker}: trainmj cannot be used there ({found}): install the same version")
-        differs = "; ".join(changes(found, self.identity, ("there", "here")))
-        if differs:
+        if differs := "; ".join(changes(found, self.identity, ("there", "here"))):
             raise InputError(f"worker {worker}: would compute other numbers: {differs}: make all machines alike")
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
@@ -110,19 +109,17 @@ class _Cluster:
         source = iter(cases)
         tasks = iter(lambda: list(islice(source, CASES_PER_TASK)), [])
         running = as_completed([], with_results=True)
-        at_work = 0
         try:
             while True:
-                for task in islice(tasks, max(0, self._most() - at_work)):
+                most = max(1, sum(self._client.nthreads().values())) * _TASKS_PER_THREAD
+                for task in islice(tasks, max(0, most - running.count())):
                     running.add(self._client.submit(compute, self._scenario, task, pure=False))
-                    at_work += 1
-                if not at_work:
+                if running.is_empty():
                     return
                 _, result = next(running)
-                if isinstance(result, Exception):  # a task that was cancelled is not raised
+                if isinstance(result, Exception):  # Dask returns the error of a cancelled task
                     raise result
                 worker, found, computed = result
-                at_work -= 1
                 self._agree(worker, found)
                 yield from computed
         except _LOST as error:
@@ -131,21 +128,9 @@ class _Cluster:
                 f"the cluster failed ({said}); finished cases are kept: the same command goes on"
             ) from None
 
-    def _most(self) -> int:
-        threads: int = sum(self._client.nthreads().values())
-        return max(1, threads) * _TASKS_PER_THREAD
-
 
 def compute(scenario: str, cases: list[tuple[Any, dict[str, Any]]]) -> tuple[str, dict[str, str], list[Computed]]:
-    """Compute some cases in a worker, on one thread.
-
-    Args:
-        scenario: as YAML text.
-        cases: key and changes of each.
-
-    Returns:
-        The worker's address, its identity, and the cases.
-    """
+    """Compute cases of a scenario (YAML text) in a worker, on one thread: its address, its identity, and the cases."""
     from dask.distributed import get_worker
 
     return get_worker().address, identity(), list(Local(from_yaml(scenario), threads=1)(cases))

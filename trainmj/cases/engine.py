@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from trainmj.collision.chain import Chain
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from trainmj.collision.quantities import Column
 
 Key = int | str
-"""What a caller knows a case by."""
+"""What the caller calls a case."""
 
 Case = Mapping[str, Any]
 """New values by parameter or path."""
@@ -27,13 +28,7 @@ Row = dict[str, Any]
 
 
 class Computed(NamedTuple):
-    """A case that has been computed or refused.
-
-    Attributes:
-        key: the caller's.
-        row: status, reason and responses.
-        columns: of the responses, by name.
-    """
+    """A case that has been computed or refused; the columns are those of its responses, by name."""
 
     key: Any
     row: Row
@@ -45,46 +40,42 @@ class Engine(Protocol):
 
     @property
     def identity(self) -> Mapping[str, str]:
-        """What computes them, as in :func:`trainmj.collision.identity.identity`."""
+        """What computes the cases: :func:`trainmj.collision.identity.identity` there."""
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
-        """Compute cases and yield each as it ends, in any order.
-
-        Args:
-            cases: key and changes of each; taken as they are needed.
-        """
+        """Take cases, each a key and its changes, as they are needed, and yield each as it ends, in any order."""
 
 
+@dataclass(frozen=True)
 class Local:
     """Computes cases in this process.
 
-    Args:
+    Attributes:
         scenario: what the cases vary.
         threads: native threads; 0 for all cores. The numbers do not depend on it.
+        identity: of this process.
     """
 
-    def __init__(self, scenario: Scenario, threads: int = 0) -> None:
-        """Nothing is computed yet."""
-        self._scenario = scenario
-        self._threads = threads
-        self.identity: Mapping[str, str] = identity()
+    scenario: Scenario
+    threads: int = 0
+    identity: Mapping[str, str] = field(default_factory=identity)
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
         """Compute cases; one that breaks a rule is a row with its reason."""
-        from trainmj.collision.batch import run_chains  # takes MuJoCo and numba with it
+        from trainmj.collision.batch import run_chains  # loads MuJoCo and numba
 
         refused: deque[Computed] = deque()
 
         def chains() -> Iterator[tuple[Any, Chain]]:
             for key, changes in cases:
                 try:
-                    chain = line_up(self._scenario.with_values(changes))
+                    chain = line_up(self.scenario.with_values(changes))
                 except InputError as error:
                     refused.append(Computed(key, {"status": Kind.REFUSED.value, "reason": str(error)}, {}))
                 else:
                     yield key, chain
 
-        for key, summary in run_chains(chains(), self._threads):
+        for key, summary in run_chains(chains(), self.threads):
             yield Computed(key, summary.row(), summary.columns)
             while refused:
                 yield refused.popleft()

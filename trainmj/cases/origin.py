@@ -1,4 +1,4 @@
-"""What finished cases were computed from, and in what that differs from now."""
+"""What finished cases were computed from, and how that differs from now."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST = 60  # characters of a value in a message
 
 @dataclass(frozen=True)
 class Origin:
-    """What the numbers of a folder depend on: where all of it is the same, they may be used again.
+    """What the numbers of a folder depend on; if all of it is the same, they may be used again.
 
     Attributes:
         task: what computes them, such as sweep.
@@ -44,41 +44,41 @@ class Origin:
         }
 
     def new_identity(self, about: Mapping[str, str]) -> list[str]:
-        """What computes differently from then: ``numba 0.60.0 then, 0.61.2 now``."""
+        """What has changed in the identity: ``numba 0.60.0 then, 0.61.2 now``."""
         return identity.changes(versions_in(about), self.identity)
 
     def new_input(self, about: Mapping[str, str]) -> list[str]:
-        """What the input has changed since then: ``collision.speed_km_h 25 then, 30 now``."""
+        """What has changed in the input: ``collision.speed_km_h 25 then, 30 now``."""
         now = self.about()
         found: list[str] = []
         if about.get(_SCENARIO) != now[_SCENARIO]:
-            found += differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
+            found += _differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
         for name in self.inputs:
             then, here = stated(about, name), stated(now, name)
             both = isinstance(then, dict) and isinstance(here, dict)
-            found += differences(then, here, "" if both else name)
+            found += _differences(then, here, "" if both else name)
         return found
 
 
 def versions_in(about: Mapping[str, str]) -> dict[str, str]:
-    """The identity that a store says of its numbers."""
+    """The identity that a store states."""
     return {name.removeprefix(_VERSION): text for name, text in about.items() if name.startswith(_VERSION)}
 
 
 def in_words(changes: list[str]) -> str:
-    """The first of some changes in one line."""
+    """The first changes in one line."""
     more = len(changes) - _MOST_SAID
     return "; ".join(changes[:_MOST_SAID]) + (f"; and {more} more" if more > 0 else "")
 
 
-def differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
+def _differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
     """Where two nested values differ: ``curves.buffer.force_kN.1 250 then, 260 now``."""
     if isinstance(then, dict) and isinstance(now, dict):
         for key in {**then, **now}:
-            yield from differences(then.get(key), now.get(key), f"{path}.{key}".removeprefix("."))
+            yield from _differences(then.get(key), now.get(key), f"{path}.{key}".removeprefix("."))
     elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
         for n, pair in enumerate(zip(then, now, strict=True)):
-            yield from differences(*pair, f"{path}.{n}")
+            yield from _differences(*pair, f"{path}.{n}")
     elif then != now:
         yield f"{path} {_said(then)} then, {_said(now)} now"
 

@@ -1,4 +1,4 @@
-"""Read what a sweep has stored, beside whoever writes to it."""
+"""Read what a sweep has stored, also while it is being written."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ def read_table(folder: str | Path) -> pd.DataFrame:
         folder: where the sweep wrote, or is writing.
 
     Returns:
-        The rows that are there. ``table.attrs["columns"]`` says of each response by column name what it is: title,
-        unit, meaning and so on, as a :class:`trainmj.collision.quantities.Column`.
+        The rows so far. ``table.attrs["columns"]`` says of each response by column name what it is: title, unit,
+        meaning and so on, as a :class:`trainmj.collision.quantities.Column`.
 
     Raises:
-        InputError: if there is no sweep, its file is damaged, or another process does not let go of it.
+        InputError: if there is no sweep, its file is damaged, or another process keeps it locked.
     """
     return read_sweep(Path(folder))[0]
 
 
 def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The table of a sweep as :func:`read_table` gives it, and what its store says about it."""
+    """The table of a sweep, as :func:`read_table` gives it, and what its store says about it."""
     import pandas as pd
     from pandas.errors import DatabaseError
 
@@ -57,7 +57,7 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
 
 
 def read_about(file: Path) -> dict[str, str]:
-    """What a store says of its cases; empty if there is none or it is damaged."""
+    """What a store says of its cases; empty if there is no store, or a damaged one."""
     try:
         with closing(_reading(file)) as db:
             return dict(db.execute("SELECT key, value FROM about"))
@@ -66,5 +66,5 @@ def read_about(file: Path) -> dict[str, str]:
 
 
 def _reading(file: Path) -> sqlite3.Connection:
-    """For reading: who may write also takes back what a process left half written when it was killed."""
+    """A connection for reading; it may write, to take back what a killed process left half written."""
     return sqlite3.connect(f"{file.resolve().as_uri()}?mode=rw", timeout=PATIENCE, uri=True)

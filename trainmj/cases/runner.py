@@ -13,7 +13,7 @@ from trainmj.collision.quantities import Column
 COMMIT_EVERY = 0.5
 """Longest time that finished cases wait to be written [s]."""
 
-_MOST_WAITING = 500  # cases written in one transaction
+_MOST_WAITING = 500  # cases in one transaction
 
 
 def fill(
@@ -29,15 +29,14 @@ def fill(
         store: where they are kept.
         engine: computes them.
         cases: key and changes of each; taken as they are needed.
-        keep: what is kept of a case.
-        progress: called with the number of cases written now, as they are.
+        keep: gives what is kept of a case.
+        progress: called with the number of cases written so far.
 
     Raises:
         OutputError: if they cannot be written; those written before stay.
     """
     waiting: list[tuple[Key, Row]] = []
     columns: dict[str, Column] = {}
-    last: Mapping[str, Column] = columns
     written, finished = time.monotonic(), 0
 
     def write() -> None:
@@ -51,8 +50,7 @@ def fill(
     try:
         for computed in engine(cases):
             waiting.append((computed.key, keep(computed)))
-            if computed.columns is not last:  # one object for all chains of one kind
-                columns |= (last := computed.columns)
+            columns.update(computed.columns)
             if len(waiting) == _MOST_WAITING or time.monotonic() - written > COMMIT_EVERY:
                 write()
     finally:

@@ -2,7 +2,7 @@
 
 Table ``results`` has a row for each finished case: its key, then its values by column name, units in the names. Table
 ``about`` says what they were computed from, and in ``columns`` what the responses are, as JSON. A transaction is
-complete or absent. The folder is held by who writes (:func:`trainmj.files.folder.held`); anybody may read meanwhile.
+complete or absent. The writer holds the folder (:func:`trainmj.files.folder.held`); others may read meanwhile.
 """
 
 from __future__ import annotations
@@ -28,11 +28,23 @@ FILE = "results.sqlite"
 CASE = "case"
 KEY = "key"
 MOST_COLUMNS = 1990
-"""Columns that a store may have, few less than SQLite allows."""
+"""Columns that a store may have, a few less than SQLite allows."""
+
+PATIENCE = 30.0
+"""How long writer and readers wait for each other [s]."""
 
 _COLUMNS = "columns"
-PATIENCE = 30.0
-"""How long those who write and read wait for each other [s]."""
+_STATE = "INSERT OR REPLACE INTO about VALUES (?, ?)"
+_TROUBLES = {
+    "locked": "another process is using this file: wait for it, or take another folder",
+    "full": "the disk is full; finished cases are kept: make room, and the same command goes on",
+    **dict.fromkeys(
+        ("not a database", "malformed", "no such"),
+        "is damaged or no SQLite file ({}): take another folder, or start over with --fresh",
+    ),
+    "": "cannot be written ({}); finished cases are kept",
+}
+"""What is wrong, and what to do, by a word in what SQLite says."""
 
 
 class Store:
@@ -48,21 +60,16 @@ class Store:
 
     def __init__(self, file: Path, key: str = CASE) -> None:
         """Open or make the file."""
-        self.file = file
-        self._key = key
-        self._numbered = key == CASE
         if file.is_symlink():
             raise OutputError(f"{file}: is a link to another file: remove it, or take another folder")
-        first = f'"{key}" INTEGER PRIMARY KEY' if self._numbered else f'"{key}" TEXT PRIMARY KEY'
+        self.file, self._key, self._numbered = file, key, key == CASE
         with self._troubles():
             self._db = sqlite3.connect(file, timeout=PATIENCE, isolation_level=None)
             self._db.execute("PRAGMA synchronous = NORMAL")
-        self._write(
-            [
-                ("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)", [()]),
-                (f"CREATE TABLE IF NOT EXISTS results ({first})", [()]),
-            ]
-        )
+        with self._transaction() as db:
+            db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
+            kind = "INTEGER" if self._numbered else "TEXT"
+            db.execute(f'CREATE TABLE IF NOT EXISTS results ("{key}" {kind} PRIMARY KEY)')
         self._names = {row[1]: None for row in self._select("PRAGMA table_info(results)")}
         self._known = read_columns(self.about(), file)
 
@@ -80,15 +87,16 @@ class Store:
         return int(count)
 
     def about(self) -> dict[str, str]:
-        """What the file says of its cases; empty for a new one."""
+        """What the file says of its cases; empty for a new file."""
         return dict(self._select("SELECT key, value FROM about"))
 
     def describe(self, about: Mapping[str, str]) -> None:
         """State what the cases are computed from."""
-        self._write([_stated(about)])
+        with self._transaction() as db:
+            db.executemany(_STATE, about.items())
 
     def agree(self, origin: Origin) -> None:
-        """See that the cases in the file are of this origin; state it in a new file.
+        """State the origin in a new file; in another one, check that its cases are of this origin.
 
         Raises:
             InputError: naming what has changed.
@@ -96,9 +104,7 @@ class Store:
         there = self.about()
         if not there:
             self.describe(origin.about())
-            return
-        changed = origin.new_identity(there) + origin.new_input(there)
-        if changed:
+        elif changed := origin.new_identity(there) + origin.new_input(there):
             raise InputError(
                 f"{self.file}: holds other results: {in_words(changed)}: run it as it was, take another folder, "
                 "or start over with --fresh"
@@ -115,12 +121,13 @@ class Store:
         return self._select(query, FAILED)
 
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
-        """The rows of those keys that are in the file, without what is no number."""
+        """The rows of those keys that are in the file, without their empty values."""
         found: dict[Key, Row] = {}
         _, *names = self._names
+        query = f'SELECT * FROM results WHERE "{self._key}" = ?'
         for key in keys:
-            for values in self._select(f'SELECT * FROM results WHERE "{self._key}" = ?', (key,)):
-                found[key] = {n: v for n, v in zip(names, values[1:], strict=True) if v is not None}
+            for _, *values in self._select(query, (key,)):
+                found[key] = {n: v for n, v in zip(names, values, strict=True) if v is not None}
         return found
 
     def add(self, rows: Sequence[tuple[Key, Mapping[str, Any]]], columns: Mapping[str, Column]) -> None:
@@ -128,11 +135,11 @@ class Store:
 
         Args:
             rows: key and values of each.
-            columns: what is known of the values that are responses, by name.
+            columns: of the values that are responses, by name.
 
         Raises:
             InputError: if they have more columns than SQLite can hold.
-            OutputError: if they cannot be written; none of them is in the file then.
+            OutputError: if they cannot be written; then none of them is in the file.
         """
         names = list(dict.fromkeys(name for _, row in rows for name in row))
         known = self._known | {name: columns[name] for name in names if name in columns}
@@ -142,21 +149,26 @@ class Store:
                 f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
                 "choose some with --responses, as in --responses 'TS_mm,TAMA_g,stroke_*'"
             )
-        kinds = {name: value for _, row in reversed(rows) for name, value in row.items()}
-        statements = [(f"ALTER TABLE results ADD COLUMN {_quoted(n)}{self._kind(kinds[n])}", [()]) for n in new]
-        if len(known) > len(self._known):
-            known = {name: known[name] for name in _in_order(known, known)}
-            statements.append(_stated({_COLUMNS: json.dumps({name: c._asdict() for name, c in known.items()})}))
-        marks = ", ".join("?" * (len(names) + 1))
+        first = {name: value for _, row in reversed(rows) for name, value in row.items()}
         heads = ", ".join(map(_quoted, [self._key, *names]))
+        marks = ", ".join("?" * (len(names) + 1))
         values = [(key, *(_stored(row.get(name)) for name in names)) for key, row in rows]
-        self._write([*statements, (f"INSERT OR REPLACE INTO results ({heads}) VALUES ({marks})", values)])
+        with self._transaction() as db:
+            for name in new:
+                db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)}{self._kind(first[name])}")
+            if len(known) > len(self._known):
+                known = {name: known[name] for name in _in_order(known, known)}
+                said = json.dumps({name: column._asdict() for name, column in known.items()})
+                db.execute(_STATE, (_COLUMNS, said))
+            db.executemany(f"INSERT OR REPLACE INTO results ({heads}) VALUES ({marks})", values)
         self._names |= dict.fromkeys(new)
         self._known = known
 
     def clear(self) -> None:
         """Take all cases out, and what is said of them."""
-        self._write([("DELETE FROM results", [()]), ("DELETE FROM about", [()])])
+        with self._transaction() as db:
+            db.execute("DELETE FROM results")
+            db.execute("DELETE FROM about")
         self._known = {}
 
     def write_csv(self, file: Path) -> None:
@@ -176,7 +188,7 @@ class Store:
             raise OutputError(f"{error}; the results are in {self.file}") from None
 
     def _kind(self, value: Any) -> str:
-        """The type of a column; where nobody but trainmj reads it there is none, so that -0.0 stays what it is."""
+        """The type of a column: none where only trainmj reads it, so that -0.0 stays what it is."""
         if not self._numbered:
             return ""
         if isinstance(value, (bool, int)):
@@ -187,16 +199,12 @@ class Store:
         with self._troubles():
             yield from self._db.execute(query, values)
 
-    def _write(self, statements: Sequence[tuple[str, Sequence[Any]]]) -> None:
-        with self._troubles():
-            try:
-                self._db.execute("BEGIN IMMEDIATE")
-                for statement, values in statements:
-                    self._db.executemany(statement, values)
-                self._db.execute("COMMIT")
-            finally:
-                if self._db.in_transaction:
-                    self._db.execute("ROLLBACK")
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        """Write all that the block executes, or nothing."""
+        with self._troubles(), self._db:
+            self._db.execute("BEGIN IMMEDIATE")
+            yield self._db
 
     @contextmanager
     def _troubles(self) -> Iterator[None]:
@@ -204,21 +212,9 @@ class Store:
         try:
             yield
         except sqlite3.Error as error:
-            raise self._trouble(error) from None
-
-    def _trouble(self, error: sqlite3.Error) -> OutputError:
-        text = str(error)
-        if "locked" in text:
-            return OutputError(f"{self.file}: another process is using this file: wait for it, or take another folder")
-        if "full" in text:
-            return OutputError(
-                f"{self.file}: the disk is full; finished cases are kept: make room, and the same command goes on"
-            )
-        if _damaged(error):
-            return OutputError(
-                f"{self.file}: is damaged or no SQLite file ({text}): take another folder, or start over with --fresh"
-            )
-        return OutputError(f"{self.file}: cannot be written ({text}); finished cases are kept")
+            text = str(error)
+            said = next(said for word, said in _TROUBLES.items() if word in text)
+            raise OutputError(f"{self.file}: {said.format(text)}") from None
 
 
 def key_of(*content: Any) -> str:
@@ -227,11 +223,7 @@ def key_of(*content: Any) -> str:
 
 
 def remove(file: Path, others: Iterable[str]) -> None:
-    """Remove a store and other files beside it, as far as they are there.
-
-    Args:
-        file: of the store.
-        others: names of files in its folder.
+    """Remove the file of a store and other files of its folder, as far as they are there.
 
     Raises:
         OutputError: if one cannot be removed.
@@ -247,7 +239,7 @@ def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
     """What a store says of its responses, by column name.
 
     Raises:
-        InputError: if that is not what a store says.
+        InputError: if it is not what trainmj writes there.
     """
     if _COLUMNS not in about:
         return {}
@@ -259,18 +251,10 @@ def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
 
 
 def _in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
-    """Names that are no responses, then the responses in the order of one table."""
+    """Names that are no responses, then the responses in the order of all tables."""
     names = list(names)
     responses = ordered(columns[name] for name in names if name in columns)
     return [*(name for name in names if name not in columns), *(column.name for column in responses)]
-
-
-def _stated(about: Mapping[str, str]) -> tuple[str, list[Any]]:
-    return "INSERT OR REPLACE INTO about VALUES (?, ?)", list(about.items())
-
-
-def _damaged(error: sqlite3.Error) -> bool:
-    return any(word in str(error) for word in ("not a database", "malformed", "no such"))
 
 
 def _quoted(name: str) -> str:

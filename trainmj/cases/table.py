@@ -47,17 +47,14 @@ def run_cases(
     """
     import pandas as pd
 
-    check_columns(scenario, [str(c) for c in cases.columns])
-    plain = (
-        {str(k): _plain(v) for k, v in zip(cases.columns, row, strict=True)} for row in cases.itertuples(index=False)
-    )
+    for name in cases.columns:
+        scenario.locate(str(name))  # refuses a name before any case runs
     rows: dict[int, Row] = {}
     columns: dict[str, Column] = {}
-    last: Mapping[str, Column] = columns
-    for number, row, of_row in Local(scenario, threads)(enumerate(plain)):
+    records: Any = cases.rename(columns=str).to_dict("records")  # plain Python values
+    for number, row, of_row in Local(scenario, threads)(enumerate(records)):
         rows[number] = row
-        if of_row is not last:  # one object for all chains of one kind
-            columns |= (last := of_row)
+        columns.update(of_row)
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})
     found = pd.DataFrame([rows[i] for i in range(len(cases))], index=cases.index, columns=names)
     table = pd.concat([cases, found], axis=1)
@@ -66,25 +63,10 @@ def run_cases(
 
 
 def chosen(patterns: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
-    """Status and reason, and the responses that names or patterns choose; none where every case was refused.
+    """Status and reason, then the responses that names or patterns choose; no responses if every case was refused.
 
     Raises:
         InputError: if a pattern chooses none.
     """
     asked = [pattern for pattern in patterns if pattern not in STATUS]
     return [*STATUS, *(matching(asked, columns) if columns else ())]
-
-
-def check_columns(scenario: Scenario, columns: Sequence[str]) -> None:
-    """Refuse a column that is no value of the scenario, before any case runs.
-
-    Raises:
-        InputError: naming the column.
-    """
-    for name in columns:
-        scenario.locate(name)
-
-
-def _plain(value: Any) -> Any:
-    """A cell of a table as a plain Python value."""
-    return value.item() if hasattr(value, "item") else value

@@ -16,7 +16,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from trainmj.cases.table import STATUS, check_columns
+from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
 from trainmj.files.problems import dotted, from_pydantic
@@ -63,9 +63,9 @@ class Sweep:
         if double:  # SQLite ignores the case of letters in the heads of a table
             raise InputError(f"{min(double)}: is varied twice")
         for name in names:
+            self.scenario.locate(name)
             if name in _RESULTS:
                 raise InputError(f"{name}: is a column of the results: give the parameter another name")
-        check_columns(self.scenario, names)
         for block in self.blocks:
             for name, values in block.items():
                 _check_values(name, values)
