@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,9 +53,11 @@ def render(
     This needs no screen and no graphics card. SCENARIO may also be a saved result, result.nc or its folder, which is
     shown without simulating again.
     """
-    with _without("MUJOCO_GL"):  # MuJoCo would load that library on import, and fail in its own way
-        from trainmj.view import film, offscreen
+    platform = os.environ.pop("MUJOCO_GL", None)  # MuJoCo would load that library on import, and fail in its own way
+    from trainmj.view import film, offscreen
 
+    if platform is not None:
+        os.environ["MUJOCO_GL"] = platform
     film.check(out, camera, slow, size, at, fps)
     offscreen.check_platform()
     result = _result(scenario, changes)
@@ -84,17 +84,6 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
     from trainmj.view import viewer
 
     viewer.view(load_scenario(scenario, changes), slow)
-
-
-@contextmanager
-def _without(variable: str) -> Iterator[None]:
-    """Hide a variable of the environment from what is imported."""
-    value = os.environ.pop(variable, None)
-    try:
-        yield
-    finally:
-        if value is not None:
-            os.environ[variable] = value
 
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:

@@ -25,19 +25,12 @@ takes_report = click.option(
 
 
 class Kind(NamedTuple):
-    """What a folder may hold.
+    """What a folder may hold."""
 
-    Attributes:
-        name: of what made it.
-        file: by which it is known.
-        page: makes the report from the file; None if only the command itself can make it.
-        cure: how the command makes the report.
-    """
-
-    name: str
-    file: str
-    page: Callable[[Path], Page] | None = None
-    cure: str = ""
+    name: str  # of what made it
+    file: str  # by which it is known
+    page: Callable[[Path], Page] | None = None  # makes the report from the file; None if only the command can make it
+    cure: str = ""  # how the command makes the report
 
 
 def kinds() -> tuple[Kind, ...]:
@@ -124,10 +117,8 @@ def _found(results: Path) -> tuple[Kind, Path]:
     known = kinds()
     if results.is_file():
         for kind in known:
-            if results.name == kind.file:
+            if results.name == kind.file or (kind is known[0] and results.suffix == ".nc"):
                 return kind, results
-        if results.suffix == ".nc":
-            return known[0], results
         raise InputError(f"{results}: is not a result: give the folder of a run, sweep or study, or a result (.nc)")
     if not results.exists():
         raise InputError(f"{results}: there is no such folder")

@@ -26,28 +26,13 @@ _WAITING = 3  # frames that are being compressed while the next ones are drawn
 
 
 def write_still(file: Path, image: Image) -> None:
-    """Write one picture.
-
-    Raises:
-        OutputError: if it cannot be written.
-    """
+    """Write one picture, whole or not at all."""
     with replacing(file) as part:
         image.save(part, format="PNG", optimize=True)
 
 
 def write_film(file: Path, images: Iterator[Image], n: int, size: tuple[int, int], fps: float) -> None:
-    """Write a film.
-
-    Args:
-        file: .webp or .mp4.
-        images: its frames.
-        n: how many.
-        size: width and height [pixels].
-        fps: frames a second.
-
-    Raises:
-        OutputError: if it cannot be written.
-    """
+    """Write a film of n images, .webp or .mp4, whole or not at all; size in pixels."""
     write = _write_webp if file.suffix.lower() == ".webp" else _write_mp4
     with replacing(file) as part:
         write(part, images, n, size, fps)

@@ -65,11 +65,12 @@ def render(
     check(file, camera, slow, size, at, fps)
     shown = samples(result, file, slow, fps, at)
     still = file.suffix.lower() in STILLS
-    with closing(_draw(result, shown, camera, size, "" if still else f"{slow:g} x real time", smooth)) as images:
+    pace = "" if still else f"{slow:g} x real time"
+    with closing(_draw(result, shown, camera, size, pace, smooth, watch)) as images:
         if still:
             write_still(file, next(images))
         else:
-            write_film(file, _watched(images, watch), len(shown), size, fps)
+            write_film(file, images, len(shown), size, fps)
     return len(shown)
 
 
@@ -88,12 +89,6 @@ def samples(result: Result, file: Path, slow: float, fps: float, at: float | Non
     step = slow / fps
     times = np.arange(0.0, end + 0.5 * step, step)
     return np.searchsorted(result.time, times - 1e-9).clip(max=len(result.time) - 1)
-
-
-def _watched(images: Iterator[Image], watch: Callable[[int], None]) -> Iterator[Image]:
-    for done, image in enumerate(images, 1):
-        yield image
-        watch(done)
 
 
 def check(
@@ -134,7 +129,13 @@ def check_pace(slow: float) -> None:
 
 
 def _draw(
-    result: Result, shown: NDArray[np.intp], camera: Camera, size: tuple[int, int], pace: str, smooth: bool
+    result: Result,
+    shown: NDArray[np.intp],
+    camera: Camera,
+    size: tuple[int, int],
+    pace: str,
+    smooth: bool,
+    watch: Callable[[int], None],
 ) -> Generator[Image, None, None]:
     """The pictures, one after the other."""
     chain = result.chain
@@ -145,11 +146,9 @@ def _draw(
     director = Director(camera, chain, result.position, *size)
     overlay = Overlay(*size, result.scenario.title or "Train collision", full / KJ, director.strip)
     with canvas(model, *size, samples=4 if smooth else 0) as draw:
-        seen = 0
-        for sample in shown:
-            for k in range(seen, sample + 1):
+        for n, sample in enumerate(shown):
+            for k in range(shown[n - 1] + 1 if n else 0, sample + 1):
                 wear.update(result.stroke[k], result.energy[k])
-            seen = int(sample) + 1
             devices.show(wear)
             data.qpos[:] = result.position[sample]
             mujoco.mj_kinematics(model, data)
@@ -158,6 +157,7 @@ def _draw(
             labels = _labels(chain, director, data, wear, full) if director.strip else []
             rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
             yield overlay.write(picture, float(result.time[sample]), rows, labels)
+            watch(n + 1)
 
 
 def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:

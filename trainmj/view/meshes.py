@@ -63,15 +63,12 @@ def wheel(x: float, y: float) -> Mesh:
 
 
 def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
-    """A metro car by material.
+    """A metro car: a mesh for each material of the base scene; "livery" stands for that of the train.
 
     Args:
         rear: where the body begins, from the middle of the vehicle [m].
         front: where it ends [m].
         cabs: 1 for a cab in front, -1 for one at the rear.
-
-    Returns:
-        A mesh for each material of the base scene; "livery" stands for that of the train.
     """
     nose = min(_NOSE, (front - rear) / 4)
     stations = _nose(rear, -1, nose)[::-1] if -1 in cabs else [_ring(rear)]

@@ -40,13 +40,9 @@ class Overlay:
     def write(
         self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]
     ) -> Image.Image:
-        """The picture with its text.
+        """The picture with the time [s], what is read then and its value, and labels below the strip.
 
-        Args:
-            picture: as drawn.
-            time: of the frame [s].
-            rows: what is read at this time, and its value.
-            labels: below the strip; names come in order of importance, as there may not be room for all.
+        Names come in order of importance, as there may not be room for all.
         """
         image = Image.fromarray(picture)
         draw = Draw(image, "RGBA")

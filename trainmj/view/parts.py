@@ -99,13 +99,7 @@ def is_shared(interface: Interface) -> bool:
 
 
 def setback(chain: Chain, vehicle: int, direction: int) -> float:
-    """From the face of a vehicle's coupler back to its body [m].
-
-    Args:
-        chain: to which the vehicle belongs.
-        vehicle: its index.
-        direction: 1 for the end that faces +x, -1 for the other one.
-    """
+    """From the face of a vehicle's coupler back to its body [m], at the end that faces +x (1) or -x (-1)."""
     k = vehicle if direction > 0 else vehicle - 1
     if not 0 <= k < len(chain.interfaces):
         return 0.5  # the end of a train

@@ -23,11 +23,7 @@ _PAUSE = 1.5  # before the collision begins, and before it begins again [s]
 
 
 def view(scenario: Scenario, slow: float = 0.1) -> None:
-    """Play a collision in the viewer, again and again until its window is closed.
-
-    Args:
-        scenario: what collides.
-        slow: how fast time passes; 1 is real time.
+    """Play a collision in the viewer, slow times real time, again and again until its window is closed.
 
     Raises:
         InputError: if the step is too large or the pace out of its range.

@@ -31,9 +31,6 @@ def colour(share: float | Array) -> Array:
 class Wear:
     """Devices of a chain as they are used up; update it with every sample, in order.
 
-    Args:
-        chain: whose devices.
-
     Attributes:
         largest: (n_interface,) largest strokes so far [m].
         crushed: (n_interface,) strokes as they are now, the permanent set at least [m].
@@ -105,16 +102,10 @@ def largest_energy(result: Result) -> float:
 
 
 class DeviceShapes:
-    """The shapes of devices in a compiled model, which follow their wear.
-
-    Args:
-        model: built with shapes.
-        chain: the same as vehicles and interfaces.
-        full: energy at the end of the colours [J].
-    """
+    """The shapes of devices in a compiled model, which follow their wear."""
 
     def __init__(self, model: mujoco.MjModel, chain: Chain, full: float) -> None:
-        """Find them by name."""
+        """Find them by name; full is the energy at the end of the colours [J]."""
         self._model, self._full = model, max(full, 1.0)
         self._ends = [(end, [(part, model.geom(part.name).id) for part in end.parts]) for end in ends(chain)]
 
