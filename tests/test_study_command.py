@@ -476,6 +476,22 @@ def test_a_wrong_study_file_is_refused_with_place_value_and_rule(tmp_path, path,
         assert word in said
 
 
+@pytest.mark.parametrize(
+    ("text", "rule"),
+    [
+        ("M_t\n30\n99\n", "must lie in [30, 36] (got 99)"),
+        ("M\n30\nheavy\n", "column 'M'"),
+        ("V\n30\n31\n", "no column 'M'"),
+    ],
+)
+def test_points_of_a_file_are_checked_when_the_study_is_read(tmp_path, text, rule):
+    (tmp_path / "points.csv").write_text(text, encoding="utf-8")
+    values = changed(changed(SMALL, "factors.D", None), "design", {"kind": "table", "file": "points.csv"})
+    with pytest.raises(trainmj.InputError, match=r"mine\.study\.yaml:\d+:\d+: design\.file = 'points\.csv'") as caught:
+        trainmj.load_study(study_file(tmp_path, values))
+    assert rule in str(caught.value)
+
+
 def _without(values, path, value):
     if path == "factors.a b":
         return values | {"factors": values["factors"] | {"a b": value}}

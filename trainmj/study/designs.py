@@ -1,4 +1,4 @@
-"""Designs with their responses, as the steps of a study hand them on: arrays, and the tables that keep them."""
+"""Designs with their responses, as the steps of a study hand them on: as arrays, kept as tables."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Designs:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Designs whose simulation is of no use: refused, unstable, or without one of the responses, (n,)."""
+        """Whether each design has no usable responses: refused, unstable, or without one of them, (n,)."""
         return np.isin(self.status, FAILED) | ~np.isfinite(self.responses).all(axis=1)
 
     def usable(self) -> tuple[FloatArray, FloatArray]:
@@ -70,7 +70,7 @@ class Designs:
 
     @classmethod
     def read(cls, study: Study, table: pd.DataFrame) -> Designs:
-        """The designs of a table, written by this class to the last digit."""
+        """The designs of a table that :meth:`table` made, to the last digit."""
         responses = table[[r.head for r in study.responses]].to_numpy(dtype=np.float64)
         simulated = [table[name].tolist() for name in STATUS if name in table.columns]
         return cls(study, study.space.from_table(table), responses, *simulated)

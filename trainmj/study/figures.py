@@ -53,7 +53,7 @@ def responses(study: Study, points: FloatArray, values: FloatArray) -> Figure:
 
 
 def _responses_by_factor(study: Study, draw: Callable[[Axes, int, int], None]) -> Figure:
-    """A panel for each response, down, and factor, across; drawn by their places."""
+    """A row of panels for each response, a column for each factor; each drawn by the indices of the two."""
     space = study.space
     picture = figure("column" if space.d == 1 else None, 13 + 36 * len(study.responses))
     axes = picture.subplots(len(study.responses), space.d, sharex="col", sharey="row", squeeze=False)
@@ -98,7 +98,7 @@ def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
 
 
 def parity(study: Study, values: FloatArray, predicted: FloatArray) -> Figure:
-    """Each point predicted by the surrogate fitted without it, against its simulation; both (n, r)."""
+    """Each point as the surrogate fitted without it predicts it, against its simulation; both (n, r)."""
     picture, panels = grid(len(study.responses), 56.0)
     for k, (axes, response) in enumerate(zip(panels, study.responses, strict=True)):
         both = np.concatenate([values[:, k], predicted[:, k]])

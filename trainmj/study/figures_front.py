@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def progress(history: pd.DataFrame, where: str) -> Figure:
-    """Growth of the front and share of allowed points over the search."""
+    """Growth of the front and share of feasible points over the search."""
     figure, (volume, share) = grid(2, 58.0)
     most = history["hypervolume"].max()
     volume.plot(history["evaluations"], history["hypervolume"] / (most if most > 0 else 1.0), color=BLUE)
@@ -120,7 +120,7 @@ def _bars(axes: Axes, names: Sequence[str], values: FloatArray, colour: str, for
 
 
 def _pairs(study: Study) -> tuple[Figure, list[tuple[Axes, int, int]]]:
-    """A panel for each pair of objectives, with the places of the two."""
+    """A panel for each pair of objectives, with the indices of the two."""
     labels = [r.label for r in study.objectives]
     pairs = list(itertools.combinations(range(len(labels)), 2))
     figure, panels = grid(len(pairs), 66.0)

@@ -74,7 +74,7 @@ class _Design(Part):
 
 
 class LatinHypercube(_Design):
-    """Points that lie as far apart as possible, a level of its own for each in every factor."""
+    """Points as far apart as possible, each with a level of its own in every factor."""
 
     kind: Literal["optimal_latin_hypercube"] = "optimal_latin_hypercube"
     n: Annotated[int, Field(ge=2, le=300)] = Field(description="points; a sobol design takes more")
@@ -222,7 +222,7 @@ class OptimiserPart(Part):
 
 
 class EntropyWeights(Part):
-    """An objective counts the more, the more unevenly its values are spread."""
+    """The more unevenly its values are spread, the more an objective counts."""
 
     method: Literal["entropy"] = "entropy"
     normalised: bool = Field(

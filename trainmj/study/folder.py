@@ -1,4 +1,4 @@
-"""The folder of a study: each step's tables and figures, and what they were made from.
+"""The folder of a study: the tables and figures of each step, and a record of what they were made from.
 
 A step is done if its inputs are those of last time and its files are as it left them. Files are replaced whole, so
 whatever stops a study leaves either the old or the new one.
@@ -59,7 +59,7 @@ class Step(Generic[V]):
 
 @dataclass(frozen=True)
 class _Record:
-    """What the folder says of a step."""
+    """What the folder records of a step."""
 
     fingerprint: str  # of all that it depends on
     files: dict[str, str]  # digest of each, by name
@@ -74,7 +74,7 @@ class Folder:
     """The files of a study, with figures in the given formats and width."""
 
     def __init__(self, path: Path, figures: Sequence[Format], width: Width) -> None:
-        """See what is in it."""
+        """Read what it records."""
         self.path = path
         self._figures, self._width = figures, width
         self._drawn: list[str] = [width, *figures] if figures else []
@@ -82,7 +82,7 @@ class Folder:
         self._state = self._read_state()
 
     def step(self, name: str, inputs: Any, make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
-        """Give a step: as it is in the folder if it was made from these inputs, otherwise made now.
+        """Take a step from the folder if it was made from these inputs there; make it otherwise.
 
         Args:
             name: of the step.
@@ -108,18 +108,18 @@ class Folder:
         return done
 
     def start_over(self) -> None:
-        """Take away the files of all steps, unless somebody has changed them."""
+        """Remove the files of all steps, except those that somebody has changed."""
         for name in list(self._state):
             self._forget(name)
 
     def finish(self) -> None:
-        """Take away the files of steps that the study no longer has, unless somebody has changed them."""
+        """Remove the files of steps that the study no longer has, except those that somebody has changed."""
         for name in self._state.keys() - {step.name for step in self.steps}:
             self._forget(name)
         self._write_state()
 
     def write(self, name: str, content: bytes) -> str:
-        """Replace a file whole and give the digest of its content.
+        """Replace a file as a whole and return the digest of its content.
 
         Raises:
             OutputError: if it cannot be written.
@@ -132,7 +132,7 @@ class Folder:
         return _digest(content)
 
     def _has(self, name: str, fingerprint: str) -> bool:
-        """Whether the folder has a step that was made from the same, with all files as it left them."""
+        """Whether a step was made from the same inputs and all its files are as it left them."""
         record = self._state.get(name)
         if record is None or record.fingerprint != fingerprint or (self._figures and self._drawn != record.figures):
             return False
@@ -151,7 +151,7 @@ class Folder:
         return files
 
     def _forget(self, name: str, kept: Container[str] = ()) -> None:
-        """Take away the files that a step left and no longer makes, unless somebody has changed them."""
+        """Remove the files that a step left and no longer makes, except those that somebody has changed."""
         record = self._state.pop(name, None)
         for file, digest in record.files.items() if record else ():
             if file not in kept and self._digest_of(file) == digest:
@@ -164,7 +164,7 @@ class Folder:
             return ""
 
     def _read_state(self) -> dict[str, _Record]:
-        """What the folder says of its steps; nothing if it says nothing that trainmj writes.
+        """The record of all steps; empty if there is none that trainmj wrote.
 
         Raises:
             InputError: if it names a file outside the folder.

@@ -21,7 +21,7 @@ from trainmj.study.surrogates import Models
 from trainmj.units import head
 
 FILES = {"surrogate": "05_front_surrogate", "simulator": "06_front_simulator"}
-"""Names of the tables of the fronts, by what was searched."""
+"""Tables of the fronts by what was searched."""
 
 
 def on_surrogates(study: Study, models: Models) -> Output[Designs]:

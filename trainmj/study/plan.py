@@ -57,7 +57,7 @@ class Limit:
 
     @property
     def text(self) -> str:
-        """As a person writes it: ``S_anti <= 265 mm``."""
+        """In print: ``S_anti <= 265 mm``."""
         return f"{self.response.name} {'<=' if self.sign > 0 else '>='} {self.value:g} {self.response.unit}".rstrip()
 
     def excess(self, values: FloatArray, margin: float = 0.0) -> FloatArray:

@@ -37,7 +37,7 @@ _TAKEN = ("test", "status", "reason", "method", "picked_for", "rank", "score", "
 _MOST_CORNERED = 10  # factors of a central composite design
 _MOST_STEPS = 1e9  # of a resolution over the range of a factor
 _HIGHEST = 9  # exponent of a term
-_MOST_COMBINATIONS = 100_000  # of exponents that are gone through for the terms up to an order
+_MOST_COMBINATIONS = 100_000  # of exponents, among which the terms up to an order are found
 _MOST_EVALUATIONS = {"surrogate": 10_000_000, "simulator": 1_000_000}
 
 
@@ -110,7 +110,7 @@ def _responses(spec: StudyFile, chain: Chain, columns: Mapping[str, Column]) -> 
 
 
 def _heads(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:
-    """Factors and responses whose columns in the study's tables would not have a name of their own."""
+    """Factors and responses that would share the name of a column in the study's tables."""
     taken = set(_TAKEN)
     units = {("factors", name): part.stated_unit for name, part in spec.factors.items()}
     units |= {("responses", name): columns[c].unit for name, c in spec.responses.items() if c in columns}

@@ -1,4 +1,4 @@
-"""Run a study: each step from those before it, and only what has changed."""
+"""Run a study step by step; steps whose inputs have not changed are taken from the folder."""
 
 from __future__ import annotations
 
@@ -52,16 +52,16 @@ class StudyResult:
 
 
 class Watch:
-    """Told how a study gets on; this one says nothing."""
+    """Hears about the progress of a study; this one ignores it."""
 
     def changed(self, changes: Sequence[str]) -> None:
-        """This has changed since the last run in the folder; steps that depend on it are done again."""
+        """What has changed since the last run in the folder; steps that depend on it are done again."""
 
     def begin(self, step: str) -> None:
         """A step begins."""
 
     def simulated(self, count: int) -> None:
-        """So many collisions have been computed in all."""
+        """The number of collisions computed so far."""
 
     def done(self, step: Step[Any]) -> None:
         """A step is done."""
@@ -87,7 +87,7 @@ def run_study(
         folder: made if it is not there.
         threads: native threads; 0 for all cores. The numbers do not depend on it.
         fresh: start over: remove what a study left in the folder, unless somebody has changed it.
-        watch: told how it gets on.
+        watch: hears about its progress.
         figures: formats to draw them in (png, svg, pdf); none saves time, for they take longer than most steps.
         figure_width: of the figures, that of a column or of the page of a journal.
 
@@ -208,7 +208,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
 
 
 def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[str, Any]:
-    """What was asked, in full, and the facts of all steps, without what JSON has no number for."""
+    """What was asked, in full, and the facts of all steps; null where JSON has no number."""
     factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
     responses = {r.name: {"unit": r.unit, "column": r.column} for r in study.responses}
     about = {

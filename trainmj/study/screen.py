@@ -1,4 +1,4 @@
-"""What ``trainmj study`` prints: how it gets on, and the closing summary, at most 80 columns wide."""
+"""What ``trainmj study`` prints: its progress, and the closing summary, at most 80 columns wide."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from trainmj.study.run import StudyResult, Watch
 
 
 class Screen(Watch):
-    """Shows the steps on a terminal as they come; silent where there is none."""
+    """Shows the steps on a terminal as they are done; where there is none, only what has changed."""
 
     def __init__(self) -> None:
-        """On the error stream, so that what is printed stays clean."""
+        """Write to the error stream, so that output can be piped."""
         self._console = Console(stderr=True, highlight=False)
         self._status = Status("", console=self._console)
         self._shown = sys.stderr.isatty()
         self._step = ""
 
     def changed(self, changes: Sequence[str]) -> None:
-        """Say what has changed, terminal or not: it tells why steps are done again."""
+        """Print what has changed, which explains why steps are done again."""
         for change in changes:
             self._console.print(f"Changed: {change}", markup=False, soft_wrap=True)
 
@@ -44,14 +44,14 @@ class Screen(Watch):
         self._status.update(f"{self._step}: {count} collisions so far")
 
     def done(self, step: Step[Any]) -> None:
-        """Leave a line behind."""
+        """Print a line for it."""
         if self._shown:
             said = "  there" if step.seconds is None else f"{step.seconds:5.1f} s"
             number = min(step.tables)[:2]  # its files begin with it
             self._console.print(f"{number} {step.name:<26}{said}")
 
     def stop(self) -> None:
-        """Take the moving line away."""
+        """Remove the status line."""
         self._status.stop()
 
 

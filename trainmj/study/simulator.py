@@ -44,7 +44,7 @@ class Simulator:
     """
 
     def __init__(self, store: Store, study: Study, threads: int, progress: Callable[[int], None]) -> None:
-        """Take out what something else has computed; nothing is computed yet."""
+        """Remove from the store what other versions or another machine computed."""
         self.study, self.computed = study, 0
         self._store, self._threads, self._progress = store, threads, progress
         self._scenario = key_of(to_yaml(study.scenario))
@@ -74,7 +74,7 @@ class Simulator:
         return {name: row.get(name, np.nan) for name in (*STATUS, *self._columns)}
 
     def finish(self) -> None:
-        """Note that what has changed until now is in the results of the study."""
+        """Record that the results of the study include all changes so far."""
         self._store.describe({_CHANGES: "[]"})
 
     def _rows(self, cases: Sequence[Case], scenario: Scenario | None = None) -> list[Row]:
@@ -92,7 +92,7 @@ class Simulator:
         return [rows[key] for key in keys]
 
     def _keep(self, computed: Computed) -> Row:
-        """All responses of a case; of a train so long that the store cannot hold them, those of the study."""
+        """All responses of a case, or only those of the study where the store cannot hold all."""
         if not self._only:
             return computed.row
         return {name: computed.row[name] for name in (*STATUS, *self._only) if name in computed.row}
@@ -107,7 +107,7 @@ class Simulator:
 
 
 def _renewed(store: Store, origin: Origin) -> list[str]:
-    """Make a store that of an origin: cases that something else computed are taken out; give what has changed."""
+    """Make a store that of an origin, without the cases of another identity; return what has changed, in words."""
     about = store.about()
     changes: list[str] = []
     if about:

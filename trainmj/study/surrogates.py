@@ -33,7 +33,7 @@ from trainmj.study.rules import DEFAULT
 if TYPE_CHECKING:
     import pandas as pd
 
-_SAMPLE = 256  # of the sensitivity; its intervals say what that is worth
+_SAMPLE = 256  # points of the sensitivity; its intervals show what they are worth
 _ORDERS = {"linear": 1, "quadratic": 2, "cubic": 3}
 
 Models = Sequence[Surrogate]
@@ -52,8 +52,8 @@ def fit_all(study: Study, simulated: Designs) -> Models:
         try:
             models.append(_fit(study, response)(x, values))
         except InputError as error:
-            named = [key for key in (response.name, DEFAULT) if key in study.spec.surrogates]
-            raise study.source.error(f"response {response.name}: {error}", "surrogates", *named[:1]) from None
+            stated = [key for key in (response.name, DEFAULT) if key in study.spec.surrogates]
+            raise study.source.error(f"response {response.name}: {error}", "surrogates", *stated[:1]) from None
     return models
 
 
@@ -80,7 +80,7 @@ def _fit(study: Study, response: Response) -> Fit:
 
 
 def surrogates(study: Study, simulated: Designs) -> Output[Models]:
-    """Fit the surrogates and say how good they are: coefficients, errors, analysis of variance, sensitivity."""
+    """Fit the surrogates and tabulate coefficients, errors, analysis of variance and sensitivity."""
     import pandas as pd
 
     models = fit_all(study, simulated)
@@ -131,7 +131,7 @@ def _accuracy(
 
 
 def _compare(study: Study, x: FloatArray, y: FloatArray) -> pd.DataFrame:
-    """Cross-validate the chosen surrogates and other kinds; one that these points cannot support has a note."""
+    """Cross-validate the chosen surrogates and other kinds; a note explains where one cannot be fitted."""
     import pandas as pd
 
     part = study.spec.cross_validation
@@ -153,8 +153,8 @@ def _compare(study: Study, x: FloatArray, y: FloatArray) -> pd.DataFrame:
                 predicted = cross_validate(fit, x, values, folds=folds, seed=part.seed)
                 found = accuracy(values, predicted, over="range")
                 row |= {"are_over_range": found.are, "rmse_over_range": found.rmse, "r2": found.r2}
-                row |= {"largest_over_range": found.largest}
+                row["largest_over_range"] = found.largest
             except InputError as error:
-                row |= {"note": str(error)}
+                row["note"] = str(error)
             rows.append(row)
     return pd.DataFrame(rows, columns=None if rows else ["response", "surrogate"])

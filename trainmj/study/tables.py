@@ -1,4 +1,4 @@
-"""What a study found, each told once for terminal and page: facts, tables and remarks made from its summary."""
+"""What a study found, for terminal and page: facts, tables and remarks made from its summary."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAME, _UNIT = Column("Response", text=True), Column("unit", text=True)
 
 
 def number(value: Any, digits: int | str = _DIGITS) -> str:
-    """A value with five significant digits, or as many decimals; a dash if there is none."""
+    """A value with five significant digits, or in another format; a dash if there is none."""
     return str(Column("", digits=digits).show(value))
 
 
@@ -29,7 +29,7 @@ def columns(summary: Summary, *groups: str) -> dict[str, Column]:
 
 
 def table_of(rows: Iterable[Mapping[Any, Any]], columns: Mapping[str, Column], title: str, note: str = "") -> Table:
-    """The values of rows that have a column, each under its key."""
+    """A table of rows: the values under the keys that have a column."""
     return Table([*columns.values()], [[row[key] for key in columns] for row in rows], title, note)
 
 
@@ -72,7 +72,7 @@ def surrogates(summary: Summary) -> Table:
 
 
 def searches(summary: Summary) -> dict[str, dict[str, Any]]:
-    """The facts of the fronts that were searched, by where."""
+    """The facts of each search, by what was searched."""
     steps = {where: f"front_on_the_{where}" for where in ("surrogates", "simulator")}
     return {where: summary[step] for where, step in steps.items() if step in summary}
 
