@@ -1,4 +1,4 @@
-"""The sweep file as checked parts: what each key may hold, before names are looked up in the scenario."""
+"""The sweep file as checked parts: what each key may hold."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from trainmj.files.parts import Bounds, Number, Part
 from trainmj.files.problems import Problem
 
 MAX_VALUES = 1_000_000
-"""Largest number of values of a name, and of cells of a sample or table: they are held in memory."""
+"""Largest number of values of a name, and of cells of a sample or table; they are held in memory."""
 
 
 class Span(Part):
@@ -124,7 +124,7 @@ class SweepFile(Part, title="sweep file"):
 
 
 def broken_rules(spec: SweepFile) -> Iterator[Problem]:
-    """Every rule that the parts break between them."""
+    """Every rule between keys that is broken."""
     lengths = {len(v) for v in spec.together.values()}
     if len(lengths) > 1:
         yield Problem(("together",), f"needs lists of equal length; these have {', '.join(map(str, sorted(lengths)))}")

@@ -1,4 +1,4 @@
-"""Results of a sweep as Parquet: an extra, for who reads them with Arrow, Polars or Spark."""
+"""Results of a sweep as Parquet, for Arrow, Polars or Spark; needs the extra ``parquet``."""
 
 from __future__ import annotations
 

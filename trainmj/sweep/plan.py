@@ -1,6 +1,6 @@
-"""Which cases a sweep computes: grids, lists that go together, tables and random samples, with fixed numbers.
+"""Which cases a sweep computes: grids, lists that go together, tables and random samples.
 
-The number of a case depends on the sweep alone, so a sweep can stop and go on, and be spread over machines.
+The number of a case depends on the sweep alone, so a sweep can stop, go on, and be spread over machines.
 """
 
 from __future__ import annotations
@@ -8,18 +8,15 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
-from trainmj.files.problems import dotted, from_pydantic
 from trainmj.files.resources import find_file
 from trainmj.files.source import Source
 from trainmj.files.tables import read_beside
@@ -32,7 +29,7 @@ from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 MAX_CASES = 10_000_000
 _RESULTS = {"case", *STATUS, *(q.head_of() for q in (*TRAIN, *COLLISION, *BALANCE) if q.column)}
 _WORD = 2**63  # larger whole numbers do not fit into an SQLite file
-_SHORT = 60  # characters of values that are listed in full
+_SHORT = 60  # characters of values that are kept in full
 
 
 @dataclass(frozen=True)
@@ -45,6 +42,9 @@ class Sweep:
         responses: patterns of the columns wanted.
         histories: numbers of cases whose histories are kept.
         seed: of the random sample; None if there is none.
+
+    Raises:
+        InputError: if a name or value is wrong, there are too many cases, or one asked for does not exist.
     """
 
     scenario: Scenario
@@ -52,24 +52,21 @@ class Sweep:
     responses: tuple[str, ...] = ("*",)
     histories: tuple[int, ...] = ()
     seed: int | None = None
-    names: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Check that every name is a value of the scenario, used once, and that the numbers fit."""
-        names = tuple(name for block in self.blocks for name in block)
-        if not names:
+        """Check names, values and numbers."""
+        if not self.names:
             raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
-        double = [name for name, count in Counter(map(str.casefold, names)).items() if count > 1]
-        if double:  # SQLite ignores the case of letters in the heads of a table
+        double = [name for name, count in Counter(map(str.casefold, self.names)).items() if count > 1]
+        if double:  # SQLite ignores the case of letters in column names
             raise InputError(f"{min(double)}: is varied twice")
-        for name in names:
+        for name in self.names:
             self.scenario.locate(name)
             if name in _RESULTS:
                 raise InputError(f"{name}: is a column of the results: give the parameter another name")
         for block in self.blocks:
             for name, values in block.items():
                 _check_values(name, values)
-        object.__setattr__(self, "names", names)
         count = math.prod(map(_length, self.blocks))  # may be more than len() can give
         if count > MAX_CASES:
             shown = str(count) if count < _WORD else f"2^{count.bit_length() - 1} or more"
@@ -90,13 +87,18 @@ class Sweep:
             values = {name: column[row] for name, column in block.items()} | values
         return values
 
-    def cases(self, left_out: frozenset[int] | set[int] = frozenset()) -> Iterator[tuple[int, dict[str, Any]]]:
+    def cases(self, left_out: Container[int] = ()) -> Iterator[tuple[int, dict[str, Any]]]:
         """Number and values of every case that is not left out."""
         return ((n, self.case(n)) for n in range(len(self)) if n not in left_out)
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """What is varied: parameters and paths."""
+        return tuple(name for block in self.blocks for name in block)
+
+    @property
     def inputs(self) -> dict[str, Any]:
-        """What the rows depend on beside the scenario: the values of each name, how they are combined, the columns."""
+        """What the rows depend on besides the scenario: the values, how they are combined, and the columns."""
         return {
             "values": {name: _in_words(values) for block in self.blocks for name, values in block.items()},
             "blocks": [list(block) for block in self.blocks],
@@ -126,11 +128,7 @@ def grid_of(
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
-    """The values that a grid has for one name, from a list or from text such as "20:50:9" or "30,33,36".
-
-    Args:
-        values: a list, or text.
-        said: where they stand, for messages.
+    """The values of one name in a grid: a list, or text such as "20:50:9" or "30,33,36"; said is its place.
 
     Raises:
         InputError: if the text is neither.
@@ -138,28 +136,25 @@ def grid_values(values: Any, said: str) -> list[Any]:
     if not isinstance(values, str):
         return list(values)
     if ":" in values:
-        parts = [read_value(part, said) for part in values.split(":")] if all(values.split(":")) else []
-        numbers = [p for p in parts if isinstance(p, (int, float)) and not isinstance(p, bool)]
-        if len(numbers) != 3 or not isinstance(numbers[2], int) or numbers[2] < 2:
-            raise InputError(f"{said}: must be FROM:TO:COUNT with a whole COUNT of 2 or more, as in 20:50:9")
+        parts = (read_value(part, said) for part in values.split(":"))
         try:
-            return Span.model_validate({"from": numbers[0], "to": numbers[1], "count": numbers[2]}).values()
-        except ValidationError as error:
-            rules = [f"{dotted(p.path)} {p.rule}" for p in from_pydantic(error, Span)]
-            raise InputError(f"{said}: {'; '.join(rules)}") from None
+            return Span.model_validate(dict(zip(("from", "to", "count"), parts, strict=True))).values()
+        except ValueError:
+            raise InputError(
+                f"{said}: must be FROM:TO:COUNT, two numbers and a whole number from 2 to {MAX_VALUES}, as in 20:50:9"
+            ) from None
     if not all(part.strip() for part in values.split(",")):
         raise InputError(f"{said}: must be values separated by commas, as in 30,33,36")
     return [read_value(part, said) for part in values.split(",")]
 
 
 def is_sweep_file(file: str) -> bool:
-    """Whether a name leads to a file that names a scenario, as a sweep file does."""
-    path = Path(file)
+    """Whether a path leads to a file with the key scenario, which a sweep file has."""
     try:
-        there = path.is_file()
+        there = Path(file).is_file()
     except (OSError, ValueError):
         return False  # the search for a scenario of this name reports it
-    return there and "scenario" in read_yaml(path).values
+    return there and "scenario" in read_yaml(Path(file)).values
 
 
 def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sweep:
@@ -167,7 +162,7 @@ def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sw
 
     Args:
         file: path of the YAML file.
-        changes: values changed in every case, over those of the file.
+        changes: values changed in every case; they come after those of the file.
 
     Raises:
         InputError: with file, line, key, value and rule.
@@ -176,11 +171,11 @@ def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sw
 
 
 def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
-    """Check plain values, keys as in a sweep file, and make the sweep.
+    """Make a sweep from plain values, with the keys of a sweep file.
 
     Args:
         values: nested dicts, lists, strings and numbers.
-        folder: where files named in it are.
+        folder: where the files that it names are.
 
     Raises:
         InputError: listing every key, value and rule that is broken.
@@ -228,7 +223,7 @@ def _table(source: Source, name: str) -> dict[str, list[Any]]:
 
 
 def _check_values(name: str, values: Sequence[Any]) -> None:
-    """Refuse values that the table of results cannot hold, or that a spreadsheet would take for formulas."""
+    """Refuse values that the store cannot hold, or that a spreadsheet would take for formulas."""
     for value in values:
         if isinstance(value, int) and not -_WORD <= value < _WORD:
             raise InputError(f"{name} = {str(value)[:30]}...: is too large")
@@ -240,7 +235,7 @@ def _check_values(name: str, values: Sequence[Any]) -> None:
 
 
 def _in_words(values: Sequence[Any]) -> str:
-    """Values in full if they are few, otherwise their number and what changes with any of them."""
+    """Values in full if they are few, otherwise their number and a hash."""
     text = json.dumps(list(values), default=str)
     return text if len(text) <= _SHORT else f"{len(values)} values {sha256(text.encode()).hexdigest()[:12]}"
 

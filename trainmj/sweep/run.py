@@ -1,10 +1,11 @@
-"""Run a sweep: compute what is not yet in its file, keep every case as it ends."""
+"""Run a sweep: compute what is not yet in its store, and keep every case as it ends."""
 
 from __future__ import annotations
 
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,7 +34,7 @@ class SweepResult:
         computed: how many were computed now; the others were there.
         failed: how many of all are refused or unstable.
         first_failure: number, status and reason of the first of these; empty if there is none.
-        seconds: wall time.
+        seconds: wall time [s].
     """
 
     folder: Path
@@ -56,21 +57,20 @@ def run_sweep(
     """Compute the cases of a sweep and keep them in a folder.
 
     The folder gets results.sqlite, written as cases end, and at the end results.csv and the histories asked for.
-    Whatever stops a sweep, what is in the file stays; the same sweep goes on, and the table is the same.
+    Whatever stops a sweep, finished cases are kept; the same sweep goes on from there to the same table.
 
     Args:
         sweep: a sweep, or a sweep file.
         folder: made if it is not there.
-        threads: native threads; 0 for all cores.
+        threads: native threads; 0 for all cores. The numbers do not depend on it.
         fresh: start over: remove what a sweep left in the folder.
         engine: computes the cases; by default this process.
-        progress: called with the number of finished cases of all.
+        progress: called with the number of finished cases.
 
     Raises:
         InputError: if the file breaks a rule, or the folder has the results of another sweep or of other versions; the
             message says what differs.
-        OutputError: if the folder or file cannot be written, or another process writes there; what was finished is
-            kept.
+        OutputError: if something cannot be written, or another process writes there; finished cases are kept.
     """
     began = time.monotonic()
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
@@ -88,21 +88,20 @@ def run_sweep(
             fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
             store.write_csv(folder / "results.csv")
             failed = [f"case {number}, {status}: {reason}" for number, status, reason in store.failed()]
-        write_histories(sweep, folder)
-        return SweepResult(
-            folder, len(sweep), len(sweep) - there, len(failed), next(iter(failed), ""), time.monotonic() - began
-        )
+        _write_histories(sweep, folder)
+    seconds = time.monotonic() - began
+    return SweepResult(folder, len(sweep), len(sweep) - there, len(failed), next(iter(failed), ""), seconds)
 
 
 def _further(sweep: Sweep, about: Mapping[str, str]) -> dict[str, str]:
-    """What the file says of a sweep for those who read it, and of what it leaves beside the file."""
+    """What the store says of a sweep for those who read it, and of the files that it leaves beside the store."""
     histories = sorted({*sweep.histories, *_histories_in(about)})
     said = {"cases": len(sweep), "varied": sweep.names, "seed": sweep.seed, _HISTORIES: histories}
     return {name: json.dumps(value) for name, value in said.items()}
 
 
 def _histories_in(about: Mapping[str, str]) -> set[int]:
-    """Numbers of the cases whose histories a sweep has written."""
+    """Numbers of the cases whose histories are in the folder."""
     said = stated(about, _HISTORIES)
     return {number for number in said if isinstance(number, int)} if isinstance(said, list) else set()
 
@@ -112,7 +111,7 @@ def _history(number: int) -> str:
 
 
 def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
-    """What is kept of a case: the values it changes, its status, and the responses that the sweep asks for."""
+    """Gives what is kept of a case: the values it changes, its status, and the responses that the sweep asks for."""
     wanted: dict[tuple[str, ...], list[str]] = {}
 
     def keep(computed: Computed) -> Row:
@@ -127,14 +126,10 @@ def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
     return keep
 
 
-def write_histories(sweep: Sweep, folder: Path) -> None:
-    """Compute the cases whose histories are wanted once more and save them as case_NUMBER.nc, unless refused."""
+def _write_histories(sweep: Sweep, folder: Path) -> None:
+    """Compute the cases whose histories are wanted once more, and save those that are not there."""
     for number in sweep.histories:
         file = folder / _history(number)
-        if file.exists():
-            continue
-        try:
-            result = run(sweep.scenario.with_values(sweep.case(number)))
-        except InputError:
-            continue  # its row says why
-        result.save(file)
+        if not file.exists():
+            with suppress(InputError):  # of a refused case; its row says why
+                run(sweep.scenario.with_values(sweep.case(number))).save(file)
