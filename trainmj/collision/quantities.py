@@ -6,6 +6,7 @@ that a wrong name is held against. To add a response, add a row here.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -14,10 +15,10 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from trainmj.collision.block import Tally
-from trainmj.collision.chain import WALL, Chain, Interface
-from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, mean_deceleration, window_peak
-from trainmj.collision.device import Array, Device
+from trainmj.collision.chain import Chain
+from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, window_peak
+from trainmj.collision.device import Device
+from trainmj.collision.measured import Measured, Side, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.errors import InputError, close_match
 from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
 
@@ -58,6 +59,7 @@ class Quantity(Generic[T]):
         meaning: one line.
         value: computes it, in its unit.
         column: what it is called in the name of a column of a sweep; empty if it has none.
+        interval: longest time between two records with which it is a number [s].
     """
 
     key: str
@@ -67,6 +69,7 @@ class Quantity(Generic[T]):
     meaning: str
     value: Callable[[T], Any]
     column: str = ""
+    interval: float = math.inf
 
     @cached_property
     def name(self) -> str:
@@ -80,153 +83,6 @@ class Quantity(Generic[T]):
     def text(self, value: float) -> str:
         """A value with the digits that are worth reading."""
         return f"{value:.{self.digits}f}" if self.digits >= 0 else f"{value:.{-self.digits}g}"
-
-
-@dataclass(frozen=True, eq=False)
-class Measured:
-    """What a collision left behind, as its quantities need it.
-
-    Attributes:
-        chain: what was collided.
-        tally: from every step.
-        time: (n_sample,) [s], evenly spaced.
-        velocity: (n_sample, n_vehicle) [m/s].
-    """
-
-    chain: Chain
-    tally: Tally
-    time: Array
-    velocity: Array
-
-    @cached_property
-    def sides(self) -> tuple[Side, ...]:
-        """Every interface; the front as one side's, or as both where these are not equal."""
-        return tuple(Side(self, k, side) for k, side in places_of_sides(self.chain))
-
-    @cached_property
-    def kinetic(self) -> tuple[float, float]:
-        """Kinetic energy at the start and at the end [J]."""
-        mass = self.chain.mass
-        start, end = (float(0.5 * np.sum(mass * v**2)) for v in (self.chain.speed, self.tally.speed))
-        return start, end
-
-    @cached_property
-    def elastic(self) -> float:
-        """Energy in the springs of all interfaces at the end [J]."""
-        left = [max(0.0, float(u - p)) for u, p in zip(self.tally.stroke, self.tally.plastic, strict=True)]
-        return sum(0.5 * i.envelope.stiffness * u**2 for i, u in zip(self.chain.interfaces, left, strict=True))
-
-    @cached_property
-    def energy_error(self) -> float:
-        """What is missing in the balance of energy, relative to what a plastic collision takes.
-
-        That is the kinetic energy about the common centre of mass, or all of it at a wall: two trains that travel
-        together cannot hide an error in it. The forces times the travel of a step give back the kinetic energy
-        exactly, by the way the step is made, and would prove nothing. The absorbed energy is therefore added up from
-        the law; it closes the balance only where the step is small enough.
-        """
-        mass, speed = self.chain.mass, self.chain.speed
-        common = 0.0 if self.chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
-        convertible = float(0.5 * np.sum(mass * (speed - common) ** 2))
-        start, end = self.kinetic
-        absorbed, friction = float(self.tally.dissipated.sum()), float(self.tally.friction_work.sum())
-        return (start - end - self.elastic - absorbed - friction) / convertible
-
-    @cached_property
-    def momentum_error(self) -> float:
-        """Momentum less the impulses of rails and wall, relative to the sum of ``|m v|`` at the start."""
-        mass, speed = self.chain.mass, self.chain.speed
-        momentum = float(np.sum(mass * (self.tally.speed - speed))) - self.tally.impulse
-        return float(momentum / np.sum(mass * np.abs(speed)))
-
-    def mean_deceleration(self) -> Array:
-        """(n_vehicle,) from the first to the last force at the front [m/s2]."""
-        front = self.chain.front
-        first, last = self.tally.first_force_time[front], self.tally.last_force_time[front]
-        return mean_deceleration(float(first), float(last), self.time, self.velocity)
-
-    def balance_time(self) -> Array:
-        """(n_vehicle,) when the interface on the side of the impact had its largest stroke [s]."""
-        n = self.chain.n_moving
-        ahead = [i if i < n else i - 1 for i in range(len(self.chain.vehicles))]
-        return np.asarray(self.tally.stroke_max_time[ahead])
-
-
-def places_of_sides(chain: Chain) -> list[tuple[int, int]]:
-    """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first."""
-    front = chain.front
-    own = [(k, 0) for k in range(front, -1, -1)]
-    unequal = len(chain.interfaces[front].devices) == 2 and not chain.interfaces[front].equal_sides
-    return own + [(front, 1)] * unequal + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
-
-
-def order_of_vehicles(chain: Chain) -> list[int]:
-    """Indices of the vehicles from the front backwards, the moving train first."""
-    return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
-
-
-def name_of_side(interface: Interface, side: int) -> str:
-    """What a side of an interface is called: the partner's side of an unequal front is "S1-M1 partner"."""
-    return interface.name + (" partner" if side else "")
-
-
-class Side:
-    """One interface as it is reported, or one train's side of the front."""
-
-    def __init__(self, measured: Measured, index: int, side: int) -> None:
-        """Look at one side of the interface of an index."""
-        self._tally, self._index, self._side = measured.tally, index, side
-        self.interface = measured.chain.interfaces[index]
-        self.device: Device = self.interface.devices[side]
-        self._largest = float(measured.tally.stroke_max[index])
-        self.stroke = self.interface.side_stroke(self._largest, side)
-
-    @property
-    def name(self) -> str:
-        """Of the interface, and of its side where both are reported."""
-        return name_of_side(self.interface, self._side)
-
-    @property
-    def beyond_curve(self) -> bool:
-        """Whether the stroke went past the last point of the curve, where the force is only held."""
-        return bool(self.stroke > self.device.envelope.stroke[-1])
-
-    @property
-    def permanent(self) -> float:
-        """Permanent set [m].
-
-        What an interface gives back its sides share as their stiffnesses say: K is 1 / (1 / K_left + 1 / K_right).
-        """
-        back = self._largest - float(self._tally.plastic[self._index])
-        back = back * self.interface.envelope.stiffness / self.device.envelope.stiffness
-        return max(0.0, self.stroke - back)
-
-    @property
-    def energy(self) -> float:
-        """Absorbed energy [J]."""
-        return self._share() * float(self._tally.dissipated[self._index])
-
-    def tallied(self, name: str) -> float:
-        """A value of the tally at this interface."""
-        return float(getattr(self._tally, name)[self._index])
-
-    def _share(self) -> float:
-        """Part of the absorbed energy that this side takes: its work up to the stroke, less what it gives back."""
-        interface, stroke = self.interface, self._largest
-        if len(interface.devices) == 1:
-            return 1.0
-        if interface.equal_sides:
-            return 0.5
-        envelope = interface.envelope
-        inner = envelope.stroke[envelope.stroke < stroke]
-        until = np.append(inner, stroke)
-        left = np.array([interface.side_stroke(x, 0) for x in until])
-        peak = envelope.force_at(stroke)
-        force = np.append(envelope.force[: inner.size], peak)
-        own = float(np.trapezoid(force, left)) - 0.5 * peak**2 / interface.devices[0].envelope.stiffness
-        total = float(np.trapezoid(force, until)) - 0.5 * peak**2 / envelope.stiffness
-        share = min(1.0, max(0.0, own / total)) if total > 0 else 0.5
-        return share if self._side == 0 else 1.0 - share
 
 
 INTERFACE: tuple[Quantity[Side], ...] = (
@@ -276,7 +132,7 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
     ),
     Quantity(
         "cfc60_peak", "g", 3, "CFC 60\npeak", "largest |acceleration| behind a CFC 60 filter (SAE J211)",
-        lambda m: cfc60_peak(m.time, m.velocity) / G, "cfc60_peak",
+        lambda m: cfc60_peak(m.time, m.velocity) / G, "cfc60_peak", FILTER_INTERVAL,
     ),
     Quantity(
         "final_speed", "km/h", 2, "final\nspeed", "speed at the end of the run",
@@ -293,7 +149,7 @@ TRAIN: tuple[Quantity[Measured], ...] = (
     Quantity(
         "TS", "mm", 1, "TS",
         "compression along the moving train, empty strokes not counted",
-        lambda m: sum(crush_mm(s) for s in m.sides[: m.chain.n_moving]), "TS",
+        lambda m: sum(s.crush_mm for s in m.sides[: m.chain.n_moving]), "TS",
     ),
     Quantity(
         "TAMA", "g", 4, "TAMA", "mean of the peak device accelerations of the moving train",
@@ -349,11 +205,6 @@ def of_each() -> dict[str, Quantity[Any]]:
     return {q.name: q for q in (*cast(tuple[Quantity[Any], ...], VEHICLE), *INTERFACE)}
 
 
-def crush_mm(side: Side) -> float:
-    """Stroke of a side without empty strokes [mm]: what counts in TS."""
-    return sum(stage.stroke(side.stroke) / MM for stage in side.device.stages)
-
-
 def columns_of(chain: Chain) -> dict[str, Column]:
     """Every response of a chain by the name of its column, in the order of tables."""
     sides = [(chain.interfaces[k], k, side) for k, side in places_of_sides(chain)]
@@ -403,12 +254,6 @@ def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], .
     return tuple(q for q in quantities if q.column)
 
 
-@cache
-def names_of(quantities: tuple[Quantity[Any], ...]) -> tuple[str, ...]:
-    """Names of those that have a column."""
-    return tuple(q.name for q in with_column(quantities))
-
-
 def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:
     """The columns that names or patterns choose, in their own order.
 
@@ -429,12 +274,12 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
 def no_number(column: Column, chain: Chain) -> str:
     """Why a response of a chain is not a number, and the cure; empty if it is one."""
     interval = chain.step * chain.steps_per_record
-    if not column.quantity.startswith("cfc60") or interval <= FILTER_INTERVAL:
+    longest = of_each()[column.quantity].interval if column.quantity in of_each() else math.inf
+    if interval <= longest:
         return ""
-    longest = int(FILTER_INTERVAL * 1e4) / 10
     return (
         f"{column.name} is not a number with simulation.record_every_ms = {interval / MS:g}, too far apart for its "
-        f"filter: take at most {longest:g}"
+        f"filter: take at most {int(longest * 1e4) / 10:g}"
     )
 
 

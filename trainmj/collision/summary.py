@@ -15,6 +15,7 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
 from trainmj.collision.limits import Criterion, Part, of_responses, of_stages
+from trainmj.collision.measured import Measured, Side, order_of_vehicles
 from trainmj.collision.quantities import (
     BALANCE,
     COLLISION,
@@ -23,12 +24,9 @@ from trainmj.collision.quantities import (
     TRAIN,
     VEHICLE,
     Column,
-    Measured,
     Quantity,
-    Side,
     columns_of,
-    names_of,
-    order_of_vehicles,
+    with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
 from trainmj.collision.result import Result
@@ -103,7 +101,7 @@ class Summary(Numbers):
 def _shown(numbers: Numbers, quantities: tuple[Quantity[Any], ...]) -> list[float]:
     """The numbers that have a column."""
     values = numbers.values
-    return [values[name] for name in names_of(quantities)]
+    return [values[quantity.name] for quantity in with_column(quantities)]
 
 
 def _of(values: Mapping[str, float], quantities: Iterable[Quantity[Any]]) -> dict[str, float]:

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from trainmj.collision.chain import Chain, Interface
 from trainmj.collision.device import Array, Device
-from trainmj.collision.quantities import name_of_side
+from trainmj.collision.measured import name_of_side
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import Trace, axes, line

@@ -1,0 +1,166 @@
+"""What a collision left behind, as its quantities need it: vehicles as arrays, interfaces side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trainmj.collision.block import Tally
+from trainmj.collision.chain import WALL, Chain, Interface
+from trainmj.collision.deceleration import mean_deceleration
+from trainmj.collision.device import Array
+from trainmj.units import MM
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a collision left behind, as its quantities need it.
+
+    Attributes:
+        chain: what was collided.
+        tally: from every step.
+        time: (n_sample,) [s], evenly spaced.
+        velocity: (n_sample, n_vehicle) [m/s].
+    """
+
+    chain: Chain
+    tally: Tally
+    time: Array
+    velocity: Array
+
+    @cached_property
+    def sides(self) -> tuple[Side, ...]:
+        """Every interface; the front as one side's, or as both where these are not equal."""
+        return tuple(Side(self, k, side) for k, side in places_of_sides(self.chain))
+
+    @cached_property
+    def kinetic(self) -> tuple[float, float]:
+        """Kinetic energy at the start and at the end [J]."""
+        mass = self.chain.mass
+        start, end = (float(0.5 * np.sum(mass * v**2)) for v in (self.chain.speed, self.tally.speed))
+        return start, end
+
+    @cached_property
+    def elastic(self) -> float:
+        """Energy in the springs of all interfaces at the end [J]."""
+        left = [max(0.0, float(u - p)) for u, p in zip(self.tally.stroke, self.tally.plastic, strict=True)]
+        return sum(0.5 * i.envelope.stiffness * u**2 for i, u in zip(self.chain.interfaces, left, strict=True))
+
+    @cached_property
+    def energy_error(self) -> float:
+        """What is missing in the balance of energy, relative to what a plastic collision takes.
+
+        That is the kinetic energy about the common centre of mass, or all of it at a wall: two trains that travel
+        together cannot hide an error in it. The forces times the travel of a step give back the kinetic energy
+        exactly, by the way the step is made, and would prove nothing. The absorbed energy is therefore added up from
+        the law; it closes the balance only where the step is small enough.
+        """
+        mass, speed = self.chain.mass, self.chain.speed
+        common = 0.0 if self.chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
+        convertible = float(0.5 * np.sum(mass * (speed - common) ** 2))
+        start, end = self.kinetic
+        absorbed, friction = float(self.tally.dissipated.sum()), float(self.tally.friction_work.sum())
+        return (start - end - self.elastic - absorbed - friction) / convertible
+
+    @cached_property
+    def momentum_error(self) -> float:
+        """Momentum less the impulses of rails and wall, relative to the sum of ``|m v|`` at the start."""
+        mass, speed = self.chain.mass, self.chain.speed
+        momentum = float(np.sum(mass * (self.tally.speed - speed))) - self.tally.impulse
+        return float(momentum / np.sum(mass * np.abs(speed)))
+
+    def mean_deceleration(self) -> Array:
+        """(n_vehicle,) from the first to the last force at the front [m/s2]."""
+        front = self.chain.front
+        first, last = self.tally.first_force_time[front], self.tally.last_force_time[front]
+        return mean_deceleration(float(first), float(last), self.time, self.velocity)
+
+    def balance_time(self) -> Array:
+        """(n_vehicle,) when the interface on the side of the impact had its largest stroke [s]."""
+        n = self.chain.n_moving
+        ahead = [i if i < n else i - 1 for i in range(len(self.chain.vehicles))]
+        return np.asarray(self.tally.stroke_max_time[ahead])
+
+
+def places_of_sides(chain: Chain) -> list[tuple[int, int]]:
+    """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first."""
+    front = chain.front
+    own = [(k, 0) for k in range(front, -1, -1)]
+    unequal = len(chain.interfaces[front].devices) == 2 and not chain.interfaces[front].equal_sides
+    return own + [(front, 1)] * unequal + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
+
+
+def order_of_vehicles(chain: Chain) -> list[int]:
+    """Indices of the vehicles from the front backwards, the moving train first."""
+    return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
+
+
+def name_of_side(interface: Interface, side: int) -> str:
+    """What a side of an interface is called: the partner's side of an unequal front is "S1-M1 partner"."""
+    return interface.name + (" partner" if side else "")
+
+
+class Side:
+    """One interface as it is reported, or one train's side of the front."""
+
+    def __init__(self, measured: Measured, index: int, side: int) -> None:
+        """Look at one side of the interface of an index."""
+        self._tally, self._index, self._side = measured.tally, index, side
+        self.interface = measured.chain.interfaces[index]
+        self.device = self.interface.devices[side]
+        self._largest = float(measured.tally.stroke_max[index])
+        self.stroke = self.interface.side_stroke(self._largest, side)
+
+    @property
+    def name(self) -> str:
+        """Of the interface, and of its side where both are reported."""
+        return name_of_side(self.interface, self._side)
+
+    @property
+    def beyond_curve(self) -> bool:
+        """Whether the stroke went past the last point of the curve, where the force is only held."""
+        return bool(self.stroke > self.device.envelope.stroke[-1])
+
+    @property
+    def permanent(self) -> float:
+        """Permanent set [m].
+
+        What an interface gives back its sides share as their stiffnesses say: K is 1 / (1 / K_left + 1 / K_right).
+        """
+        back = self._largest - float(self._tally.plastic[self._index])
+        back = back * self.interface.envelope.stiffness / self.device.envelope.stiffness
+        return max(0.0, self.stroke - back)
+
+    @property
+    def energy(self) -> float:
+        """Absorbed energy [J]."""
+        return self._share() * float(self._tally.dissipated[self._index])
+
+    @property
+    def crush_mm(self) -> float:
+        """Stroke without empty strokes [mm]: what counts in TS."""
+        return sum(stage.stroke(self.stroke) / MM for stage in self.device.stages)
+
+    def tallied(self, name: str) -> float:
+        """A value of the tally at this interface."""
+        return float(getattr(self._tally, name)[self._index])
+
+    def _share(self) -> float:
+        """Part of the absorbed energy that this side takes: its work up to the stroke, less what it gives back."""
+        interface, stroke = self.interface, self._largest
+        if len(interface.devices) == 1:
+            return 1.0
+        if interface.equal_sides:
+            return 0.5
+        envelope = interface.envelope
+        inner = envelope.stroke[envelope.stroke < stroke]
+        until = np.append(inner, stroke)
+        left = np.array([interface.side_stroke(x, 0) for x in until])
+        peak = envelope.force_at(stroke)
+        force = np.append(envelope.force[: inner.size], peak)
+        own = float(np.trapezoid(force, left)) - 0.5 * peak**2 / interface.devices[0].envelope.stiffness
+        total = float(np.trapezoid(force, until)) - 0.5 * peak**2 / envelope.stiffness
+        share = min(1.0, max(0.0, own / total)) if total > 0 else 0.5
+        return share if self._side == 0 else 1.0 - share
