@@ -15,7 +15,7 @@ from trainmj.output.blocks import Card
 from trainmj.output.console import console_table, new_console, print_table
 from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, layout_of, line, numbers, shade
-from trainmj.output.table import Column, Table, failed, judged, passed, unjudged
+from trainmj.output.table import Column, Table, failed, judged, passed
 
 NASTY = "</script><script>alert('1')</script>&\"'"
 PLOTLY = "plotly.js v"
@@ -167,7 +167,7 @@ def test_verdicts_are_told_without_colour():
     signs = [judged(kept).sign for kept in (True, False, None)]
     assert len(set(signs)) == 3
     p = page()
-    p.section("s").table(Table([Column("v")], [(failed("past the limit"),), (unjudged(),)]))
+    p.section("s").table(Table([Column("v")], [(failed("past the limit"),), (judged(None),)]))
     assert "✗" in p.html()
     assert "past the limit" in p.html()
 

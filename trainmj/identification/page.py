@@ -14,7 +14,7 @@ from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, line
 from trainmj.output.style import styled
-from trainmj.output.table import judged, passed, unjudged, warned
+from trainmj.output.table import judged, passed, warned
 from trainmj.scenario import to_yaml
 
 PAGE = "report.html"
@@ -63,7 +63,7 @@ def _outcome(section: Section, found: Found) -> None:
         of = found.fit[found.fit["role"] == role]
         values, outside = int(of["values"].sum()), int(of["outside"].sum())
         stated = [kept for kept in of["kept"] if kept is not None]
-        verdict = judged(all(stated), "bars kept", "a bar is not kept") if stated else unjudged("no bars")
+        verdict = judged(all(stated) if stated else None, "bars kept", "a bar is not kept", "no bars")
         inside = f"{values - outside} of {values}"
         cards.append(Card(role.capitalize(), inside, note="values within what is allowed", verdict=verdict))
     n, loose = len(known.directions), sum(not d.determined for d in known.directions)

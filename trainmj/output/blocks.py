@@ -65,13 +65,7 @@ class Section:
         self._add("facts", items=tuple(items.items()))
 
     def table(self, table: Table, half: bool = False, folded: bool = False) -> None:
-        """A table, whose cells may be markup too.
-
-        Args:
-            table: columns and rows.
-            half: whether it takes half the width of the page, where there is room.
-            folded: whether it opens with a click on its title.
-        """
+        """A table, whose cells may be markup too; a folded one opens with a click on its title."""
         rows = [[_cell(c.show(v), v) for c, v in zip(table.columns, row, strict=True)] for row in table.rows]
         label = table.title or self.title
         self._add("table", half, table=table, label=label, rows=rows, folded=folded)
@@ -81,13 +75,7 @@ class Section:
         self._add("code", text=text, title=title)
 
     def picture(self, figure: Figure, alt: str, title: str = "") -> None:
-        """A matplotlib figure as SVG.
-
-        Args:
-            figure: drawn in the style of all figures.
-            alt: what it shows, for those who do not see it.
-            title: above it.
-        """
+        """A matplotlib figure as SVG; alt says what it shows to those who do not see it."""
         # an SVG shown as an image cannot run scripts, and its names cannot clash with those of another
         source = "data:image/svg+xml;base64," + base64.b64encode(encode(figure, "svg")).decode()
         self._add("picture", source=source, alt=alt, title=title, width=float(figure.get_size_inches()[0]))
@@ -109,7 +97,7 @@ class Section:
             title: above it, and read aloud for those who do not see it.
             note: below it.
             height: [pixels].
-            half: whether it takes half the width of the page, where there is room.
+            half: whether it takes half the width, as in :class:`Block`.
         """
         figure = as_json({"data": list(data), "layout": layout_of(layout) | {"height": height}})
         self._add("plot", half, figure=figure, title=title, note=note, height=height)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Literal
 
 from rich import box
@@ -71,14 +70,6 @@ def console_table(table: Table) -> Grid:
 
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
-    for n, part in enumerate(_parts(console, table)):
-        if n:
-            console.print()
-        console.print(console_table(part))
-
-
-def _parts(console: Console, table: Table) -> Iterator[Table]:
-    """The table in parts that fit the width of a console, if its columns are narrow enough."""
     without_end = console.options.update(max_width=10_000)
     parts: list[list[int]] = [[0]]
     for k in range(1, len(table.columns)):
@@ -87,14 +78,16 @@ def _parts(console: Console, table: Table) -> Iterator[Table]:
             parts.append([0])
         parts[-1].append(k)
     for part in parts:
+        if part is not parts[0]:
+            console.print()
         title = table.title if part is parts[0] else ""
         note = table.note if part is parts[-1] else ""
-        yield replace(_of_columns(table, part), title=title, note=note)
+        console.print(console_table(_of_columns(table, part, title, note)))
 
 
-def _of_columns(table: Table, chosen: Sequence[int]) -> Table:
-    """Some columns of a table, without its title and note."""
-    return Table([table.columns[k] for k in chosen], [[row[k] for k in chosen] for row in table.rows])
+def _of_columns(table: Table, chosen: Sequence[int], title: str = "", note: str = "") -> Table:
+    """Some columns of a table."""
+    return Table([table.columns[k] for k in chosen], [[row[k] for k in chosen] for row in table.rows], title, note)
 
 
 def _head(column: Column) -> str:

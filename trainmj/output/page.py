@@ -25,9 +25,6 @@ What it guarantees:
 * plotly.js is in the file once, and only if there is a plot.
 * A verdict is a sign and a word, never a colour alone.
 * The same content gives the same file, byte by byte; no date is written.
-
-:mod:`trainmj.output.blocks` has what a section can hold, :mod:`trainmj.output.plot` the usual lines, dots and axes, and
-:mod:`trainmj.output.table` columns, which round the numbers of a table, and verdicts.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ _SIGNS = {"pass": "✓", "fail": "✗", "warn": "!", "none": "–"}
 class Verdict:
     """How something stands: ``pass``, ``fail``, ``warn`` or ``none``, and in words.
 
-    Make it with :func:`passed`, :func:`failed`, :func:`warned`, :func:`unjudged` or :func:`judged`.
+    Make it with :func:`passed`, :func:`failed`, :func:`warned` or :func:`judged`.
     """
 
     kind: str
@@ -41,14 +41,9 @@ def warned(text: str) -> Verdict:
     return Verdict("warn", text)
 
 
-def unjudged(text: str = "no limit") -> Verdict:
-    """There is nothing to judge by."""
-    return Verdict("none", text)
-
-
 def judged(kept: bool | None, yes: str = "pass", no: str = "fail", unknown: str = "no limit") -> Verdict:
     """The verdict of a comparison; None if there is nothing to compare with."""
-    return unjudged(unknown) if kept is None else passed(yes) if kept else failed(no)
+    return Verdict("none", unknown) if kept is None else passed(yes) if kept else failed(no)
 
 
 @dataclass(frozen=True)

@@ -26,10 +26,6 @@ def shown(result: Result, name: str) -> tuple[Array, str]:
     """(n_sample, n) values of a history as they are drawn, and their unit.
 
     Stroke and energy of the front are those of one train, as in the tables, if both trains bring the same device.
-
-    Args:
-        result: of the collision.
-        name: of the history, such as stroke.
     """
     history = HISTORIES[name]
     values: Array = getattr(result, name)
@@ -39,12 +35,7 @@ def shown(result: Result, name: str) -> tuple[Array, str]:
 
 
 def collision(result: Result, width: Width = "page") -> Figure:
-    """Speeds, strokes, forces and energies of one collision over time, in four panels.
-
-    Args:
-        result: of the collision.
-        width: of the figure; in a column the panels are stacked.
-    """
+    """Speeds, strokes, forces and energies of one collision over time, in four panels, stacked in a column."""
     chain = result.chain
     with styled(width):
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
@@ -52,9 +43,12 @@ def collision(result: Result, width: Width = "page") -> Figure:
             # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
             title = result.scenario.title.replace("$", r"\$")
             figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
-        _speeds(axes[0], result)
-        for panel, name in zip(axes[1:], OF_INTERFACES, strict=True):
-            _lines(panel, result, name)
+        own, partner = range(chain.front, -1, -1), range(chain.n_moving, len(chain.vehicles))
+        _draw(axes[0], result, "velocity", "Speed", (own, "Blues_r", 0.1, 0.6), (partner, "Oranges_r", 0.1, 0.6))
+        sides = axes[0].lines[: chain.n_moving], axes[0].lines[chain.n_moving :]
+        _legend(axes[0], [_named(side, _MOST_VEHICLES) for side in sides])
+        for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
+            _draw(panel, result, name, title, (own, "viridis", 0.0, 0.9))
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
         named = _named(axes[1].lines, _MOST_INTERFACES)
         half = (len(named) + 1) // 2
@@ -66,34 +60,17 @@ def collision(result: Result, width: Width = "page") -> Figure:
     return figure
 
 
-def _speeds(axes: Axes, result: Result) -> None:
+def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range, str, float, float]) -> None:
+    """A history of vehicles or interfaces: for each side their indices, a scale of colours, its start and length."""
     from matplotlib import colormaps
 
-    chain = result.chain
-    values, unit = shown(result, "velocity")
-    for indices, colours in (
-        (range(chain.front, -1, -1), colormaps["Blues_r"]),
-        (range(chain.n_moving, len(chain.vehicles)), colormaps["Oranges_r"]),
-    ):
-        for place, i in enumerate(indices):
-            shade = 0.1 + 0.6 * _part(place, len(indices))
-            axes.plot(result.time, values[:, i], color=colours(shade), label=chain.vehicles[i].name)
-    axes.set_title("Speed")
-    axes.set_ylabel(unit)
-    sides = axes.lines[: chain.n_moving], axes.lines[chain.n_moving :]
-    _legend(axes, [_named(side, _MOST_VEHICLES) for side in sides])
-
-
-def _lines(axes: Axes, result: Result, name: str) -> None:
-    """A line for each interface of the moving train, from the front backwards."""
-    from matplotlib import colormaps
-
+    named = result.chain.vehicles if HISTORIES[name].over == "vehicle" else result.chain.interfaces
     values, unit = shown(result, name)
-    colours, n = colormaps["viridis"], result.chain.n_moving
-    for place, k in enumerate(range(result.chain.front, -1, -1)):
-        colour = colours(0.9 * _part(place, n))
-        axes.plot(result.time, values[:, k], color=colour, label=result.chain.interfaces[k].name)
-    axes.set_title(OF_INTERFACES[name])
+    for indices, colours, start, length in sides:
+        for place, i in enumerate(indices):
+            colour = colormaps[colours](start + length * _part(place, len(indices)))
+            axes.plot(result.time, values[:, i], color=colour, label=named[i].name)
+    axes.set_title(title)
     axes.set_ylabel(unit)
 
 
