@@ -19,83 +19,67 @@ from typing import TYPE_CHECKING, Any
 from trainmj.errors import EngineError, InputError, OutputError, TrainmjError
 
 if TYPE_CHECKING:
-    from trainmj.cases.table import run_cases
-    from trainmj.collision.kernel import installed
-    from trainmj.collision.lineup import line_up
-    from trainmj.collision.result import Result, load_result
-    from trainmj.collision.simulation import run
-    from trainmj.collision.summary import Summary, summarise
-    from trainmj.identification import identify, load_targets, targets_of
-    from trainmj.scenario import Scenario, load, save
-    from trainmj.study import Study, StudyResult, load_study, run_study, study_of
-    from trainmj.sweep import Sweep, SweepResult, grid_of, load_sweep, read_table, run_sweep, sweep_of
+    from trainmj.cases.reader import read_table as read_table
+    from trainmj.cases.table import run_cases as run_cases
+    from trainmj.collision.comparison import Comparison as Comparison
+    from trainmj.collision.comparison import compare as compare
+    from trainmj.collision.convergence import Convergence as Convergence
+    from trainmj.collision.convergence import converge as converge
+    from trainmj.collision.kernel import installed as installed
+    from trainmj.collision.lineup import line_up as line_up
+    from trainmj.collision.result import Result as Result
+    from trainmj.collision.result import load_result as load_result
+    from trainmj.collision.simulation import run as run
+    from trainmj.collision.status import Status as Status
+    from trainmj.collision.summary import Summary as Summary
+    from trainmj.collision.summary import summarise as summarise
+    from trainmj.identification import Found as Found
+    from trainmj.identification import Identification as Identification
+    from trainmj.identification import identify as identify
+    from trainmj.identification import load_targets as load_targets
+    from trainmj.identification import targets_of as targets_of
+    from trainmj.scenario import Scenario as Scenario
+    from trainmj.scenario import load as load
+    from trainmj.scenario import save as save
+    from trainmj.study import Study as Study
+    from trainmj.study import StudyResult as StudyResult
+    from trainmj.study import load_study as load_study
+    from trainmj.study import run_study as run_study
+    from trainmj.study import study_of as study_of
+    from trainmj.sweep import Sweep as Sweep
+    from trainmj.sweep import SweepResult as SweepResult
+    from trainmj.sweep import grid_of as grid_of
+    from trainmj.sweep import load_sweep as load_sweep
+    from trainmj.sweep import run_sweep as run_sweep
+    from trainmj.sweep import sweep_of as sweep_of
+    from trainmj.verification.suite import Verification as Verification
+    from trainmj.verification.suite import verify as verify
 
 _HOMES = {
-    "line_up": "collision.lineup",
-    "run_cases": "cases.table",
-    "Summary": "collision.summary",
-    "summarise": "collision.summary",
-    "installed": "collision.kernel",
-    "Result": "collision.result",
-    "load_result": "collision.result",
-    "Scenario": "scenario",
-    "load": "scenario",
-    "save": "scenario",
-    "run": "collision.simulation",
-    "Sweep": "sweep",
-    "SweepResult": "sweep",
-    "grid_of": "sweep",
-    "load_sweep": "sweep",
-    "read_table": "sweep",
-    "run_sweep": "sweep",
-    "sweep_of": "sweep",
-    "Study": "study",
-    "StudyResult": "study",
-    "load_study": "study",
-    "run_study": "study",
-    "study_of": "study",
-    "identify": "identification",
-    "load_targets": "identification",
-    "targets_of": "identification",
+    "cases.reader": "read_table",
+    "cases.table": "run_cases",
+    "collision.comparison": "Comparison compare",
+    "collision.convergence": "Convergence converge",
+    "collision.kernel": "installed",
+    "collision.lineup": "line_up",
+    "collision.result": "Result load_result",
+    "collision.simulation": "run",
+    "collision.status": "Status",
+    "collision.summary": "Summary summarise",
+    "identification": "Found Identification identify load_targets targets_of",
+    "scenario": "Scenario load save",
+    "study": "Study StudyResult load_study run_study study_of",
+    "sweep": "Sweep SweepResult grid_of load_sweep run_sweep sweep_of",
+    "verification.suite": "Verification verify",
 }
+_HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 
-__all__ = [
-    "EngineError",
-    "InputError",
-    "OutputError",
-    "Result",
-    "Scenario",
-    "Study",
-    "StudyResult",
-    "Summary",
-    "Sweep",
-    "SweepResult",
-    "TrainmjError",
-    "grid_of",
-    "identify",
-    "installed",
-    "line_up",
-    "load",
-    "load_result",
-    "load_study",
-    "load_sweep",
-    "load_targets",
-    "read_table",
-    "run",
-    "run_cases",
-    "run_study",
-    "run_sweep",
-    "save",
-    "study_of",
-    "summarise",
-    "sweep_of",
-    "targets_of",
-]
+__all__ = ["EngineError", "InputError", "OutputError", "TrainmjError", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
-    if name in _HOMES:
-        return getattr(import_module(f"trainmj.{_HOMES[name]}"), name)
+    if name in _HOME:
+        return getattr(import_module(f"trainmj.{_HOME[name]}"), name)
     raise AttributeError(f"module 'trainmj' has no attribute {name!r}")
 
 

@@ -25,10 +25,11 @@ The modules of `trainmj.doe` do not know of trains: factors, points and response
 
 _GROUPS = {
     "Scenarios": ["load", "save", "Scenario"],
-    "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "line_up", "installed", "run_cases"],
-    "Sweeps": ["load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
+    "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "Status", "line_up", "installed"],
+    "Trust in a collision": ["converge", "Convergence", "compare", "Comparison", "verify", "Verification"],
+    "Sweeps": ["run_cases", "load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
-    "Identification": ["load_targets", "targets_of", "identify"],
+    "Identification": ["load_targets", "targets_of", "Identification", "identify", "Found"],
     "Errors": ["TrainmjError", "InputError", "OutputError", "EngineError"],
 }
 
