@@ -75,6 +75,11 @@ class Column:
         return format(value, form) if math.isfinite(value) else "-"
 
 
+def worded(*names: str) -> list[Column]:
+    """Columns of words, one for each name."""
+    return [Column(name, text=True) for name in names]
+
+
 @dataclass(frozen=True)
 class Table:
     """A table, for :meth:`trainmj.output.blocks.Section.table` or :func:`trainmj.output.console.console_table`.

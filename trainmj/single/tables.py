@@ -16,7 +16,7 @@ from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import MEANING, Kind, Status
 from trainmj.collision.summary import UNSTABLE, Summary
-from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 
 if TYPE_CHECKING:
@@ -35,15 +35,9 @@ def outcome(status: Status) -> Verdict:
 
 def limits(criteria: Sequence[Criterion]) -> Table:
     """The limits of the scenario beside what was found."""
+    heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%", 0), *worded("verdict")]
     return Table(
-        [
-            Column("Limit", text=True),
-            Column("at", text=True),
-            Column("found"),
-            Column("allowed"),
-            Column("used", "%", digits=0),
-            Column("verdict", text=True),
-        ],
+        heads,
         [
             (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", 100 * c.found / c.limit, judged(c.kept))
             for c in criteria
@@ -59,9 +53,8 @@ def interfaces(summary: Summary) -> Table:
         stages = i.stages if len(i.stages) > 1 else ()
         rows.append((i.name, i.device, *i.values.values(), _end(i)))
         rows += [(f"\u00a0\u00a0{s.name}", "", s.stroke_mm, *blank, _limit(s)) for s in stages]
-    heads = (Column("Interface", text=True), Column("device", text=True), *_columns(INTERFACE))
     return Table(
-        [*heads, Column("limit", "mm", text=True)],
+        [*worded("Interface", "device"), *_columns(INTERFACE), Column("limit", "mm", text=True)],
         rows,
         "Interfaces",
         "At the front: one train's side. From the front backwards, the moving train first.",
@@ -84,7 +77,7 @@ def _limit(stage: StageUse) -> Verdict | str:
 def vehicles(summary: Summary) -> Table:
     """Every vehicle, from the front backwards, the moving train first."""
     return Table(
-        [Column("Vehicle", text=True), Column("type", text=True), *_columns(VEHICLE)],
+        [*worded("Vehicle", "type"), *_columns(VEHICLE)],
         [(v.name, v.kind, *v.values.values()) for v in summary.vehicles],
         "Vehicles",
         "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
@@ -104,7 +97,7 @@ def energy(summary: Summary) -> Table:
     values = summary.balance.values
     start = values["kinetic_start_kJ"]
     rows = [(q.heading, values[q.name], 100 * values[q.name] / start) for q in BALANCE if q.unit == "kJ"]
-    return Table([Column("Energy", text=True), Column("", "kJ", 1), Column("share", "%", 2)], rows)
+    return Table([*worded("Energy"), Column("", "kJ", 1), Column("share", "%", 2)], rows)
 
 
 def checks(result: Result, summary: Summary) -> Table:
@@ -112,18 +105,14 @@ def checks(result: Result, summary: Summary) -> Table:
     b, chain = summary.balance, result.chain
     step, largest = chain.step / MS, largest_step(chain) / MS
     errors = (("energy balance", b.energy_error, UNSTABLE), ("momentum balance", b.momentum_error, MOMENTUM))
+    end, last = summary.duration_s, chain.time_limit
     rows = [
         *((name, f"{abs(e):.1e}", f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
         ("step, against the largest stable one", f"{step:g} ms", f"{largest:.3g} ms", judged(step <= largest)),
-        (
-            "end, before the time limit",
-            f"{summary.duration_s:.3f} s",
-            f"{chain.time_limit:g} s",
-            judged(result.tally.over),
-        ),
+        ("end, before the time limit", f"{end:.3f} s", f"{last:g} s", judged(result.tally.over)),
     ]
     return Table(
-        [Column("Check", text=True), Column("found"), Column("allowed"), Column("verdict", text=True)],
+        [*worded("Check"), Column("found"), Column("allowed"), *worded("verdict")],
         rows,
         note="Energy relative to what the collision can convert, momentum to the sum of |m v| at the start.",
     )
@@ -131,14 +120,9 @@ def checks(result: Result, summary: Summary) -> Table:
 
 def vehicles_of(chain: Chain) -> Table:
     """The vehicles as they stand along the track."""
+    measures = [Column(name, unit, ".6g") for name, unit in (("mass", "t"), ("length", "m"), ("speed", "km/h"))]
     return Table(
-        [
-            Column("Vehicle", text=True),
-            Column("type", text=True),
-            Column("mass", "t", ".6g"),
-            Column("length", "m", ".6g"),
-            Column("speed", "km/h", ".6g"),
-        ],
+        [*worded("Vehicle", "type"), *measures],
         [(v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H) for v in chain.vehicles],
         "Vehicles along the track",
     )
@@ -146,15 +130,9 @@ def vehicles_of(chain: Chain) -> Table:
 
 def interfaces_of(chain: Chain) -> Table:
     """The interfaces with their devices."""
+    constants = [Column("stiffness", "kN/mm", ".6g"), Column("dashpot", "kN s/m", ".6g"), Column("points")]
     return Table(
-        [
-            Column("Interface", text=True),
-            Column("device", text=True),
-            Column("stiffness", "kN/mm", ".6g"),
-            Column("dashpot", "kN s/m", ".6g"),
-            Column("points"),
-            Column("stages (limit mm)", text=True),
-        ],
+        [*worded("Interface", "device"), *constants, *worded("stages (limit mm)")],
         [
             (
                 i.name,
@@ -193,7 +171,7 @@ def convergence(found: Convergence) -> Iterator[Table]:
     )
     halvings = [Column(f"at {step:g} ms", "%", "+.4f", head=f"at\n{step:g} ms") for step in steps[1:]]
     yield Table(
-        [Column("Response", text=True), Column(f"at {own}", head=f"at\n{own}"), *halvings],
+        [*worded("Response"), Column(f"at {own}", head=f"at\n{own}"), *halvings],
         [
             (
                 column.title,
@@ -206,7 +184,7 @@ def convergence(found: Convergence) -> Iterator[Table]:
     )
     yield Table(
         [
-            Column("Response", text=True),
+            *worded("Response"),
             Column("value"),
             Column("order", digits=1),
             Column("known within", "%", ".1g"),

@@ -18,7 +18,7 @@ from trainmj.collision.status import FAILED, MEANING, Kind
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.table import Column, Table, failed, judged, passed, warned
+from trainmj.output.table import Column, Table, failed, judged, passed, warned, worded
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 
 if TYPE_CHECKING:
@@ -104,10 +104,10 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
         Card("Failed", str(bad), "cases", "refused or unstable", verdict=judged(bad == 0, "none", "see below")),
         Card("Past a limit", str(spent), "cases", verdict=warned("see below") if spent else passed("none")),
     )
-    heads = [Column("Status", text=True), Column("cases"), Column("share", "%", 1), Column("what it means", text=True)]
+    heads = [*worded("Status"), Column("cases"), Column("share", "%", 1), *worded("what it means")]
     endings = [(kind, count, 100.0 * count / n, MEANING[kind]) for kind, count in counts.items()]
     section.table(Table(heads, endings, "How the cases ended"))
-    heads = [Column("Varied", text=True), Column("unit", text=True), *map(Column, ("from", "to", "levels"))]
+    heads = [*worded("Varied", "unit"), *map(Column, ("from", "to", "levels"))]
     varied = [(f.name, f.axis[1], f.say(f.levels[0]), f.say(f.levels[-1]), len(f.levels)) for f in sweep.factors]
     section.table(Table(heads, varied, "What was varied"))
 
@@ -138,7 +138,7 @@ def _add_cases(section: Section, sweep: Swept) -> None:
 
 def _cases(sweep: Swept, rows: pd.DataFrame, columns: Mapping[str, Column], title: str, note: str) -> Table:
     """The first cases of some: number, what was varied, status, and further columns by their names."""
-    heads = [Column("Case"), *(Column(*f.axis) for f in sweep.factors), Column("status", text=True), *columns.values()]
+    heads = [Column("Case"), *(Column(*f.axis) for f in sweep.factors), *worded("status"), *columns.values()]
     cells = [
         (n, *(f.say(row[f.name]) for f in sweep.factors), row["status"], *(row[name] for name in columns))
         for n, row in rows.head(_MOST_ROWS).iterrows()

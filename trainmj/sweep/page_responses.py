@@ -15,7 +15,7 @@ from trainmj.collision.status import Kind
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, shade
 from trainmj.output.style import PALETTE
-from trainmj.output.table import Column, Table
+from trainmj.output.table import Column, Table, worded
 from trainmj.units import label, unit_of, words
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ def add_effects(
         "means less the smallest. If cases are missing or the design is not balanced, the effects of factors mix."
     )
     spans = [(f.name, *(_span(effects[f.name, r.name][1]) for r in responses)) for f in factors]
-    heads = [Column("Factor", text=True), *(Column(r.title, r.unit) for r in responses)]
+    heads = [*worded("Factor"), *(Column(r.title, r.unit) for r in responses)]
     section.table(Table(heads, spans, "Largest change of the mean"))
     for r in responses[:4] if len(factors) > 1 else ():
         traces = []
