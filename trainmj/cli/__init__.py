@@ -10,12 +10,10 @@ from typing import Any
 
 import click
 
-from trainmj.cli import collision, inputs, sweep
-from trainmj.cli.identify import identify
+from trainmj.cli import collision, inputs, tasks
 from trainmj.cli.paper import paper
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
-from trainmj.cli.study import study
 from trainmj.cli.verify import verify
 from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
@@ -25,7 +23,7 @@ class _Group(click.Group):
     """Errors that trainmj raises on purpose end in one message and exit code 2, never in a traceback."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(self.commands)  # in the order in which one meets them, not that of the alphabet
+        return list(self.commands)  # as they are added, not by the alphabet
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -37,7 +35,7 @@ class _Group(click.Group):
             click.echo("Stopped.", err=True)
             sys.exit(130)
         except BrokenPipeError:
-            sys.stderr.close()  # the reader of our output has gone; nobody is left to tell
+            sys.stderr.close()  # the reader of the output has gone; nobody is left to tell
             sys.exit(0)
 
 
@@ -55,9 +53,9 @@ for command in (
     collision.check,
     inputs.scenarios,
     inputs.schema,
-    sweep.sweep,
-    study,
-    identify,
+    tasks.sweep,
+    tasks.study,
+    tasks.identify,
     report,
     render,
     view,

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trainmj.cli.options import holds_folder, load_scenario, takes_figures, takes_scenario
+import trainmj
+from trainmj.cli.options import parts_of, takes_figures, takes_json, takes_scenario
 from trainmj.cli.report import REPORT, takes_report
 from trainmj.errors import InputError
+from trainmj.files.folder import held
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     metavar="NAMES",
     help="With --converge: what is to settle, as columns with commas between; * stands for any part of a name.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
+@takes_json
 def run(
     scenario: str,
     changes: dict[str, Any],
@@ -57,28 +59,22 @@ def run(
         raise InputError("--report: needs --out, the folder to write report.html into")
     if responses is not None and not with_steps:
         raise InputError("--responses: needs --converge, which settles them")
-    from trainmj.collision.result import find_result
+    from trainmj.collision.result import FILE, find_result
 
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)
-    loaded = load_scenario(scenario, changes) if before is None else before.scenario
+    loaded = trainmj.load(scenario, changes) if before is None else before.scenario
     if out is not None:
-        holds_folder(out)
+        click.get_current_context().with_resource(held(out))
     from trainmj.collision.comparison import compare
-    from trainmj.collision.simulation import run as simulate
-    from trainmj.collision.summary import summarise
+    from trainmj.collision.convergence import CRITERIA, converge
     from trainmj.single import screen
 
-    steps = None
-    if with_steps:
-        from trainmj.collision.convergence import CRITERIA, converge
-
-        steps = converge(loaded, CRITERIA if responses is None else [part.strip() for part in responses.split(",")])
-    result = simulate(loaded)
+    steps = converge(loaded, CRITERIA if responses is None else parts_of(responses)) if with_steps else None
+    result = trainmj.run(loaded)
     again = None if before is None else compare(before, result)
-    summary = summarise(result)
+    summary = trainmj.summarise(result)
     if out is not None:
-        from trainmj.collision.result import FILE
         from trainmj.single.folder import write_run
 
         write_run(result, summary, out, figures, figure_width)
@@ -96,7 +92,7 @@ def run(
         if again is not None:
             click.echo(str(again))
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / 'report.html'}" if with_report else ""))
+            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     if summary.status.failed or differs or drifts:
         sys.exit(1)
@@ -108,20 +104,17 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
         raise InputError(f"--set: a result is computed again as it was: change its scenario, beside {file}, instead")
     if out is not None and out.resolve() == file.parent.resolve():
         raise InputError(f"--out {out}: has the result that is computed again: take another folder")
-    from trainmj.collision.result import load_result
-
-    return load_result(file)
+    return trainmj.load_result(file)
 
 
 @click.command()
 @takes_scenario
 def check(scenario: str, changes: dict[str, Any]) -> None:
     """Check a scenario and print what would run."""
-    loaded = load_scenario(scenario, changes)
-    from trainmj.collision.lineup import line_up
-    from trainmj.single import screen
+    loaded = trainmj.load(scenario, changes)
+    from trainmj.single.screen import print_chain
 
-    screen.print_chain(loaded, line_up(loaded))
+    print_chain(loaded, trainmj.line_up(loaded))
 
 
 @click.command()
@@ -130,14 +123,13 @@ def check(scenario: str, changes: dict[str, Any]) -> None:
 def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     """Write the MuJoCo model of a scenario as MJCF.
 
-    MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as the comment in it says.
+    MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as a comment in the file says.
     """
-    loaded = load_scenario(scenario, changes)
-    from trainmj.collision.lineup import line_up
+    loaded = trainmj.load(scenario, changes)
     from trainmj.files.atomic import write_bytes
-    from trainmj.view.scene import export as mjcf_of
+    from trainmj.view import scene
 
-    text = mjcf_of(line_up(loaded), loaded.title)
+    text = scene.export(trainmj.line_up(loaded), loaded.title)
     if out is None:
         click.echo(text)
     else:

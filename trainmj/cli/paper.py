@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trainmj.cli.options import holds_folder, takes_formats, takes_threads
+from trainmj.cli.options import takes_formats, takes_json, takes_threads
+from trainmj.files.folder import held
 
 if TYPE_CHECKING:
     from trainmj.output.style import Format
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for tables, figures and page; made if needed.")
 @takes_threads
 @takes_formats
-@click.option("--json", "as_json", is_flag=True, help="Print verdicts, laws and defects as one JSON object.")
+@takes_json
 def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
     """Reproduce the paper that the B-type train comes from.
 
@@ -28,7 +29,7 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
     Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
     """
     if out is not None:
-        holds_folder(out)
+        click.get_current_context().with_resource(held(out))
     from trainmj.paper.reproduce import reproduce
 
     reproduction = reproduce(threads)

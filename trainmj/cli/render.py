@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trainmj.cli.options import load_scenario, takes_scenario
+import trainmj
+from trainmj.cli.options import takes_scenario
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
     """
     from trainmj.view import viewer
 
-    viewer.view(load_scenario(scenario, changes), slow)
+    viewer.view(trainmj.load(scenario, changes), slow)
 
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:
@@ -94,7 +95,7 @@ def _result(scenario: str, changes: dict[str, Any]) -> Result:
     if file is None:
         from trainmj.collision.simulation import run
 
-        return run(load_scenario(scenario, changes))
+        return run(trainmj.load(scenario, changes))
     if changes:
         raise InputError(f"--set {next(iter(changes))}: {scenario} is a result, which cannot be changed")
     return load_result(file)

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import click
 
+from trainmj.cli.options import takes_json
+
 
 @click.command()
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
+@takes_json
 @click.option("--page", type=click.Path(path_type=Path, dir_okay=False), help="HTML page to write as well.")
 def verify(as_json: bool, page: Path | None) -> None:
     """Compute collisions whose outcome is known.
@@ -29,7 +31,7 @@ def verify(as_json: bool, page: Path | None) -> None:
 
     with replacing(page) if page is not None else nullcontext() as part:
         if part is not None:
-            part.touch()  # a page that cannot be written is found before the work, not after it
+            part.touch()  # refuses a page that cannot be written before the work
         with Console(stderr=True).status("") as status:
             found = suite.verify(lambda title: status.update(f"{title} ..."))
         if page is not None and part is not None:
