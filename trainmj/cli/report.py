@@ -109,7 +109,7 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
 
 
 _DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
-"""What numbers and words lead to that trainmj did not write."""
+"""What is raised by values that trainmj did not write."""
 
 
 def _found(results: Path) -> tuple[Kind, Path]:

@@ -17,7 +17,7 @@ Trace = dict[str, Any]
 
 GREY = "#7a808a"
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
-"""From little to much."""
+"""A scale of colours, from low to high."""
 
 _LONGEST = 18  # letters in a line of the title of a vertical axis, so that it fits a plot on paper
 

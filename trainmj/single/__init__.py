@@ -1,1 +1,1 @@
-"""One collision for its reader: folder, terminal, page and figure."""
+"""What people see of one collision: its folder, terminal output, page and figure."""

@@ -15,7 +15,7 @@ from trainmj.output.style import Format, Width, save
 from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
-LAST = "summary.json"
+_LAST = "summary.json"
 
 
 def write_run(
@@ -45,7 +45,7 @@ def write_run(
                 rows = pd.DataFrame([part.as_row() for part in parts])
                 rows.to_csv(stage / file, index=False, float_format="%.9g")
             save(figures.collision(result, width), stage / "collision", formats)
-            (stage / LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
+            (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
             _move(stage, folder)
     except OutputError as error:
         raise OutputError(str(error).replace(f"{name}{os.sep}", f"{folder}{os.sep}")) from None
@@ -56,6 +56,6 @@ def write_run(
 
 def _move(stage: Path, folder: Path) -> None:
     """Put finished files where they belong: the summary is away before the first and comes after the last."""
-    (folder / LAST).unlink(missing_ok=True)
-    for file in sorted(stage.iterdir(), key=lambda file: file.name == LAST):
+    (folder / _LAST).unlink(missing_ok=True)
+    for file in sorted(stage.iterdir(), key=lambda file: file.name == _LAST):
         os.replace(file, folder / file.name)

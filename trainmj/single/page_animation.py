@@ -15,9 +15,7 @@ from trainmj.output.blocks import Section, as_json
 from trainmj.output.plot import VIRIDIS, numbers
 from trainmj.units import KJ, KM_H, MM
 
-MOST_CARS = 7
-"""Vehicles of each side that are drawn, those nearest to the impact."""
-
+_MOST_CARS = 7  # vehicles of each side that are drawn, those nearest to the impact
 _FRAMES = 240
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 
@@ -42,7 +40,7 @@ def animation_data(result: Result) -> dict[str, Any]:
     """
     chain = result.chain
     n = len(chain.vehicles)
-    cars = range(max(0, chain.n_moving - MOST_CARS), min(n, chain.n_moving + MOST_CARS))
+    cars = range(max(0, chain.n_moving - _MOST_CARS), min(n, chain.n_moving + _MOST_CARS))
     joints = [k for k, i in enumerate(chain.interfaces) if i.left in cars and (i.right < 0 or i.right in cars)]
     frames = np.unique(np.linspace(0, len(result.time) - 1, _FRAMES).round().astype(int))
     energy = result.energy[frames][:, joints] / KJ

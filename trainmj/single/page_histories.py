@@ -13,12 +13,10 @@ from trainmj.output.style import BLUE, PURPLE, YELLOW
 from trainmj.single.figures import OF_INTERFACES, shown
 from trainmj.units import KJ
 
-MOST_SAMPLES = 1000
-"""Samples of a line over time; more are thinned."""
-
 MOST_LINES = 8
 """Vehicles and interfaces of each side that are drawn, those nearest to the impact."""
 
+_MOST_SAMPLES = 1000  # of a line over time; more are thinned
 _MOVING = ("#08306b", "#7fb5de")
 _PARTNER = ("#8c3a00", "#f5a65b")
 
@@ -26,7 +24,7 @@ _PARTNER = ("#8c3a00", "#f5a65b")
 def add_histories(section: Section, result: Result) -> None:
     """Put the plots over time into a section."""
     chain = result.chain
-    step = -(-len(result.time) // MOST_SAMPLES)
+    step = -(-len(result.time) // _MOST_SAMPLES)
     time = result.time[::step]
     joints = _nearest(chain, len(chain.interfaces))
     one_side = chain.interfaces[chain.front].equal_sides

@@ -22,8 +22,7 @@ from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
 
-MOMENTUM = 1e-9
-"""Momentum is kept to round-off; a larger error, relative to the sum of ``|m v|``, is a fault."""
+_MOMENTUM = 1e-9  # momentum is kept to round-off; a larger error, relative to the sum of |m v|, is a fault
 
 
 def outcome(status: Status) -> Verdict:
@@ -104,7 +103,7 @@ def checks(result: Result, summary: Summary) -> Table:
     """What must hold for the numbers to be trusted."""
     b, chain = summary.balance, result.chain
     step, largest = chain.step / MS, largest_step(chain) / MS
-    errors = (("energy balance", b.energy_error, UNSTABLE), ("momentum balance", b.momentum_error, MOMENTUM))
+    errors = (("energy balance", b.energy_error, UNSTABLE), ("momentum balance", b.momentum_error, _MOMENTUM))
     end, last = summary.duration_s, chain.time_limit
     rows = [
         *((name, f"{abs(e):.1e}", f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),

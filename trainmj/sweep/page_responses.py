@@ -1,4 +1,4 @@
-"""Responses over what was varied: lines and points, main effects, and where each case ended how."""
+"""Responses over what was varied: lines and points, main effects, and how the cases ended."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _most_levels_first(factors: Sequence[Factor]) -> list[Factor]:
 
 
 def _setting(factors: Sequence[Factor], values: Sequence[Any]) -> str:
-    """What a case has for some factors: "mass 30 t, empty stroke 20 mm"."""
+    """The values that a case has for some factors: "mass 30 t, empty stroke 20 mm"."""
     pairs = ((*f.axis, f.say(v)) for f, v in zip(factors, values, strict=True))
     return ", ".join(f"{name} {said} {unit}".strip() for name, unit, said in pairs)
 

@@ -23,9 +23,7 @@ from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
 from trainmj.view.wear import DeviceShapes, Wear, largest_energy
 
-LARGEST = 7680, 4320
-"""Most pixels of a picture, wide and high."""
-
+_LARGEST = 7680, 4320  # most pixels of a picture, wide and high
 _MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and whose names and energies, fit below the strip
 
 
@@ -108,8 +106,8 @@ def check(
     check_pace(slow)
     if not 1 <= fps <= 120:
         raise InputError(f"fps {fps:g}: must be from 1 to 120 frames a second")
-    if not all(64 <= s <= most for s, most in zip(size, LARGEST, strict=True)):
-        raise InputError(f"size {size[0]}x{size[1]}: must be from 64x64 to {LARGEST[0]}x{LARGEST[1]} pixels")
+    if not all(64 <= s <= most for s, most in zip(size, _LARGEST, strict=True)):
+        raise InputError(f"size {size[0]}x{size[1]}: must be from 64x64 to {_LARGEST[0]}x{_LARGEST[1]} pixels")
     if suffix == ".mp4" and find_spec("av") is None:
         raise InputError(f"{file}: MP4 needs an extra: pip install 'trainmj[film]'; .webp does not")
     if suffix == ".mp4" and (size[0] % 2 or size[1] % 2):
