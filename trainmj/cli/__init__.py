@@ -10,11 +10,9 @@ from typing import Any
 
 import click
 
-from trainmj.cli import collision, inputs, tasks
-from trainmj.cli.paper import paper
+from trainmj.cli import collision, inputs, references, tasks
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
-from trainmj.cli.verify import verify
 from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
 
@@ -60,7 +58,7 @@ for command in (
     render,
     view,
     collision.export,
-    verify,
-    paper,
+    references.verify,
+    references.paper,
 ):
     main.add_command(command)

@@ -66,13 +66,13 @@ def run(
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
     if out is not None:
         click.get_current_context().with_resource(held(out))
-    from trainmj.collision.comparison import compare
-    from trainmj.collision.convergence import CRITERIA, converge
+    from trainmj.collision.convergence import CRITERIA
     from trainmj.single import screen
 
-    steps = converge(loaded, CRITERIA if responses is None else parts_of(responses)) if with_steps else None
+    asked = CRITERIA if responses is None else parts_of(responses)
+    steps = trainmj.converge(loaded, asked) if with_steps else None
     result = trainmj.run(loaded)
-    again = None if before is None else compare(before, result)
+    again = None if before is None else trainmj.compare(before, result)
     summary = trainmj.summarise(result)
     if out is not None:
         from trainmj.single.folder import write_run

@@ -1,0 +1,85 @@
+"""Commands that set results beside known ones: verify, paper."""
+
+from __future__ import annotations
+
+import json
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+import trainmj
+from trainmj.cli.options import takes_formats, takes_json, takes_threads
+from trainmj.files.atomic import replacing
+from trainmj.files.folder import held
+
+if TYPE_CHECKING:
+    from trainmj.output.style import Format
+
+
+@click.command()
+@takes_json
+@click.option("--page", type=click.Path(path_type=Path, dir_okay=False), help="HTML page to write as well.")
+def verify(as_json: bool, page: Path | None) -> None:
+    """Compute collisions whose outcome is known.
+
+    Shows how close they come on this machine: closed forms, MuJoCo's own plastic springs, scipy's integrator on the
+    standard case and on random trains, symmetries, energy and momentum, the step, batches, and published numbers. It
+    takes about ten seconds.
+
+    Exit code: 0 if every check passes, 1 if one fails, 2 if the page cannot be written.
+    """
+    from rich.console import Console
+
+    with replacing(page) if page is not None else nullcontext() as part:
+        if part is not None:
+            part.touch()  # refuses a page that cannot be written before the work
+        with Console(stderr=True).status("") as status:
+            found = trainmj.verify(lambda title: status.update(f"{title} ..."))
+        if page is not None and part is not None:
+            from trainmj.verification.page import page_of
+
+            part.write_text(page_of(found, f"trainmj verify --page {page.name}").html(), encoding="utf-8")
+    if as_json:
+        click.echo(json.dumps(found.as_dict(), indent=2))
+    else:
+        from trainmj.verification.screen import print_verification
+
+        print_verification(found)
+        if page is not None:
+            click.echo(f"The page is {page}")
+    if not found.passed:
+        sys.exit(1)
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for tables, figures and page; made if needed.")
+@takes_threads
+@takes_formats
+@takes_json
+def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
+    """Reproduce the paper that the B-type train comes from.
+
+    Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its 30 collisions, the study of Tables 9 to 13 on its own numbers
+    and on ours, each published table beside ours, Figures 4 to 9, the laws that it states in words, and its defects.
+
+    Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
+    """
+    if out is not None:
+        click.get_current_context().with_resource(held(out))
+    from trainmj.paper import output
+    from trainmj.paper.reproduce import reproduce
+
+    reproduction = reproduce(threads)
+    if out is not None:
+        output.write_paper(reproduction, out, figures)
+    if as_json:
+        click.echo(json.dumps(output.summary(reproduction), indent=2))
+        return
+    from trainmj.paper.screen import print_paper
+
+    print_paper(reproduction)
+    if out is not None:
+        click.echo(f"\nWritten to {out}; the page is {out / output.PAGE}")
