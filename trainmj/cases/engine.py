@@ -48,16 +48,10 @@ class Engine(Protocol):
 
 @dataclass(frozen=True)
 class Local:
-    """Computes cases in this process.
-
-    Attributes:
-        scenario: what the cases vary.
-        threads: native threads; 0 for all cores. The numbers do not depend on it.
-        identity: of this process.
-    """
+    """Computes cases of a scenario in this process."""
 
     scenario: Scenario
-    threads: int = 0
+    threads: int = 0  # native ones; 0 for all cores
     identity: Mapping[str, str] = field(default_factory=identity)
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:

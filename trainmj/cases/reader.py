@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trainmj.cases.store import CASE, FILE, PATIENCE, read_columns
+from trainmj.cases.store import CASE, FILE, PATIENCE, in_order, read_columns
 from trainmj.errors import InputError
 from trainmj.files.text import printable
 
@@ -50,8 +50,7 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
         reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
         raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
     columns = read_columns(about, file)
-    first = [name for name in table if name not in columns]
-    table = table[[*first, *(name for name in columns if name in table)]]
+    table = table[in_order(table.columns, columns)]
     table.attrs["columns"] = columns
     return table, about
 

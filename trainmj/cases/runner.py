@@ -20,20 +20,12 @@ def fill(
     store: Store,
     engine: Engine,
     cases: Iterable[tuple[Any, Case]],
-    keep: Callable[[Computed], Row] = lambda computed: computed.row,
-    progress: Callable[[int], None] = lambda finished: None,
+    keep: Callable[[Computed], Row],
+    progress: Callable[[int], None],
 ) -> None:
-    """Compute cases and write them as they end, also when something stops the work.
+    """Compute cases and write what is kept of each as they end, also when something stops the work.
 
-    Args:
-        store: where they are kept.
-        engine: computes them.
-        cases: key and changes of each; taken as they are needed.
-        keep: gives what is kept of a case.
-        progress: called with the number of cases written so far.
-
-    Raises:
-        OutputError: if they cannot be written; those written before stay.
+    Cases, each a key and its changes, are taken as they are needed. Progress is the number of cases written so far.
     """
     waiting: list[tuple[Key, Row]] = []
     columns: dict[str, Column] = {}
@@ -61,7 +53,7 @@ def rows_of(
     store: Store,
     engine: Engine,
     cases: Mapping[Any, Case],
-    keep: Callable[[Computed], Row] = lambda computed: computed.row,
+    keep: Callable[[Computed], Row],
     progress: Callable[[int], None] = lambda finished: None,
 ) -> dict[Any, Row]:
     """The rows of cases by key, as the store keeps them; those that it lacks are computed first."""

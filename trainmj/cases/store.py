@@ -48,14 +48,10 @@ _TROUBLES = {
 
 
 class Store:
-    """Finished cases.
+    """Finished cases in a file, which is made if it is not there.
 
-    Args:
-        file: the SQLite file; made if it is not there.
-        key: name of the first column. The key of a case is a number if it is "case", otherwise text.
-
-    Raises:
-        OutputError: if the file cannot be opened, is damaged, or is a link, which might lead out of the folder.
+    The first column has the keys of the cases: numbers if its name is "case", otherwise text. What cannot be read or
+    written is an OutputError, and so is a file that is a link, which might lead out of the folder.
     """
 
     def __init__(self, file: Path, key: str = CASE) -> None:
@@ -131,19 +127,14 @@ class Store:
         return found
 
     def add(self, rows: Sequence[tuple[Key, Mapping[str, Any]]], columns: Mapping[str, Column]) -> None:
-        """Add finished cases in one transaction.
-
-        Args:
-            rows: key and values of each.
-            columns: of the values that are responses, by name.
+        """Add the keys and values of finished cases in one transaction; columns are those of the responses, by name.
 
         Raises:
-            InputError: if they have more columns than SQLite can hold.
-            OutputError: if they cannot be written; then none of them is in the file.
+            InputError: if there are more columns than SQLite can hold.
         """
         names = list(dict.fromkeys(name for _, row in rows for name in row))
         known = self._known | {name: columns[name] for name in names if name in columns}
-        new = _in_order((name for name in names if name not in self._names), known)
+        new = in_order((name for name in names if name not in self._names), known)
         if len(self._names) + len(new) > MOST_COLUMNS:
             raise InputError(
                 f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
@@ -157,7 +148,7 @@ class Store:
             for name in new:
                 db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)}{self._kind(first[name])}")
             if len(known) > len(self._known):
-                known = {name: known[name] for name in _in_order(known, known)}
+                known = {name: known[name] for name in in_order(known, known)}
                 said = json.dumps({name: column._asdict() for name, column in known.items()})
                 db.execute(_STATE, (_COLUMNS, said))
             db.executemany(f"INSERT OR REPLACE INTO results ({heads}) VALUES ({marks})", values)
@@ -172,12 +163,8 @@ class Store:
         self._known = {}
 
     def write_csv(self, file: Path) -> None:
-        """Write the table as CSV in one order of columns and rows, whatever order the cases ended in.
-
-        Raises:
-            OutputError: if the file cannot be written.
-        """
-        names = _in_order(self._names, self._known)
+        """Write the table as CSV in one order of columns and rows, whatever order the cases ended in."""
+        names = in_order(self._names, self._known)
         query = f'SELECT {", ".join(map(_quoted, names))} FROM results ORDER BY "{self._key}"'
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
@@ -223,11 +210,7 @@ def key_of(*content: Any) -> str:
 
 
 def remove(file: Path, others: Iterable[str]) -> None:
-    """Remove the file of a store and other files of its folder, as far as they are there.
-
-    Raises:
-        OutputError: if one cannot be removed.
-    """
+    """Remove the file of a store and other files of its folder, as far as they are there."""
     for name in (file.name, f"{file.name}-journal", *others):
         try:
             (file.parent / name).unlink(missing_ok=True)
@@ -236,11 +219,7 @@ def remove(file: Path, others: Iterable[str]) -> None:
 
 
 def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
-    """What a store says of its responses, by column name.
-
-    Raises:
-        InputError: if it is not what trainmj writes there.
-    """
+    """What a store says of its responses, by column name."""
     if _COLUMNS not in about:
         return {}
     try:
@@ -250,7 +229,7 @@ def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
         raise InputError(f"{file}: is damaged, or was changed by hand ({printable(str(error))})") from None
 
 
-def _in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
+def in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
     """Names that are no responses, then the responses in the order of all tables."""
     names = list(names)
     responses = ordered(columns[name] for name in names if name in columns)

@@ -63,10 +63,6 @@ def run_cases(
 
 
 def chosen(patterns: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
-    """Status and reason, then the responses that names or patterns choose; no responses if every case was refused.
-
-    Raises:
-        InputError: if a pattern chooses none.
-    """
+    """Status and reason, then the responses that names or patterns choose; no responses if every case was refused."""
     asked = [pattern for pattern in patterns if pattern not in STATUS]
     return [*STATUS, *(matching(asked, columns) if columns else ())]

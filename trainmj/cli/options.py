@@ -21,11 +21,7 @@ def parts_of(text: str) -> tuple[str, ...]:
 
 
 def split_assignment(option: str, text: str, example: str) -> tuple[str, str]:
-    """Path and value of PATH=VALUE.
-
-    Raises:
-        InputError: if one of them is missing.
-    """
+    """Path and value of PATH=VALUE."""
     path, equals, value = text.partition("=")
     if not (equals and path.strip() and value.strip()):
         raise InputError(f"{option} {text}: must be PATH=VALUE, as in {option} {example}")
@@ -128,10 +124,7 @@ takes_json = click.option("--json", "as_json", is_flag=True, help="Print one JSO
 def going_on(out: Path, fresh: bool, stop: Callable[[], None]) -> Iterator[None]:
     """Work that Ctrl-C stops with exit code 130 and a word on how to go on with it.
 
-    Args:
-        out: the folder that keeps what is finished.
-        fresh: whether --fresh was given, which would start over again.
-        stop: takes the progress off the screen; called at the end, too.
+    What is finished is in the folder; with --fresh the same command would start over. The progress is stopped first.
     """
     try:
         yield

@@ -15,10 +15,6 @@ except ImportError:
 
 
 def write_parquet(folder: Path) -> None:
-    """Write results.parquet from the results.csv of a finished sweep.
-
-    Raises:
-        OutputError: if it cannot be written.
-    """
+    """Write results.parquet from the results.csv of a finished sweep."""
     with replacing(folder / "results.parquet") as part:
         pyarrow.parquet.write_table(pyarrow.csv.read_csv(folder / "results.csv"), part)

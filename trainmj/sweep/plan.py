@@ -128,11 +128,7 @@ def grid_of(
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
-    """The values of one name in a grid: a list, or text such as "20:50:9" or "30,33,36"; said is its place.
-
-    Raises:
-        InputError: if the text is neither.
-    """
+    """The values of one name in a grid, from a list or text such as "20:50:9" or "30,33,36"; said is its place."""
     if not isinstance(values, str):
         return list(values)
     if ":" in values:
