@@ -27,7 +27,7 @@ def test_public_names_exist_where_they_are_said_to_be(name):
 
 
 def test_public_names_are_listed_once():
-    assert trainmj.__all__ == sorted(set(trainmj.__all__), key=str)
+    assert len(trainmj.__all__) == len(set(trainmj.__all__))
     assert dir(trainmj) == sorted(trainmj.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nosuch'"):
         trainmj.nosuch  # noqa: B018

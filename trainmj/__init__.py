@@ -74,7 +74,7 @@ _HOMES = {
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 
-__all__ = sorted(["EngineError", "InputError", "OutputError", "TrainmjError", *_HOME])
+__all__ = ["EngineError", "InputError", "OutputError", "TrainmjError", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
