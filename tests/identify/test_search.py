@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from twins import AREA_KJ, KNOWN, plan, scenario, values
 
-from trainmj.identification.file import AreaPart, ExplorePart
+from trainmj.identification.file import AreaPart, ExplorePart, SetPart
 from trainmj.identification.misfit import Misfit
 from trainmj.identification.search import explore, refine
-from trainmj.identification.unknowns import Area, Rise, Setting, Unknown, Unknowns
+from trainmj.identification.sought import Area, Rise, Unknown
+from trainmj.identification.unknowns import Unknowns
 
 
 def buffer(area: float) -> AreaPart:
@@ -23,10 +24,10 @@ def unknowns(tolerance: float = 0.01) -> Unknowns:
     """Three forces of the buffer that never fall, the last one solved from the area."""
     force = "curves.buffer.force_kN"
     parameters = (
-        Unknown("k", "", 20.0, 400.0, 80.0, (Setting("devices.coupler.stiffness_kN_per_mm"),), log=True),
-        Unknown("f10", "", 100.0, 400.0, 250.0, (Setting(f"{force}.1"),)),
-        Unknown("f30", "", 150.0, 600.0, 460.0, (Setting(f"{force}.2"),), above=1, gap=5.0),
-        Unknown("f60", "", 200.0, 900.0, 600.0, (Setting(f"{force}.3"),), above=2),
+        Unknown("k", "", 20.0, 400.0, 80.0, (SetPart(path="devices.coupler.stiffness_kN_per_mm"),), log=True),
+        Unknown("f10", "", 100.0, 400.0, 250.0, (SetPart(path=f"{force}.1"),)),
+        Unknown("f30", "", 150.0, 600.0, 460.0, (SetPart(path=f"{force}.2"),), above=1, gap=5.0),
+        Unknown("f60", "", 200.0, 900.0, 600.0, (SetPart(path=f"{force}.3"),), above=2),
     )
     return Unknowns(scenario(), parameters, (Area("energy", buffer(AREA_KJ), 3, tolerance),))
 
@@ -72,7 +73,10 @@ def test_the_area_is_that_of_the_curve():
 
 
 def test_a_parameter_sets_several_places_with_factor_and_offset():
-    both = (Setting("curves.tube.force_kN.0", 1.0, 0.0), Setting("curves.tube.force_kN.1", 2.0, -100.0))
+    both = (
+        SetPart(path="curves.tube.force_kN.0", factor=1.0, offset=0.0),
+        SetPart(path="curves.tube.force_kN.1", factor=2.0, offset=-100.0),
+    )
     one = Unknowns(scenario(), (Unknown("x", "", 1.0, 900.0, 500.0, both),), ())
     assert one.changes(np.array([450.0])) == {"curves.tube.force_kN.0": 450.0, "curves.tube.force_kN.1": 800.0}
 
@@ -81,9 +85,10 @@ def curve(area: float | None = AREA_KJ, factor: float = 10.0) -> Unknowns:
     """The buffer sought as a whole: 250 and 460 kN between 0 and 600 kN, at 10 and 30 of 60 mm."""
     force = "curves.buffer.force_kN"
     inner = tuple(
-        Unknown(f"b{k}", "kN", 0.0, 600.0, value, (Setting(f"{force}.{k}"),)) for k, value in ((1, 250.0), (2, 460.0))
+        Unknown(f"b{k}", "kN", 0.0, 600.0, value, (SetPart(path=f"{force}.{k}"),))
+        for k, value in ((1, 250.0), (2, 460.0))
     )
-    rise = Rise("b", (0, 1), np.array([0.0, 10.0, 30.0, 60.0]), 0.0, 600.0, factor)
+    rise = Rise((0, 1), np.array([0.0, 10.0, 30.0, 60.0]), 0.0, 600.0, factor)
     energy = () if area is None else (Area("energy", buffer(area), rise.widest(0, 60), 0.01),)
     return Unknowns(scenario(), inner, energy, (rise,))
 

@@ -11,8 +11,10 @@ from twins import AREA_KJ, KNOWN, plan, rows, scenario, values
 from trainmj import run_cases
 from trainmj.collision.lineup import line_up
 from trainmj.identification import Found, identify
+from trainmj.identification.file import SetPart
+from trainmj.identification.sought import Unknown
 from trainmj.identification.uncertainty import uncertainty
-from trainmj.identification.unknowns import Setting, Unknown, Unknowns
+from trainmj.identification.unknowns import Unknowns
 from trainmj.scenario import load
 
 
@@ -118,7 +120,7 @@ def test_the_standard_errors_are_those_of_a_linear_model():
 
             unknowns = Unknowns(
                 scenario(),
-                tuple(Unknown(n, "", 0.0, 10.0 * (k + 1), 1.0, (Setting(f"p{k}"),)) for k, n in enumerate("abc")),
+                tuple(Unknown(n, "", 0.0, 10.0 * (k + 1), 1.0, (SetPart(path=f"p{k}"),)) for k, n in enumerate("abc")),
                 (),
             )
 

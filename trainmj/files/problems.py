@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, get_args
 
@@ -25,6 +25,11 @@ class Problem:
 
     path: Path
     rule: str
+
+
+def no_such(what: str, path: Path, name: str, known: Iterable[str]) -> Problem:
+    """The problem of a name that nothing has."""
+    return Problem(path, f"there is no {what} of this name{close_match(name, known)}")
 
 
 def dotted(path: Path) -> str:

@@ -41,6 +41,10 @@ class SetPart(Part):
     factor: Number = Field(default=1.0, description="slope of the line")
     offset: Number = Field(default=0.0, description="value at a parameter of 0")
 
+    def of(self, parameter: float) -> float:
+        """What the path is set to."""
+        return self.factor * parameter + self.offset
+
 
 _SET = "a path or parameter of the scenario, or a group with one under path"
 OneSet = Annotated[str | SetPart, Either(said=_SET)]

@@ -21,7 +21,6 @@ from trainmj.files.yaml import read_yaml
 from trainmj.identification.data import Observation, cases_of, observations
 from trainmj.identification.file import TargetPart, TargetsFile, absolute
 from trainmj.identification.rules import broken_rules
-from trainmj.identification.sought import unknowns_of
 from trainmj.identification.sums import Sum, parse_sum
 from trainmj.identification.unknowns import Unknowns
 from trainmj.scenario import Scenario
@@ -193,7 +192,7 @@ def _checked(source: Source) -> Identification:
             problems.append(Problem(at, str(error)))
     fitted, held_out = found.values()
     source.refuse([*problems, *broken_rules(spec, scenario, fitted, held_out)])
-    unknowns = unknowns_of(spec, scenario)
+    unknowns = Unknowns.of(spec, scenario)
     start = scenario.with_values(unknowns.changes(unknowns.start().value))
     targets = tuple(_target(name, part, [*fitted, *held_out], start, source) for name, part in spec.targets.items())
     samples = Sample.of(fitted, targets), Sample.of(held_out, targets)

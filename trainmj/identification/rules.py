@@ -9,12 +9,11 @@ import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.errors import InputError, close_match
-from trainmj.files.problems import Path, Problem
+from trainmj.files.problems import Path, Problem, no_such
 from trainmj.identification.data import Observation
 from trainmj.identification.file import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, TargetsFile, absolute
-from trainmj.identification.sought import member_name, settings_of, start_of, start_values
+from trainmj.identification.sought import curve_points, members, settings_of, single, start_of
 from trainmj.identification.sums import parse_sum
-from trainmj.identification.unknowns import curve_points
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import nowhere, refused
 
@@ -68,18 +67,16 @@ def _sets(at: Path, part: ParameterPart, scenario: Scenario) -> Iterator[Problem
         yield from lost
         for value in scenario.locate(one.path) if not lost else ():
             if value is not None and (isinstance(value, bool) or not isinstance(value, (int, float))):
-                yield Problem(where, f"must lead to a number, not to {_kind(value)}{_inside(one.path, value)}")
+                yield Problem(where, f"must lead to a number, not to {_described(one.path, value)}")
 
 
-def _kind(value: Any) -> str:
-    return "a group" if isinstance(value, dict) else "a list" if isinstance(value, list) else f"{value!a}"
-
-
-def _inside(path: str, value: Any) -> str:
-    """How to go on from a list or a group to the number that is meant."""
-    if isinstance(value, list) and value:
-        return f": choose one of its {len(value)}, as in {path}.{len(value) - 1}"
-    return f": choose one of {', '.join(map(str, value))}" if isinstance(value, dict) and value else ""
+def _described(path: str, value: Any) -> str:
+    """A value that is no number, and how to go on from a list or a group to the number that is meant."""
+    if isinstance(value, list):
+        return "a list" + (f": choose one of its {len(value)}, as in {path}.{len(value) - 1}" if value else "")
+    if isinstance(value, dict):
+        return "a group" + (f": choose one of {', '.join(map(str, value))}" if value else "")
+    return f"{value!a}"
 
 
 def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
@@ -98,7 +95,7 @@ def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         elif not force[0] < force[-1]:
             rule = f"must rise: its last force ({force[-1]:g} kN) is not above its first one ({force[0]:g} kN)"
             yield Problem((*at, "curve"), rule)
-        for member in (member_name(name, u) for u in stroke[1:-1]):
+        for member in members(name, stroke):
             if member in spec.parameters:
                 yield Problem(at, f"has a force called {member}, like another parameter: choose another name")
     if total > MAX_PARAMETERS:
@@ -118,8 +115,8 @@ def _set_twice(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     """Values that two parameters set, or a parameter and ``set``."""
     owners = {path: "the key set" for name in spec.set for path in scenario.paths(name)}
     for name, part in spec.parameters.items():
-        key, paths = _sought(part, scenario)
-        for path in paths:
+        key = "curve" if isinstance(part, CurvePart) else "sets"
+        for path in _paths(part, scenario):
             for other, owner in owners.items():
                 if _overlap(path, other):
                     twice = f"is set by {owner} too" if path == other else f"overlaps {other}, which {owner} sets"
@@ -127,11 +124,9 @@ def _set_twice(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
             owners[path] = f"the parameter {name}"
 
 
-def _sought(part: ParameterPart | CurvePart, scenario: Scenario) -> tuple[str, list[str]]:
-    """The paths that a parameter sets, and the key that says so."""
-    if isinstance(part, CurvePart):
-        return "curve", [part.curve]
-    return "sets", [s.path for s in settings_of(part, scenario)]
+def _paths(part: ParameterPart | CurvePart, scenario: Scenario) -> list[str]:
+    """The paths that a parameter sets."""
+    return [part.curve] if isinstance(part, CurvePart) else [s.path for s in settings_of(part, scenario)]
 
 
 def _overlap(path: str, other: str) -> bool:
@@ -141,7 +136,8 @@ def _overlap(path: str, other: str) -> bool:
 
 def _starts(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     """Start values that the scenario refuses."""
-    starts = {name: start_values(part, scenario) for name, part in spec.singles().items()}
+    unknowns = [single(name, part, scenario, None) for name, part in spec.singles().items()]
+    starts = {u.name: {s.path: s.of(u.start) for s in u.settings} for u in unknowns}
     for problem in refused(("parameters",), starts, scenario):
         yield Problem(problem.path, f"at the start: {problem.rule}")
 
@@ -157,7 +153,7 @@ def _order(spec: TargetsFile) -> Iterator[Problem]:
         elif part.above in spec.curves():
             yield Problem(at, "is a curve: name a single value")
         elif part.above not in singles:
-            yield Problem(at, f"there is no parameter of this name{close_match(part.above, singles)}")
+            yield no_such("parameter", at, part.above, singles)
         elif part.above in solved:
             yield Problem(at, "is itself solved from a constraint: name a parameter that is searched")
         elif name in _below(part.above, singles):
@@ -181,7 +177,7 @@ def _constraints(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     for name, c in spec.constraints.items():
         at: Path = ("constraints", name)
         if c.by not in spec.parameters:
-            yield Problem((*at, "by"), f"there is no parameter of this name{close_match(c.by, spec.parameters)}")
+            yield no_such("parameter", (*at, "by"), c.by, spec.parameters)
         elif c.by in owner:
             yield Problem((*at, "by"), f"is solved from the constraint {owner[c.by]} already: take another parameter")
         owner[c.by] = name
@@ -220,7 +216,7 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
 
 
 def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
-    sought = {path: name for name, part in spec.parameters.items() for path in _sought(part, scenario)[1]}
+    sought = {path: name for name, part in spec.parameters.items() for path in _paths(part, scenario)}
     for at, part in spec.tables():
         places: list[tuple[Path, str]] = [((*at, "cases", column), place) for column, place in part.cases.items()]
         places += [((*at, "set", place), place) for place in part.set]
@@ -233,8 +229,7 @@ def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
             yield Problem((*at, "set", place), "is set by a column of cases too: leave one of them out")
         for target in part.values:
             if target not in spec.targets:
-                rule = f"there is no target of this name{close_match(target, spec.targets)}"
-                yield Problem((*at, "values", target), rule)
+                yield no_such("target", (*at, "values", target), target, spec.targets)
     for name in set(spec.data) & set(spec.held_out):
         yield Problem(("held_out", name), "is the name of an entry in data: choose another")
 
@@ -249,10 +244,8 @@ def _percentages(spec: TargetsFile, found: Sequence[Observation]) -> Iterator[Pr
             if absolute(amount, 1.0) == 0:
                 yield Problem(("targets", name, key), "must be more than 0 %")
             elif name in zero:
-                rule = (
-                    f"is a percentage of the value, and {zero[name]} has one of 0: state it in the unit of the response"
-                )
-                yield Problem(("targets", name, key), rule)
+                rule = f"is a percentage of the value, and {zero[name]} has one of 0"
+                yield Problem(("targets", name, key), f"{rule}: state it in the unit of the response")
 
 
 def _enough(spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation]) -> Iterator[Problem]:

@@ -1,43 +1,134 @@
-"""From the parameters and constraints of a targets file to unknowns: what they set, and what is solved."""
+"""What is sought: single values, whole curves, and the areas that they must have; made from the parts of a file."""
 
 from __future__ import annotations
 
-from itertools import accumulate
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from trainmj.collision.device import Array
-from trainmj.identification.file import CurvePart, ParameterPart, TargetsFile, absolute
-from trainmj.identification.unknowns import Area, Rise, Setting, Unknown, Unknowns, curve_points
+from trainmj.identification.file import AreaPart, CurvePart, ParameterPart, SetPart
 from trainmj.scenario import Scenario
-from trainmj.units import unit_of
+from trainmj.units import KJ, KN, MM, unit_of
 
 
-def unknowns_of(spec: TargetsFile, scenario: Scenario) -> Unknowns:
-    """The unknowns of a checked file, in its order; a curve is its inner forces."""
-    points = {name: curve_points(scenario.values(), part.curve) for name, part in spec.curves().items()}
-    sizes = [points[name][0].size - 2 if name in points else 1 for name in spec.parameters]
-    places = dict(zip(spec.parameters, accumulate(sizes, initial=0), strict=False))  # of a curve, of its first force
-    parameters: list[Unknown] = []
-    rises: dict[str, Rise] = {}
-    for name, part in spec.parameters.items():
-        if isinstance(part, CurvePart):
-            stroke, force = points[name]
-            members = tuple(range(places[name], places[name] + stroke.size - 2))
-            rises[name] = Rise(name, members, stroke, float(force[0]), float(force[-1]), part.slopes)
-            parameters += _inner(name, part, stroke, force)
-        else:
-            parameters.append(_single(name, part, scenario, places))
-    areas = []
-    for name, c in spec.constraints.items():
-        by = rises[c.by].widest(c.from_mm, c.to_mm) if c.by in rises else places[c.by]
-        areas.append(Area(name, c, by, absolute(c.tolerance, c.area_kJ)))
-    return Unknowns(scenario, tuple(parameters), tuple(areas), tuple(rises.values()))
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter: a single value, or an inner force of a curve that is sought as a whole."""
+
+    name: str
+    unit: str  # empty if there is none
+    lower: float  # bound
+    upper: float
+    start: float
+    settings: tuple[SetPart, ...]  # what it sets
+    log: bool = False  # whether search and uncertainty use its logarithm
+    above: int | None = None  # place of the parameter that it stays above
+    gap: float = 0.0  # by how much at least
+
+    def scaled(self, value: float) -> float:
+        """The value on its axis, which is straight or logarithmic."""
+        return float(np.log(value)) if self.log else value
+
+    def value(self, scaled: float) -> float:
+        """The value of a place on its axis."""
+        return float(np.exp(scaled)) if self.log else scaled
+
+    @property
+    def range(self) -> float:
+        """From bound to bound on its axis."""
+        return self.scaled(self.upper) - self.scaled(self.lower)
 
 
-def settings_of(part: ParameterPart, scenario: Scenario) -> tuple[Setting, ...]:
-    """The places that a parameter sets; a short name of the scenario stands for all of its paths."""
-    return tuple(Setting(path, one.factor, one.offset) for _, one in part.listed() for path in scenario.paths(one.path))
+@dataclass(frozen=True)
+class Area:
+    """A constraint: the area under a curve."""
+
+    name: str
+    part: AreaPart  # its entry in the file
+    by: int  # place of the parameter that is solved for
+    tolerance: float  # deviation that counts as one standard deviation [kJ]
+
+    def under(self, stroke: Array, force: Array) -> float:
+        """Area under points [mm], [kN] between the strokes of the constraint [kJ]."""
+        lower, upper = self.part.from_mm, self.part.to_mm
+        inner = (stroke > lower) & (stroke < upper)
+        at = np.concatenate([[lower], stroke[inner], [upper]])
+        return float(np.trapezoid(np.interp(at, stroke, force), at)) * (KN * MM / KJ)
+
+
+@dataclass(frozen=True)
+class Rise:
+    """A whole curve: its inner forces lie between the first and the last one, and never fall.
+
+    Its axes are the logarithms of its slopes; only their ratios count, so the last force stays. Bending raises the rise
+    of each force, as a share of the rise to the last one, to a power, which gives the curve any area.
+    """
+
+    members: tuple[int, ...]  # places of its inner forces among the parameters
+    stroke: Array  # (n + 1,) of its points [mm]
+    first: float  # force at the first one [kN]
+    last: float  # force at the last one [kN], above the first
+    factor: float  # each slope is within this factor of their middle, up or down, before bending
+
+    @property
+    def n(self) -> int:
+        """Number of slopes, one more than inner forces."""
+        return self.stroke.size - 1
+
+    def widest(self, lower: float, upper: float) -> int:
+        """The member between two strokes [mm] that carries most of the area between its neighbours."""
+        inner = (self.stroke[1:-1] > lower) & (self.stroke[1:-1] < upper)
+        return self.members[int(np.argmax(np.where(inner, self.stroke[2:] - self.stroke[:-2], 0.0)))]
+
+    def slopes(self, unit: Array) -> Array:
+        """Logarithms of the slopes (n,) at a place on its axes, up to a common constant."""
+        return np.asarray((2.0 * unit - 1.0) * np.log(self.factor))
+
+    def forces(self, unit: Array, bend: float = 0.0) -> Array:
+        """Inner forces (n - 1,) [kN] at a place on its axes; bend is the logarithm of the power."""
+        rise = np.cumsum(np.exp(self.slopes(unit)) * np.diff(self.stroke))
+        share = (rise[:-1] / rise[-1]) ** np.exp(bend)
+        return np.asarray(self.first + (self.last - self.first) * share)
+
+    def place(self, forces: Array) -> Array:
+        """The place on its axes (n,) of the curve with these inner forces, or of the nearest one that rises."""
+        rise = np.diff(np.concatenate([[self.first], forces, [self.last]]))
+        mean = (self.last - self.first) / self.n
+        slopes = np.log(np.maximum(rise, 1e-9 * mean) / np.diff(self.stroke))
+        return np.asarray(np.clip(0.5 + 0.5 * (slopes - np.median(slopes)) / np.log(self.factor), 0.0, 1.0))
+
+
+def single(name: str, part: ParameterPart, scenario: Scenario, above: int | None) -> Unknown:
+    """A single value that is sought."""
+    settings, start = settings_of(part, scenario), start_of(part, scenario)
+    assert start is not None  # held by the rules
+    of_path = next((unit for key in reversed(settings[0].path.split(".")) if (unit := unit_of(key))), "")
+    unit = of_path if part.unit is None else part.unit
+    lower, upper = part.bounds
+    return Unknown(name, unit, lower, upper, start, settings, part.scale == "log", above, part.gap)
+
+
+def inner_forces(name: str, part: CurvePart, stroke: Array, force: Array) -> list[Unknown]:
+    """The inner forces of a curve that is sought as a whole."""
+    first, last = float(force[0]), float(force[-1])
+    start = np.clip(force, first, last).tolist()
+    return [
+        Unknown(member, "kN", first, last, start[k], (SetPart(path=f"{part.curve}.force_kN.{k}"),))
+        for k, member in enumerate(members(name, stroke), 1)
+    ]
+
+
+def members(curve: str, stroke: Array) -> list[str]:
+    """What the inner forces of a curve are called, by the strokes [mm] at which they are."""
+    return [f"{curve}_{u:g}mm" for u in stroke[1:-1]]
+
+
+def settings_of(part: ParameterPart, scenario: Scenario) -> tuple[SetPart, ...]:
+    """What a parameter sets, by path; a short name of the scenario stands for all of its paths."""
+    return tuple(one.model_copy(update={"path": path}) for _, one in part.listed() for path in scenario.paths(one.path))
 
 
 def start_of(part: ParameterPart, scenario: Scenario) -> float | None:
@@ -49,44 +140,16 @@ def start_of(part: ParameterPart, scenario: Scenario) -> float | None:
     return None if value is None else (float(value) - first.offset) / first.factor
 
 
-def start_values(part: ParameterPart, scenario: Scenario) -> dict[str, float]:
-    """What a parameter sets at its start, by path."""
-    start = start_of(part, scenario)
-    return {} if start is None else {s.path: s.of(start) for s in settings_of(part, scenario)}
+def curve_points(values: Mapping[str, Any], path: str) -> tuple[Array, Array]:
+    """Strokes [mm] and forces [kN] of a curve in the plain values of a scenario.
 
-
-def member_name(curve: str, stroke_mm: float) -> str:
-    """What an inner force of a curve that is sought as a whole is called."""
-    return f"{curve}_{stroke_mm:g}mm"
-
-
-def _single(name: str, part: ParameterPart, scenario: Scenario, places: dict[str, int]) -> Unknown:
-    settings, start = settings_of(part, scenario), start_of(part, scenario)
-    assert start is not None  # held by the rules
-    return Unknown(
-        name,
-        _unit_of_path(settings[0].path) if part.unit is None else part.unit,
-        part.bounds[0],
-        part.bounds[1],
-        start,
-        settings,
-        log=part.scale == "log",
-        above=None if part.above is None else places[part.above],
-        gap=part.gap,
-    )
-
-
-def _unit_of_path(path: str) -> str:
-    """The unit at the end of a path, or before the number of a point."""
-    return next((unit for key in reversed(path.split(".")) if (unit := unit_of(key))), "")
-
-
-def _inner(name: str, part: CurvePart, stroke: Array, force: Array) -> list[Unknown]:
-    """The inner forces of a curve that is sought as a whole, by the strokes at which they are."""
-    first, last = float(force[0]), float(force[-1])
-    settings = [(Setting(f"{part.curve}.force_kN.{k}"),) for k in range(stroke.size)]
-    start = np.clip(force, first, last).tolist()
-    return [
-        Unknown(member_name(name, stroke[k]), "kN", first, last, start[k], settings[k])
-        for k in range(1, stroke.size - 1)
-    ]
+    Raises:
+        LookupError: if the path leads to no curve.
+    """
+    here: Any = values
+    for key in path.split("."):
+        here = here[int(key)] if isinstance(here, list) else here[key]
+    parts = here if isinstance(here, list) else [here]
+    curves = [values["curves"][part] if isinstance(part, str) else part for part in parts]
+    stroke, force = ([value for curve in curves for value in curve[key]] for key in ("stroke_mm", "force_kN"))
+    return np.array(stroke, dtype=float), np.array(force, dtype=float)

@@ -1,4 +1,4 @@
-"""What is sought: the way from the unit cube of a search to values of a scenario, and back.
+"""All that is sought together: the way from the unit cube of a search to values of a scenario, and back.
 
 A search moves in the unit cube, with an axis for each free parameter. The axis of an ordered parameter runs from the
 parameter that it stays above to its own upper bound, so every point of the cube is allowed. A parameter that a
@@ -8,192 +8,75 @@ than for each force: it rises from its first to its last point, whatever they ar
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from trainmj.collision.device import Array
 from trainmj.files.source import Source
-from trainmj.identification.file import AreaPart
+from trainmj.identification.file import CurvePart, TargetsFile, absolute
+from trainmj.identification.sought import Area, Rise, Unknown, curve_points, inner_forces, single
 from trainmj.scenario import Scenario
 from trainmj.scenario.paths import changed
-from trainmj.units import KJ, KN, MM
 
 _BENT = 3.0  # largest logarithm of the power that bends a curve: it gives nearly no area, or nearly all
 
 _MET = 1e-10  # part of an area by which a constraint may be missed
 
 
-class Setting(NamedTuple):
-    """A path of the scenario that is set to factor * parameter + offset."""
-
-    path: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-    def of(self, parameter: float) -> float:
-        """What the path is set to."""
-        return self.factor * parameter + self.offset
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """A parameter.
-
-    Attributes:
-        name: the user's.
-        unit: of its value; empty if there is none.
-        lower: bound.
-        upper: bound.
-        start: value at which the search may start.
-        settings: what it sets.
-        log: whether search and uncertainty use its logarithm.
-        above: place of the parameter that it stays above; None if there is none.
-        gap: by how much at least.
-    """
-
-    name: str
-    unit: str
-    lower: float
-    upper: float
-    start: float
-    settings: tuple[Setting, ...]
-    log: bool = False
-    above: int | None = None
-    gap: float = 0.0
-
-    def scaled(self, value: float) -> float:
-        """The value on its axis, which is straight or logarithmic."""
-        return float(np.log(value)) if self.log else value
-
-    def value(self, scaled: float) -> float:
-        """The value of a place on its axis."""
-        return float(np.exp(scaled)) if self.log else scaled
-
-    @property
-    def range(self) -> float:
-        """From bound to bound on its axis."""
-        return self.scaled(self.upper) - self.scaled(self.lower)
-
-
-@dataclass(frozen=True)
-class Area:
-    """A constraint: the area under a curve.
-
-    Attributes:
-        name: the user's.
-        part: its entry in the file: curve, strokes and area.
-        by: place of the parameter that is solved for.
-        tolerance: deviation that counts as one standard deviation [kJ].
-    """
-
-    name: str
-    part: AreaPart
-    by: int
-    tolerance: float
-
-    def under(self, stroke: Array, force: Array) -> float:
-        """Area under points [mm], [kN] between the strokes of the constraint [kJ]."""
-        lower, upper = self.part.from_mm, self.part.to_mm
-        inner = (stroke > lower) & (stroke < upper)
-        at = np.concatenate([[lower], stroke[inner], [upper]])
-        return float(np.trapezoid(np.interp(at, stroke, force), at)) * (KN * MM / KJ)
-
-
-@dataclass(frozen=True)
-class Rise:
-    """A whole curve: its inner forces lie between the first and the last one, and never fall.
-
-    Its axes are the logarithms of its slopes; only their ratios count, so the last force stays. Bending raises the rise
-    of each force, as a share of the rise to the last one, to a power, which gives the curve any area.
-
-    Attributes:
-        name: the user's.
-        members: places of its inner forces among the parameters.
-        stroke: (n + 1,) of its points [mm].
-        first: force at the first one [kN].
-        last: force at the last one [kN], above the first.
-        factor: each slope is within this factor of their middle, up or down, before bending.
-    """
-
-    name: str
-    members: tuple[int, ...]
-    stroke: Array
-    first: float
-    last: float
-    factor: float
-
-    @property
-    def n(self) -> int:
-        """Number of slopes, one more than inner forces."""
-        return self.stroke.size - 1
-
-    def widest(self, lower: float, upper: float) -> int:
-        """The member between two strokes [mm] that carries most of the area between its neighbours."""
-        inner = (self.stroke[1:-1] > lower) & (self.stroke[1:-1] < upper)
-        return self.members[int(np.argmax(np.where(inner, self.stroke[2:] - self.stroke[:-2], 0.0)))]
-
-    def slopes(self, unit: Array) -> Array:
-        """Logarithms of the slopes (n,) at a place on its axes, up to a common constant."""
-        return np.asarray((2.0 * unit - 1.0) * np.log(self.factor))
-
-    def forces(self, unit: Array, bend: float = 0.0) -> Array:
-        """Inner forces (n - 1,) [kN] at a place on its axes; bend is the logarithm of the power."""
-        rise = np.cumsum(np.exp(self.slopes(unit)) * np.diff(self.stroke))
-        share = (rise[:-1] / rise[-1]) ** np.exp(bend)
-        return np.asarray(self.first + (self.last - self.first) * share)
-
-    def place(self, forces: Array) -> Array:
-        """The place on its axes (n,) of the curve with these inner forces, or of the nearest one that rises."""
-        rise = np.diff(np.concatenate([[self.first], forces, [self.last]]))
-        mean = (self.last - self.first) / self.n
-        slopes = np.log(np.maximum(rise, 1e-9 * mean) / np.diff(self.stroke))
-        return np.asarray(np.clip(0.5 + 0.5 * (slopes - np.median(slopes)) / np.log(self.factor), 0.0, 1.0))
-
-
 class Point(NamedTuple):
-    """A trial.
+    """A trial."""
 
-    Attributes:
-        value: (n,) of every parameter.
-        missed: (n_constraint,) by how much each constraint is missed, in units of its tolerance.
-    """
-
-    value: Array
-    missed: Array
+    value: Array  # (n,) of every parameter
+    missed: Array  # (n_constraint,) by how much each constraint is missed, in units of its tolerance
 
 
+@dataclass
 class Unknowns:
-    """All parameters and constraints of an identification.
+    """All parameters and constraints of an identification."""
 
-    Args:
-        scenario: whose values are set.
-        parameters: in the order of the file, a curve's inner forces in its place.
-        constraints: each solved by a parameter of its own.
-        curves: those sought as a whole.
-    """
+    scenario: Scenario  # whose values are set
+    parameters: tuple[Unknown, ...]  # in the order of the file, a curve's inner forces in its place
+    constraints: tuple[Area, ...] = ()  # each solved by a parameter of its own
+    curves: tuple[Rise, ...] = ()  # those sought as a whole
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        parameters: tuple[Unknown, ...],
-        constraints: tuple[Area, ...],
-        curves: tuple[Rise, ...] = (),
-    ) -> None:
-        """Order the parameters so that each comes behind the one it stays above."""
-        self.parameters = parameters
-        self.constraints = constraints
-        self.curves = curves
-        self._source = Source(scenario.values())
-        self._short = dict(scenario.parameters)
-        solved = {c.by for c in constraints}
-        self.free = [k for k in range(len(parameters)) if k not in solved]
-        members = {k for curve in curves for k in curve.members}
+    def __post_init__(self) -> None:
+        """Tell the parameters with an axis of their own from those that are solved, and those of curves."""
+        self._source = Source(self.scenario.values())
+        solved = {c.by for c in self.constraints}
+        members = {k for curve in self.curves for k in curve.members}
+        self.free = [k for k in range(len(self.parameters)) if k not in solved]
         self._alone = [k for k in self.free if k not in members]
-        self._order = [k for k in _ordered(parameters) if k in self._alone]
+
+    @classmethod
+    def of(cls, spec: TargetsFile, scenario: Scenario) -> Unknowns:
+        """The unknowns of a checked file."""
+        points = {name: curve_points(scenario.values(), part.curve) for name, part in spec.curves().items()}
+        sizes = [points[name][0].size - 2 if name in points else 1 for name in spec.parameters]
+        places = dict(
+            zip(spec.parameters, accumulate(sizes, initial=0), strict=False)
+        )  # of a curve, of its first force
+        parameters: list[Unknown] = []
+        rises: dict[str, Rise] = {}
+        for name, part in spec.parameters.items():
+            if isinstance(part, CurvePart):
+                stroke, force = points[name]
+                forces = inner_forces(name, part, stroke, force)
+                members = tuple(range(len(parameters), len(parameters) + len(forces)))
+                rises[name] = Rise(members, stroke, float(force[0]), float(force[-1]), part.slopes)
+                parameters += forces
+            else:
+                above = None if part.above is None else places[part.above]
+                parameters.append(single(name, part, scenario, above))
+        areas = []
+        for name, c in spec.constraints.items():
+            by = rises[c.by].widest(c.from_mm, c.to_mm) if c.by in rises else places[c.by]
+            areas.append(Area(name, c, by, absolute(c.tolerance, c.area_kJ)))
+        return cls(scenario, tuple(parameters), tuple(areas), tuple(rises.values()))
 
     @property
     def n_axes(self) -> int:
@@ -210,7 +93,7 @@ class Unknowns:
         unit = np.clip(unit, 0.0, 1.0)
         values = np.array([p.start for p in self.parameters])
         along = dict(zip(self._alone, unit, strict=False))
-        for k in self._order:
+        for k in sorted(self._alone, key=self._depth):  # each behind the one that it stays above
             low, high = self._span(k, values)
             values[k] = self.parameters[k].value(low + float(along[k]) * (high - low))
         for curve, part in self._parts(unit):
@@ -253,7 +136,7 @@ class Unknowns:
 
     def area(self, constraint: Area, values: Array) -> float:
         """Area under the curve of a constraint [kJ]."""
-        given = changed(self._source, self._short, self.changes(values)).values
+        given = changed(self._source, self.scenario.parameters, self.changes(values)).values
         return constraint.under(*curve_points(given, constraint.part.of))
 
     def _parts(self, unit: Array) -> Iterator[tuple[Rise, Array]]:
@@ -279,6 +162,11 @@ class Unknowns:
             miss(float(brentq(miss, -_BENT, _BENT, xtol=1e-12)))
         else:
             miss(0.0)
+
+    def _depth(self, k: int) -> int:
+        """How many parameters there are below a parameter, which stays above them."""
+        above = self.parameters[k].above
+        return 0 if above is None else 1 + self._depth(above)
 
     def _span(self, k: int, values: Array) -> tuple[float, float]:
         """The ends of a parameter's axis."""
@@ -307,30 +195,3 @@ class Unknowns:
 def rounded(value: float, digits: int) -> float:
     """A value to so many significant digits."""
     return float(f"{value:.{digits}g}")
-
-
-def curve_points(values: Mapping[str, Any], path: str) -> tuple[Array, Array]:
-    """Strokes [mm] and forces [kN] of a curve in the plain values of a scenario.
-
-    Raises:
-        LookupError: if the path leads to no curve.
-    """
-    here: Any = values
-    for key in path.split("."):
-        here = here[int(key)] if isinstance(here, list) else here[key]
-    stroke: list[float] = []
-    force: list[float] = []
-    for part in here if isinstance(here, list) else [here]:
-        curve = values["curves"][part] if isinstance(part, str) else part
-        stroke += curve["stroke_mm"]
-        force += curve["force_kN"]
-    return np.array(stroke, dtype=float), np.array(force, dtype=float)
-
-
-def _ordered(parameters: tuple[Unknown, ...]) -> list[int]:
-    """Places of the parameters, each behind the one it stays above."""
-    order: list[int] = []
-    while len(order) < len(parameters):
-        ready = [k for k, p in enumerate(parameters) if k not in order and (p.above is None or p.above in order)]
-        order += ready
-    return order

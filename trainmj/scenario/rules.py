@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 
-from trainmj.errors import close_match
-from trainmj.files.problems import Path, Problem
+from trainmj.files.problems import Path, Problem, no_such
 from trainmj.scenario.parts import (
     MAX_DEVICE_POINTS,
     MAX_VEHICLES,
@@ -88,7 +87,7 @@ def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
         if not isinstance(curve, str):
             yield from _curve((*path, *at), curve)
         elif curve not in parts.curves:
-            yield Problem((*path, *at), f"there is no curve of this name{close_match(curve, parts.curves)}")
+            yield no_such("curve", (*path, *at), curve, parts.curves)
 
 
 def _stage(path: Path, stage: StageSpec, parts: Parts) -> Iterator[Problem]:
@@ -143,7 +142,7 @@ def _train(name: str, parts: Parts) -> Iterator[Problem]:
 
 def _device_ref(path: Path, name: str | None, parts: Parts) -> Iterator[Problem]:
     if name is not None and name not in parts.devices:
-        yield Problem(path, f"there is no device of this name{close_match(name, parts.devices)}")
+        yield no_such("device", path, name, parts.devices)
 
 
 def _collision(parts: Parts) -> Iterator[Problem]:
@@ -157,8 +156,8 @@ def _collision(parts: Parts) -> Iterator[Problem]:
     for key, (name, end) in sides.items():
         if name not in parts.trains:
             known = False
-            offered: Iterable[str] = [*parts.trains, *([RIGID_WALL] if key == "partner" else [])]
-            yield Problem(("collision", key), f"there is no train of this name{close_match(name, offered)}")
+            offered = [*parts.trains, *([RIGID_WALL] if key == "partner" else [])]
+            yield no_such("train", ("collision", key), name, offered)
         elif getattr(parts.trains[name], end) is None:
             yield Problem(("trains", name), f"states no device at its {end}, the end that meets the other side")
     if collision.speed_km_h - collision.partner_speed_km_h < _LEAST_CLOSING - 1e-9:
