@@ -1,8 +1,8 @@
 """Many collisions at once: the same law and the same numbers as :func:`trainmj.run`, on all cores.
 
-Cases of one size share a compiled model; each simulation has masses, devices, speeds and friction of its own in its
-state row. A simulation whose collision is over gives its place to the next case, so none waits for the slowest, and
-memory depends on the places, not on the number of cases.
+Cases of one size share a compiled model; the masses, devices, speeds and friction of each simulation are in its state
+row. When a collision is over, the next case takes its place, so that none waits for the slowest, and memory depends on
+the number of places, not of cases.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def _in_threads(threads: int, queue: _Queue[Key], places: int) -> Iterator[tuple
 
 
 class _Queue(Generic[Key]):
-    """Cases sorted by size as they come, a limited number ahead; for several threads."""
+    """Cases sorted by size as they are read, a limited number ahead; shared by several threads."""
 
     def __init__(self, cases: Iterable[tuple[Key, Chain]]) -> None:
         self._source = iter(cases)
@@ -151,7 +151,7 @@ class _Queue(Generic[Key]):
             return size, self._waiting[size][0][1]
 
     def take(self, size: _Size) -> Iterator[tuple[Key, Chain]]:
-        """Cases of one size, until too many of others have come by."""
+        """Cases of one size, until too many others are waiting."""
         while (case := self._next(size)) is not None:
             yield case
 

@@ -1,8 +1,8 @@
 """The mechanical system behind a scenario: vehicles in line along the track, devices between them, all in SI.
 
 Vehicles stand in the order of their position along +x: the last car of the moving train first, its head M1, then
-the partner from its struck end, S1, S2 and so on. The stroke of an interface is how far its two vehicles have come
-closer than touching.
+the partner from its struck end, S1, S2 and so on. The stroke of an interface is how much closer its two
+vehicles are than when they touch.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from trainmj.errors import InputError
 from trainmj.units import G
 
 WALL = -1
-"""Stands for the rigid wall where an interface names the vehicle on its right."""
+"""The vehicle on the right of an interface, where that is the rigid wall."""
 
 _TOUCH = 1e-9  # round-off of strokes [m]
 
@@ -51,8 +51,8 @@ class Interface:
         left: index of the vehicle on the left.
         right: index of the vehicle on the right, or WALL.
         envelope: the law of the whole interface.
-        left_stroke: (n,) stroke of the left device [m] at each point of the envelope; the rest is the right one's.
-        devices: the device of the left side, and of the right one if it has its own (as at the front).
+        left_stroke: (n,) stroke of the left device [m] at each point of the envelope; the right device takes the rest.
+        devices: the device of the left side, and of the right side if it has its own, as at the front.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """Accelerations that need a history: means over a time or a moving window, and the channel filter.
 
-They use recorded speeds. A mean acceleration is a difference of speeds over a time, so no peak between two records is
-missed.
+They use recorded speeds. A mean acceleration is a difference of speeds divided by a time, so it misses no peak between
+two records.
 """
 
 from __future__ import annotations
@@ -10,9 +10,7 @@ import numpy as np
 
 from trainmj.collision.device import Array
 
-_J211 = (
-    2.0775  # SAE J211: design frequency of a channel filter is 2.0775 times its class, so that -3 dB is at CFC / 0.6
-)
+_J211 = 2.0775  # SAE J211: a channel filter is designed for this times its class, so that -3 dB is at CFC / 0.6
 FILTER_INTERVAL = 1 / 600
 """Longest time between two records that the channel filter takes [s]."""
 
@@ -29,7 +27,7 @@ def mean_deceleration(first: float, last: float, time: Array, velocity: Array) -
         velocity: (n_sample, n_vehicle) [m/s].
 
     Returns:
-        (n_vehicle,) [m/s2]; 0 if there is no time between the two, or but one record.
+        (n_vehicle,) [m/s2]; 0 if there is no time between the two, or only one record.
     """
     if first < 0 or last <= first or len(time) < 2:
         return np.zeros(velocity.shape[1])
@@ -45,7 +43,7 @@ def _at(instant: float, time: Array, velocity: Array) -> Array:
 
 
 def window_peak(window: float, time: Array, velocity: Array) -> Array:
-    """Largest |mean acceleration| over a moving window; after the end speeds are held.
+    """Largest |mean acceleration| over a moving window; after the end the speeds are held.
 
     Args:
         window: its length [s].

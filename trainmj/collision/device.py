@@ -1,8 +1,8 @@
-"""Energy-absorbing devices: their crush curves, and the law that turns a stroke history into a force.
+"""Energy-absorbing devices: stages, crush curves, and two devices in series.
 
 A device is compressed by a stroke u. Its envelope F_env(u) is piecewise linear; empty strokes and shear-off are parts
-of it. What the device answers with is the law of its kind, in :mod:`trainmj.collision.law`. Where the envelope rises
-faster than the unloading stiffness K it is climbed along K.
+of it. The force follows from the law of the device, in :mod:`trainmj.collision.law`. Where the envelope rises faster
+than the unloading stiffness K, the force climbs along K.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Stage:
 class Envelope:
     """A piecewise-linear crush curve with the elastic branch and dashpot that belong to it.
 
-    Between points the force is linear; two points at one stroke are a jump; past the last point its force holds.
+    Between points the force is linear; two points at one stroke are a jump; past the last point its force is held.
 
     Attributes:
         stroke: (n,) strokes of the points [m], from 0, never decreasing.
@@ -109,7 +109,7 @@ class Envelope:
 
 @dataclass(frozen=True, eq=False)
 class Device:
-    """All that stands at one end of a vehicle: an envelope, and the stages it is made of.
+    """Everything at one end of a vehicle that absorbs energy: an envelope, and the stages it is made of.
 
     Attributes:
         name: its name in the scenario.

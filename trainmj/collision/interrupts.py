@@ -11,7 +11,7 @@ from typing import Any
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Let Ctrl-C take effect only behind the block.
+    """Let Ctrl-C take effect only after the block.
 
     A compiler that calls back into Python does so through ctypes, which prints an exception and goes on: a Ctrl-C that
     falls into such a call would be lost.

@@ -5,13 +5,12 @@ MuJoCo calls it once in each step with its own model and data, without Python an
     with installed():
         mujoco.mj_step(model, data, nstep=8000)
 
-It is the law of each interface of a chain (:mod:`trainmj.collision.law`), and rail friction for every vehicle:
-the force that would stop the vehicle within the step, at most mu m g, so that a standing vehicle stands. All parameters
-and all
+It applies the law of each interface (:mod:`trainmj.collision.law`) and rail friction to each vehicle: the force that
+would stop the vehicle within the step, at most mu m g, so that a standing vehicle stays where it is. All parameters and
 state are in mjData.userdata (:mod:`trainmj.collision.block`); simulations without such a block are left alone.
 
-The state moves once per step: an evaluation at the same time again returns the same forces. Integrators that
-evaluate forces several times a step would move it several times; :mod:`trainmj.collision.model` refuses them.
+The state moves once per step: a second evaluation at the same time returns the same forces. Integrators that evaluate
+forces several times a step would move it several times; :mod:`trainmj.collision.model` refuses them.
 
 The places of MuJoCo's fields come from :mod:`trainmj.collision.offsets` and are compiled in.
 """
@@ -52,10 +51,10 @@ LAST_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
 
 @contextmanager
 def installed() -> Iterator[None]:
-    """Run MuJoCo with the device law; on leaving, the callbacks that were there are put back.
+    """Run MuJoCo with the device law; on leaving, restore the callbacks that were there.
 
-    May be nested and entered from several threads: the law stays until the last one leaves. MuJoCo's timers, which
-    read the clock a dozen times a step, stand still meanwhile.
+    The block may be nested and entered from several threads: the law stays until the last one leaves. Meanwhile
+    MuJoCo's timers, which read the clock a dozen times a step, stand still.
 
     Raises:
         EngineError: if the running MuJoCo does not have the fields the law needs.

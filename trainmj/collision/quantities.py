@@ -1,7 +1,7 @@
 """Every response of a collision, once: name, unit, digits, heads, meaning, and the function that computes it.
 
-Terminal, CSV, JSON, the columns of sweeps, reports and the documentation all read these tables, and so does the list
-that a wrong name is held against. To add a response, add a row here.
+Terminal, CSV, JSON, sweep columns, reports and documentation all read these tables, and a wrong name is compared with
+them. To add a response, add a row here.
 """
 
 from __future__ import annotations
