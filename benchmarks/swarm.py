@@ -17,7 +17,7 @@ import numpy as np
 
 from trainmj.doe import mopso
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "study"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "doe"))
 from known import bnh, ctp1, nsga2, share, zdt1
 
 BEYOND = (0.1, 1e-6)
