@@ -66,11 +66,11 @@ def run(
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
     if out is not None:
         click.get_current_context().with_resource(held(out))
-    from trainmj.collision.convergence import CRITERIA
     from trainmj.single import screen
 
-    asked = CRITERIA if responses is None else parts_of(responses)
-    steps = trainmj.converge(loaded, asked) if with_steps else None
+    steps = None
+    if with_steps:
+        steps = trainmj.converge(loaded) if responses is None else trainmj.converge(loaded, parts_of(responses))
     result = trainmj.run(loaded)
     again = None if before is None else trainmj.compare(before, result)
     summary = trainmj.summarise(result)
