@@ -133,6 +133,11 @@ class Valley:
     """Stands for a misfit: a curved valley in the unit cube (Rosenbrock's), its floor at (0.75, 0.75)."""
 
     asked = 0
+    plan = SimpleNamespace(
+        unknowns=SimpleNamespace(
+            n_axes=2, start=lambda: SimpleNamespace(value=None), place=lambda value: np.array([0.1, 0.9])
+        )
+    )
 
     def residuals(self, units):
         self.asked += len(units)
@@ -149,12 +154,9 @@ def test_the_refinement_follows_a_curved_valley():
 
 
 def test_the_exploration_finds_the_valley_and_depends_on_its_seed_alone():
-    cube = SimpleNamespace(
-        n_axes=2, start=lambda: SimpleNamespace(value=None), place=lambda value: np.array([0.1, 0.9])
-    )
     part = ExplorePart(trials=900)
     before = np.random.get_state()[1].copy()  # noqa: NPY002
-    found = [explore(SimpleNamespace(unknowns=cube), Valley(), part, seed, lambda progress: None) for seed in (1, 1, 2)]
+    found = [explore(Valley(), part, seed, lambda progress: None) for seed in (1, 1, 2)]
     assert (np.random.get_state()[1] == before).all()  # noqa: NPY002 - the caller's random numbers are left alone
     assert found[0][0].cost < 1e-3
     assert [p.cost for p in found[0]] == [p.cost for p in found[1]]
@@ -163,11 +165,10 @@ def test_the_exploration_finds_the_valley_and_depends_on_its_seed_alone():
 
 def test_searches_side_by_side_do_not_touch_each_other():
     """One search more leaves those before it as they were; the best comes first."""
-    cube = SimpleNamespace(n_axes=2, start=None, place=None)
     ends = {}
     for n in (1, 3):
         part = ExplorePart(trials=60, searches=n, start="middle", spread=0.1)
-        ends[n] = explore(SimpleNamespace(unknowns=cube), Valley(), part, 7, lambda progress: None)
+        ends[n] = explore(Valley(), part, 7, lambda progress: None)
     costs = [place.cost for place in ends[3]]
     assert costs == sorted(costs)
     assert len(set(costs)) == 3

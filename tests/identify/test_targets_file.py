@@ -11,7 +11,7 @@ from trainmj.errors import InputError
 from trainmj.identification import load_targets, targets_of
 from trainmj.identification.data import observations
 from trainmj.identification.file import DataPart, TableData
-from trainmj.identification.sums import parse_sum, value_of
+from trainmj.identification.sums import parse_sum
 from trainmj.scenario import save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}
@@ -237,7 +237,6 @@ def test_rows_are_taken_by_a_list_of_values(folder):
 )
 def test_sums(text, terms):
     assert parse_sum(text) == terms
-    assert value_of(terms, dict.fromkeys(terms, 2.0)) == pytest.approx(2 * sum(terms.values()))
 
 
 @pytest.mark.parametrize(

@@ -16,35 +16,23 @@ from trainmj.files.parts import LARGEST
 from trainmj.files.tables import read_beside
 from trainmj.files.text import FORMULA
 from trainmj.identification.file import RowsData, TableData
-from trainmj.identification.sums import Sum, parse_sum, value_of
+from trainmj.identification.sums import Sum, parse_sum
 
 Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Observation:
-    """A value that is wanted of a response in a case.
+    """A value that is wanted of a response in a case."""
 
-    Attributes:
-        data: name of the table it is from.
-        target: name of the target.
-        case: values of the scenario, by parameter or path.
-        wanted: in the unit of the response.
-    """
-
-    data: str
-    target: str
-    case: Mapping[str, Any]
-    wanted: float
+    data: str  # name of the table it is from
+    target: str  # name of the target
+    case: Mapping[str, Any]  # values of the scenario, by parameter or path
+    wanted: float  # in the unit of the response
 
 
 def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Observation]:
     """The observations in one table of the targets file; empty cells are skipped.
-
-    Args:
-        name: of the table.
-        part: its entry in the file.
-        folder: where the CSV files that it names are.
 
     Raises:
         InputError: without the place in the targets file, which the caller adds.
@@ -64,8 +52,7 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
     for n, row in enumerate(rows, start=1):
         case = {place: _value(row[column], f"row {n}: {column}") for column, place in part.cases.items()}
         for target, terms in sums.items():
-            cells = {column: _number(row[column], f"row {n}: {column}") for column in terms}
-            wanted = value_of(terms, cells)
+            wanted = sum(factor * _number(row[column], f"row {n}: {column}") for column, factor in terms.items())
             if not math.isnan(wanted):
                 found.append(Observation(name, target, {**part.set, **case}, wanted))
     if not found:
@@ -99,19 +86,19 @@ def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: 
     for row in right:
         key = tuple(row[column] for column in by)
         if key in there:
-            raise InputError(f"table {name!r}: has two rows for the case {_said(by, key)}: it cannot be joined")
+            raise InputError(f"table {name!r}: has two rows for the case {_said(row, by)}: it cannot be joined")
         there[key] = row
     result = []
     for row in left:
-        key = tuple(row[column] for column in by)
-        if key not in there:
-            raise InputError(f"table {name!r}: has no row for the case {_said(by, key)}")
-        result.append(there[key] | row)
+        match = there.get(tuple(row[column] for column in by))
+        if match is None:
+            raise InputError(f"table {name!r}: has no row for the case {_said(row, by)}")
+        result.append(match | row)
     return result
 
 
-def _said(by: Sequence[str], key: Sequence[Any]) -> str:
-    return ", ".join(f"{column} = {value}" for column, value in zip(by, key, strict=True))
+def _said(row: Row, by: Sequence[str]) -> str:
+    return ", ".join(f"{column} = {row[column]}" for column in by)
 
 
 def _chosen(part: TableData | RowsData, rows: Sequence[Row]) -> list[Row]:
@@ -124,16 +111,14 @@ def _chosen(part: TableData | RowsData, rows: Sequence[Row]) -> list[Row]:
             for single in value if isinstance(value, list) else [value]:
                 if not any(_same(row[column], single) for row in rows):
                     raise InputError(f"{key}.{column}: no row has the value {single!r}")
-    return [
-        row
-        for row in rows
-        if all(_in(row[column], value) for column, value in part.where.items())
-        and not (part.leave_out and all(_in(row[column], value) for column, value in part.leave_out.items()))
-    ]
+    return [row for row in rows if _meets(row, part.where) and not (part.leave_out and _meets(row, part.leave_out))]
 
 
-def _in(cell: Any, value: Any) -> bool:
-    return any(_same(cell, single) for single in (value if isinstance(value, list) else [value]))
+def _meets(row: Row, conditions: Mapping[str, Any]) -> bool:
+    return all(
+        any(_same(row[column], single) for single in (value if isinstance(value, list) else [value]))
+        for column, value in conditions.items()
+    )
 
 
 def _same(cell: Any, value: Any) -> bool:
@@ -146,9 +131,13 @@ def _is_number(cell: Any) -> bool:
     return isinstance(cell, (int, float)) and not isinstance(cell, bool) and abs(cell) <= LARGEST
 
 
+def _is_empty(cell: Any) -> bool:
+    return cell is None or cell == "" or cell != cell
+
+
 def _value(cell: Any, said: str) -> Any:
     """A cell that sets a value of the scenario."""
-    if cell is None or cell == "" or cell != cell:
+    if _is_empty(cell):
         raise InputError(f"{said}: is empty; a case needs every value")
     if isinstance(cell, str):
         if cell.startswith(FORMULA):
@@ -160,7 +149,7 @@ def _value(cell: Any, said: str) -> Any:
 
 def _number(cell: Any, said: str) -> float:
     """A cell with a value that is wanted; NaN if it is empty."""
-    if cell is None or cell == "" or cell != cell:
+    if _is_empty(cell):
         return math.nan
     if not _is_number(cell):
         raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number")
@@ -169,16 +158,12 @@ def _number(cell: Any, said: str) -> float:
 
 def cases_of(found: Sequence[Observation]) -> tuple[list[Mapping[str, Any]], list[int]]:
     """The different cases of observations in the order of their first use, and the place of each observation's case."""
-    cases: dict[tuple[tuple[str, str], ...], int] = {}
-    first: list[Mapping[str, Any]] = []
-    place = []
-    for o in found:
-        key = tuple(sorted((name, repr(_plain(value))) for name, value in o.case.items()))
-        if key not in cases:
-            cases[key] = len(first)
-            first.append(o.case)
-        place.append(cases[key])
-    return first, place
+    keys = [tuple(sorted((name, repr(_plain(value))) for name, value in o.case.items())) for o in found]
+    first: dict[tuple[tuple[str, str], ...], Mapping[str, Any]] = {}
+    for key, o in zip(keys, found, strict=True):
+        first.setdefault(key, o.case)
+    place = {key: n for n, key in enumerate(first)}
+    return list(first.values()), [place[key] for key in keys]
 
 
 def _plain(value: Any) -> Any:

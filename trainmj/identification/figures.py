@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.identification.search import phases
 from trainmj.output.style import BLUE, GREY, ORANGE, PALETTE, figure
 
 if TYPE_CHECKING:
@@ -16,12 +15,6 @@ if TYPE_CHECKING:
 
 _MOST_WRITTEN = 16  # parameters whose correlations are written into their cells
 _MOST_IN_COLUMN = 6
-
-
-def all_of(found: Found) -> dict[str, Figure]:
-    """Every figure by file name without ending; draw under :func:`trainmj.output.style.styled`."""
-    pictures = {"residuals": residuals(found), "correlations": correlations(found)}
-    return pictures | ({"search": search(found)} if found.way else {})
 
 
 def residuals(found: Found) -> Figure:
@@ -36,18 +29,12 @@ def residuals(found: Found) -> Figure:
             continue
         rows = np.array([targets.index(name) for name in of["target"]])
         ratio = (of["deviation"] / of["allowed"]).to_numpy()
-        fill = colour if role == "fitted" else "none"
-        axes.scatter(
-            ratio,
-            rows + shift,
-            s=11,
-            facecolors=fill,
-            edgecolors=colour,
-            linewidths=0.8,
-            label=role,
-            zorder=3,
-            clip_on=False,
-        )
+        look: dict[str, Any] = {
+            "facecolors": colour if role == "fitted" else "none",
+            "edgecolors": colour,
+            "linewidths": 0.8,
+        }
+        axes.scatter(ratio, rows + shift, s=11, label=role, zorder=3, clip_on=False, **look)
     axes.axvspan(-1, 1, color="0.93", zorder=0)
     axes.axvline(0, color=GREY, linewidth=0.8)
     axes.set_yticks(range(len(targets)), targets)
@@ -91,10 +78,13 @@ def search(found: Found) -> Figure:
     """The smallest misfit so far over the steps of the search."""
     picture = figure("column")
     axes = picture.subplots()
-    for colour, phase in zip(PALETTE, dict.fromkeys(p.phase for p in found.way), strict=False):
-        steps = [(n, p.cost) for n, p in enumerate(found.way) if p.phase == phase]
-        axes.semilogy(*zip(*steps, strict=True), color=colour, label=phases(found.plan)[phase])
+    for colour, (phase, (steps, costs)) in zip(PALETTE, found.phases().items(), strict=False):
+        axes.semilogy(steps, costs, color=colour, label=phase)
     axes.set_xlabel("generations and iterations")
     axes.set_ylabel("misfit")
     axes.legend()
     return picture
+
+
+FIGURES = {"residuals": residuals, "correlations": correlations, "search": search}
+"""Every figure by the name of its file; draw under :func:`trainmj.output.style.styled`."""

@@ -76,7 +76,8 @@ class Found:
         allowed = np.concatenate([np.where(np.isfinite(s.bar), s.bar, s.tolerance) for s in samples])
         off = found - wanted
         percent = np.divide(100.0 * off, wanted, out=np.full(off.size, np.nan), where=wanted != 0)
-        head = {"role": role, "data": [o.data for o in observations]}
+        head = pd.DataFrame({"role": role, "data": [o.data for o in observations]})
+        cases = pd.DataFrame([o.case for o in observations])
         values = {
             "target": [target.name for target in targets],
             "unit": [target.unit for target in targets],
@@ -87,9 +88,7 @@ class Found:
             "allowed": allowed,
             "within": np.abs(off) <= allowed,
         }
-        return pd.concat(
-            [pd.DataFrame(head), pd.DataFrame([o.case for o in observations]), pd.DataFrame(values)], axis=1
-        )
+        return pd.concat([head, cases, pd.DataFrame(values)], axis=1)
 
     @cached_property
     def fit(self) -> pd.DataFrame:
@@ -111,8 +110,8 @@ class Found:
             {
                 "parameter": unknowns.names,
                 "unit": [p.unit for p in unknowns.parameters],
-                "value": known.value,
-                "standard_error": known.error * np.where(log, known.value, 1.0),
+                "value": self.point.value,
+                "standard_error": known.error * np.where(log, self.point.value, 1.0),
                 "low_95": known.lower,
                 "high_95": known.upper,
                 "lower_bound": [p.lower for p in unknowns.parameters],
@@ -145,10 +144,20 @@ class Found:
         import pandas as pd
 
         names = self.plan.unknowns.names
-        rows = [
-            (100.0 * d.deviation, d.determined, d.in_words(names), *d.parts.tolist()) for d in self.known.directions
-        ]
+        rows = [(100 * d.deviation, d.determined, d.in_words(names), *d.parts.tolist()) for d in self.known.directions]
         return pd.DataFrame(rows, columns=["deviation_percent", "determined", "in_words", *names])
+
+    def phases(self) -> dict[str, tuple[list[int], list[float]]]:
+        """Numbers of the steps of the search and the smallest misfit so far, by phase: misfits cannot be compared."""
+        some, all_of = self.plan.spec.method.explore.cases, len(self.plan.fitted.cases)
+        part = f", {some} of {all_of} cases" if some is not None and some < all_of else ""
+        called = {"explore": f"explore{part}", "refine": "refine", "finish": "finish, in its own norm"}
+        result: dict[str, tuple[list[int], list[float]]] = {}
+        for n, progress in enumerate(self.way):
+            steps, costs = result.setdefault(called[progress.phase], ([], []))
+            steps.append(n)
+            costs.append(progress.cost)
+        return result
 
     @property
     def kept(self) -> bool:

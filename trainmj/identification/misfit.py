@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,51 +20,34 @@ _LARGEST = 1e5  # residual of one that can: its powers stay finite
 _INSIDE = 0.95  # fraction of a bar beyond which a value is pushed back
 
 
+@dataclass
 class Misfit:
     """Residuals over the unit cube of an identification.
 
     A residual is (found - wanted) / tolerance * weight. A value beyond 95 % of its bar adds a second one, a constraint
     that is missed one more.
-
-    Args:
-        plan: what is sought.
-        trials: simulates the fitted cases.
-        step: integration step [ms]; that of the scenario if None.
-        cases: how many cases are simulated, spread over the list; None for all.
-        norm: p of the sum of |residual|^p that is minimised.
-        size: residual that counts as 1 in a norm other than 2, so that powers stay within bounds.
-        ratio: of neighbouring slopes of a curve that counts as one residual; None for no such residual.
-        bars: whether values near their bars are pushed back; a search across valleys does better without.
     """
 
-    def __init__(
-        self,
-        plan: Identification,
-        trials: Trials,
-        step: float | None,
-        cases: int | None = None,
-        norm: float = 2.0,
-        size: float = 1.0,
-        ratio: float | None = None,
-        bars: bool = True,
-    ) -> None:
+    plan: Identification
+    trials: Trials  # simulates the fitted cases
+    step: float | None  # of integration [ms]; that of the scenario if None
+    cases: int | None = None  # how many cases are simulated, spread over the list; None for all
+    norm: float = 2.0  # p of the sum of |residual|^p that is minimised
+    size: float = 1.0  # residual that counts as 1 in a norm other than 2, so that powers stay within bounds
+    ratio: float | None = (
+        None  # of neighbouring slopes of a curve that counts as one residual; None for no such residual
+    )
+    bars: bool = True  # whether values near their bars are pushed back; a search across valleys does better without
+
+    def __post_init__(self) -> None:
         """Nothing is simulated yet."""
-        self.plan = plan
-        self.norm = norm
-        self.size = size
-        self.ratio = ratio
-        self._trials = trials
-        self._step = step
-        self._sample, self._cases = sample, _ = plan.fitted.some(cases)
+        self._sample, self._cases = sample, _ = self.plan.fitted.some(self.cases)
         self._counted = sample.weight > 0
         self._scale = np.divide(sample.weight, sample.tolerance)
-        self._barred = np.isfinite(sample.bar) & self._counted & bars
+        self._barred = np.isfinite(sample.bar) & self._counted & self.bars
 
     def residuals(self, units: Sequence[Array]) -> Array:
-        """Residuals of places of the unit cube, as one batch.
-
-        Args:
-            units: k places (n_axes,).
+        """Residuals of places of the unit cube (n_axes,), as one batch.
 
         Returns:
             (k, n_residual), so that the sum of their squares is the sum of |residual|^p.
@@ -80,7 +64,7 @@ class Misfit:
     def of_points(self, points: Sequence[Point]) -> Array:
         """Plain residuals (k, n_residual) of trials, as one batch."""
         plan, sample = self.plan, self._sample
-        responses = self._trials([plan.unknowns.changes(p.value) for p in points], self._step, self._cases)
+        responses = self.trials([plan.unknowns.changes(p.value) for p in points], self.step, self._cases)
         off = plan.found(sample, responses) - sample.wanted
         beyond = np.maximum(0.0, np.abs(off[:, self._barred]) / sample.bar[self._barred] - _INSIDE)
         missed = np.array([p.missed for p in points]).reshape(len(points), -1)

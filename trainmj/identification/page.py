@@ -9,7 +9,6 @@ import numpy as np
 from trainmj.collision.identity import identity
 from trainmj.identification import figures, tables
 from trainmj.identification.found import FOUND, Found
-from trainmj.identification.search import phases
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, line
@@ -101,9 +100,6 @@ def _search(section: Section, found: Found) -> None:
     if not found.way:
         section.text("There was none: the start values were taken.")
         return
-    traces = []
-    for phase in dict.fromkeys(p.phase for p in found.way):
-        steps = [n for n, p in enumerate(found.way) if p.phase == phase]
-        traces.append(line(phases(found.plan)[phase], steps, [found.way[n].cost for n in steps]))
+    traces = [line(phase, steps, costs) for phase, (steps, costs) in found.phases().items()]
     layout = axes("generations and iterations", "", "misfit", "", yaxis={"type": "log"})
     section.plot(traces, layout, title="Smallest misfit")

@@ -31,44 +31,26 @@ _ENDING = ".targets.yaml"
 
 @dataclass(frozen=True)
 class Target:
-    """A response that has values to meet.
+    """A response that has values to meet."""
 
-    Attributes:
-        name: the user's.
-        terms: the columns of the results that add up to it.
-        unit: of the response.
-        part: its entry in the file.
-    """
-
-    name: str
-    terms: Sum
-    unit: str
-    part: TargetPart
+    name: str  # the user's
+    terms: Sum  # the columns of the results that add up to it
+    unit: str  # of the response
+    part: TargetPart  # its entry in the file
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Observations as arrays, and the cases that are simulated for them.
+    """Observations as arrays, and the cases that are simulated for them."""
 
-    Attributes:
-        observations: n of them.
-        cases: m different ones.
-        case: (n,) place of each observation's case.
-        target: (n,) place of its target.
-        wanted: (n,) values.
-        tolerance: (n,) standard deviations.
-        weight: (n,) by which residuals are multiplied.
-        bar: (n,) largest deviations allowed; infinite where none is stated.
-    """
-
-    observations: tuple[Observation, ...]
-    cases: tuple[Mapping[str, Any], ...]
-    case: np.ndarray
-    target: np.ndarray
-    wanted: Array
-    tolerance: Array
-    weight: Array
-    bar: Array
+    observations: tuple[Observation, ...]  # n of them
+    cases: tuple[Mapping[str, Any], ...]  # m different ones
+    case: np.ndarray  # (n,) place of each observation's case
+    target: np.ndarray  # (n,) place of its target
+    wanted: Array  # (n,) values
+    tolerance: Array  # (n,) standard deviations
+    weight: Array  # (n,) by which residuals are multiplied
+    bar: Array  # (n,) largest deviations allowed; infinite where none is stated
 
     @classmethod
     def of(cls, found: Sequence[Observation], targets: tuple[Target, ...]) -> Sample:

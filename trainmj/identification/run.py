@@ -17,6 +17,7 @@ from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
 from trainmj.files.folder import held
+from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit
 from trainmj.identification.plan import Identification
@@ -34,7 +35,6 @@ FILE = "trials.sqlite"
 SUMMARY = "summary.json"
 
 _TABLES = ("fit", "residuals", "parameters", "correlations", "directions", "search")
-_FIGURES = ("residuals", "correlations", "search")
 _DIGITS = 6  # of the values found
 
 
@@ -73,7 +73,7 @@ def identify(
     with held(folder) as folder:
         _check_start(plan, threads)
         if fresh:
-            figures_there = [f"{name}.{form}" for name in _FIGURES for form in FORMATS]
+            figures_there = [f"{name}.{form}" for name in FIGURES for form in FORMATS]
             remove(folder / FILE, [FOUND, SUMMARY, "report.html", *(f"{t}.csv" for t in _TABLES), *figures_there])
         with Store(folder / FILE, KEY) as store:
             store.agree(Origin("identification", plan.scenario))
@@ -103,8 +103,6 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     """
     import pandas as pd
 
-    from trainmj.identification import figures
-
     texts = {BASE: to_yaml(found.plan.scenario), FOUND: found.as_yaml()}
     for name in _TABLES[:-1]:
         texts[f"{name}.csv"] = _csv(getattr(found, name))
@@ -113,8 +111,9 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     for file, text in texts.items():
         write_bytes(found.folder / file, text.encode())
     with styled(width):
-        for name, picture in (figures.all_of(found) if formats else {}).items():
-            save(picture, found.folder / name, formats)
+        for name, draw in (FIGURES if formats else {}).items():
+            if found.way or name != "search":
+                save(draw(found), found.folder / name, formats)
 
 
 def _csv(table: pd.DataFrame) -> str:

@@ -26,13 +26,6 @@ _NEXT = 1e-6  # distance from a bound, as part of the range, that counts as none
 _FLAT = 1e-12  # slope that counts as flat
 
 
-def phases(plan: Identification) -> dict[str, str]:
-    """Phases of a search by what a legend calls them: their misfits cannot be compared."""
-    some, all_of = plan.spec.method.explore.cases, len(plan.fitted.cases)
-    part = f", {some} of {all_of} cases" if some is not None and some < all_of else ""
-    return {"explore": f"explore{part}", "refine": "refine", "finish": "finish, in its own norm"}
-
-
 class Place(NamedTuple):
     """A place of the unit cube and its cost."""
 
@@ -41,32 +34,19 @@ class Place(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """How far a search is.
+    """How far a search is."""
 
-    Attributes:
-        phase: explore, refine or finish.
-        done: trials of the exploration, or iterations.
-        of: how many there may be.
-        cost: smallest so far.
-    """
-
-    phase: str
-    done: int
-    of: int
-    cost: float
+    phase: str  # explore, refine or finish
+    done: int  # trials of the exploration, or iterations
+    of: int  # how many there may be
+    cost: float  # smallest so far
 
 
 Watch = Callable[[Progress], None]
 
 
 def search(plan: Identification, trials: Trials, watch: Watch = lambda progress: None) -> tuple[Place, list[Progress]]:
-    """The best place that the method of an identification finds, and the way to it.
-
-    Args:
-        plan: what is sought, and how.
-        trials: simulates the fitted cases.
-        watch: told of each generation and iteration.
-    """
+    """The best place that the method of an identification finds, and the way to it."""
     way: list[Progress] = []
 
     def note(progress: Progress) -> None:
@@ -76,34 +56,21 @@ def search(plan: Identification, trials: Trials, watch: Watch = lambda progress:
     method = plan.spec.method
     first = method.explore
     coarse = Misfit(plan, trials, first.step_ms, first.cases, ratio=first.slope_ratio, bars=False)
-    starts = explore(plan, coarse, first, method.seed, note)[: method.refine.starts]
+    starts = explore(coarse, first, method.seed, note)[: method.refine.starts]
     fine = Misfit(plan, trials, method.refine.step_ms)
-    if method.refine.iterations:
-        part = method.refine
-        ends = [refine(fine, place.unit, part.iterations, part.difference, "refine", note) for place in starts]
-    else:
-        ends = [
-            Place(cost, place.unit) for cost, place in zip(fine.cost([p.unit for p in starts]), starts, strict=True)
-        ]
+    iterations, difference = method.refine.iterations, method.refine.difference
+    ends = [refine(fine, place.unit, iterations, difference, "refine", note) for place in starts]
     best = min(ends, key=lambda place: place.cost)
     if method.finish is not None:
         largest = float(np.abs(fine.residuals([best.unit])).max())
         high = Misfit(plan, trials, method.refine.step_ms, norm=method.finish.norm, size=largest or 1.0)
-        best = refine(high, best.unit, method.finish.iterations, method.refine.difference, "finish", note)
+        best = refine(high, best.unit, method.finish.iterations, difference, "finish", note)
     return best, way
 
 
-def explore(plan: Identification, misfit: Misfit, part: ExplorePart, seed: int, watch: Watch) -> list[Place]:
-    """Search with evolution strategies side by side: the best place that each finds, the best one first.
-
-    Args:
-        plan: what is sought.
-        misfit: at the step of this search.
-        part: how long and how widely.
-        seed: of their random numbers.
-        watch: told of each generation.
-    """
-    unknowns = plan.unknowns
+def explore(misfit: Misfit, part: ExplorePart, seed: int, watch: Watch) -> list[Place]:
+    """Search with evolution strategies side by side: the best place that each finds, the best one first."""
+    unknowns = misfit.plan.unknowns
     start = unknowns.place(unknowns.start().value) if part.start == "start" else np.full(unknowns.n_axes, 0.5)
     first = Place(float(misfit.cost([start])[0]), start)
     if part.trials == 0:
@@ -145,12 +112,12 @@ def _strategy(start: Array, spread: float, size: int, rng: np.random.Generator) 
 
 
 def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phase: str, watch: Watch) -> Place:
-    """Refine a place by least squares.
+    """Refine a place (n_axes,) by least squares.
 
     Args:
         misfit: what is made small.
-        unit: where to start (n_axes,).
-        iterations: most iterations.
+        unit: where to start.
+        iterations: most of them; 0 for none.
         difference: for derivatives, as part of the range.
         phase: for watch.
         watch: told of each iteration.
@@ -158,6 +125,8 @@ def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phas
     from scipy.optimize import least_squares
 
     best = Place(float(misfit.cost([unit])[0]), unit)
+    if not iterations:
+        return best
     done = 0
 
     def residuals(x: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from trainmj.errors import InputError, close_match
 
@@ -14,13 +14,12 @@ _MOST = 50  # terms
 _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)\s*\*\s*)?([A-Za-z_][A-Za-z0-9_]*)\s*")
 
 
-def parse_sum(text: str, known: Iterable[str] | None = None, what: str = "column") -> Sum:
+def parse_sum(text: str, known: Iterable[str] | None = None) -> Sum:
     """The factors of a sum by name; text that is itself a known name, whatever its letters, stands for that.
 
     Args:
         text: such as ``TS_mm - 2 * stroke_M1_M2_mm``.
         known: names that may be used; any if None.
-        what: kind of name, for messages.
 
     Raises:
         InputError: if it is not a sum, or a name is unknown.
@@ -36,14 +35,9 @@ def parse_sum(text: str, known: Iterable[str] | None = None, what: str = "column
             raise InputError("must be a name, or a sum such as TS_mm - 2 * stroke_M1_M2_mm")
         sign, factor, name = found.groups()
         if names is not None and name not in names:
-            raise InputError(f"there is no {what} {name!r}{close_match(name, names)}")
+            raise InputError(f"there is no column {name!r}{close_match(name, names)}")
         result[name] = result.get(name, 0.0) + (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
         at = found.end()
         if at == len(text):
             return result
     raise InputError(f"must have at most {_MOST} terms")
-
-
-def value_of(terms: Sum, values: Mapping[str, float]) -> float:
-    """The sum of factors times values."""
-    return sum(factor * values[name] for name, factor in terms.items())

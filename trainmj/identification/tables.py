@@ -41,11 +41,6 @@ _PARAMETERS = {
     "lower_bound": Column("lower bound"),
     "upper_bound": Column("upper bound"),
 }
-_DIRECTIONS = {
-    "in_words": Column("Combination", text=True),
-    "deviation": Column("deviation", "%"),
-    "verdict": Column("", text=True),
-}
 _VALUES = {
     "data": Column("Data", text=True),
     "case": Column("case", text=True),
@@ -84,16 +79,17 @@ def parameters(found: Found) -> Table:
 
 def directions(found: Found) -> Table:
     """Combinations of parameters, worst determined first."""
+    columns = [Column("Combination", text=True), Column("deviation", "%"), Column("", text=True)]
     rows = [
-        {
-            "in_words": row["in_words"],
-            "deviation": row["deviation_percent"] if np.isfinite(row["deviation_percent"]) else "no limit",
-            "verdict": passed("determined") if row["determined"] else warned("left open"),
-        }
-        for row in rows_of(found.directions)
+        [
+            d.in_words(found.plan.unknowns.names),
+            100.0 * d.deviation if np.isfinite(d.deviation) else "no limit",
+            passed("determined") if d.determined else warned("left open"),
+        ]
+        for d in found.known.directions
     ]
     note = "One standard deviation along each, in percent of the ranges between the bounds."
-    return _table(_DIRECTIONS, rows, "Combinations of parameters, worst determined first", note)
+    return Table(columns, rows, "Combinations of parameters, worst determined first", note)
 
 
 def values(found: Found, role: str) -> Table:
@@ -148,7 +144,6 @@ def case_of(found: Found, row: Row) -> str:
 
 def constraints(found: Found) -> dict[str, Verdict]:
     """What each constraint came to, by its name."""
+    missed = "NOT MET, its parameter is at a bound"
     areas = {row["constraint"]: (row["met"], f"{row['found_kJ']:.5g} kJ") for row in found.summary["constraints"]}
-    return {
-        name: judged(met, area, f"{area}: NOT MET, its parameter is at a bound") for name, (met, area) in areas.items()
-    }
+    return {name: judged(met, area, f"{area}: {missed}") for name, (met, area) in areas.items()}

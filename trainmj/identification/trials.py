@@ -7,6 +7,7 @@ so a search that was stopped finds all that it had computed, and repeats itself 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,41 +21,29 @@ from trainmj.collision.status import FAILED
 from trainmj.scenario import Scenario
 
 
+@dataclass
 class Trials:
-    """Simulates trials in a fixed list of cases.
+    """Simulates trials in a fixed list of m cases; the numbers do not depend on threads."""
 
-    Args:
-        scenario: what trials and cases change.
-        cases: m of them.
-        columns: of the results that are kept.
-        store: keeps every case of every trial.
-        threads: native threads; 0 for all cores. The numbers do not depend on it.
-        progress: called with the number of trials that were just finished, those from the store too.
-    """
+    scenario: Scenario  # what trials and cases change
+    cases: Sequence[Case]
+    columns: Sequence[str]  # of the results that are kept
+    store: Store  # keeps every case of every trial
+    threads: int = 0  # native threads; 0 for all cores
+    progress: Callable[[int], None] = lambda finished: (
+        None
+    )  # told how many trials just finished, those from the store too
+    simulated: int = field(default=0, init=False)  # trials that were not in the store
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        cases: Sequence[Case],
-        columns: Sequence[str],
-        store: Store,
-        threads: int = 0,
-        progress: Callable[[int], None] = lambda finished: None,
-    ) -> None:
+    def __post_init__(self) -> None:
         """Nothing is simulated yet."""
-        self.scenario = scenario
-        self.cases = cases
-        self.columns = tuple(columns)
-        self.simulated = 0
-        self._store = store
-        self._engine = Local(scenario, threads)
-        self._progress = progress
+        self._engine = Local(self.scenario, self.threads)
 
     def __call__(self, trials: Sequence[Case], step: float | None = None, places: Sequence[int] | None = None) -> Array:
-        """Simulate trials.
+        """Simulate trials, each given by what it sets in the scenario.
 
         Args:
-            trials: what each of them sets in the scenario.
+            trials: what each of them sets.
             step: integration step [ms]; that of the scenario if None.
             places: of the cases that are simulated, m of them; all if None.
 
@@ -75,9 +64,9 @@ class Trials:
             computed.add(case.key)
             return {name: case.row[name] for name in (*STATUS, *self.columns) if name in case.row}
 
-        rows = rows_of(self._store, self._engine, wanted, keep)
+        rows = rows_of(self.store, self._engine, wanted, keep)
         self.simulated += len({tuple(trial) for trial in keys if not computed.isdisjoint(trial)})
-        self._progress(len(trials))
+        self.progress(len(trials))
         found = np.array([self._responses([rows[key] for key in trial]) for trial in keys])
         return found.reshape(len(trials), len(cases), len(self.columns))
 

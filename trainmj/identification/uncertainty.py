@@ -14,6 +14,7 @@ import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.identification.misfit import REFUSED, Misfit
+from trainmj.identification.sought import Unknown
 from trainmj.identification.unknowns import Point
 
 AT_BOUND = 1e-3
@@ -31,15 +32,10 @@ _TINY = 1e-9  # singular value that counts as zero, as part of the largest
 
 @dataclass(frozen=True)
 class Direction:
-    """A combination of parameters, as parts of their ranges, and how well the data determine it.
+    """A combination of parameters, as parts of their ranges, and how well the data determine it."""
 
-    Attributes:
-        parts: (n,) unit vector over all free parameters; 0 for those at a bound.
-        deviation: one standard deviation along it, as part of the ranges; infinite if nothing changes.
-    """
-
-    parts: Array
-    deviation: float
+    parts: Array  # (n,) unit vector over all free parameters; 0 for those at a bound
+    deviation: float  # one standard deviation along it, as part of the ranges; infinite if nothing changes
 
     @property
     def determined(self) -> bool:
@@ -58,29 +54,16 @@ class Direction:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """What the data determine at a trial.
+    """What the data determine at a trial."""
 
-    Attributes:
-        value: (n,) of all parameters, solved ones too.
-        lower: (n,) end of the 95 % interval; NaN where there is none.
-        upper: (n,) likewise.
-        error: (n,) standard error; NaN where there is none. On a log scale, as part of the value.
-        at_bound: (n,) "lower", "upper" or "" for each parameter.
-        correlation: (n, n); NaN for parameters at a bound.
-        directions: of the free parameters that are not at a bound, worst determined first.
-        freedom: degrees of freedom n - p.
-        chi2: r'r over freedom.
-    """
-
-    value: Array
-    lower: Array
-    upper: Array
-    error: Array
-    at_bound: tuple[str, ...]
-    correlation: Array
-    directions: tuple[Direction, ...]
-    freedom: int
-    chi2: float
+    lower: Array  # (n,) end of the 95 % interval; NaN where there is none
+    upper: Array  # (n,) likewise
+    error: Array  # (n,) standard error; NaN where there is none. On a log scale, as part of the value
+    at_bound: tuple[str, ...]  # (n,) "lower", "upper" or ""
+    correlation: Array  # (n, n); NaN for parameters at a bound
+    directions: tuple[Direction, ...]  # of the free parameters that are not at a bound, worst determined first
+    freedom: int  # degrees of freedom n - p
+    chi2: float  # r'r over freedom
 
 
 def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
@@ -96,9 +79,7 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     unknowns = misfit.plan.unknowns
     parameters = unknowns.parameters
     n_value = int((misfit.plan.fitted.weight > 0).sum())
-    at_bound = tuple(
-        _bound(p.scaled(v), p.scaled(p.lower), p.scaled(p.upper)) for p, v in zip(parameters, point.value, strict=True)
-    )
+    at_bound = tuple(_bound(p, value) for p, value in zip(parameters, point.value, strict=True))
     moving = [k for k in unknowns.free if not at_bound[k]]
     residuals, derivative, follow = _derivatives(misfit, point, moving, difference, n_value)
     freedom = n_value - len(moving)
@@ -128,12 +109,12 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
         for p, v, e in zip(parameters, point.value, error, strict=True)
     ]
     lower, upper = np.array(ends).T
-    return Uncertainty(point.value, lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2)
+    return Uncertainty(lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2)
 
 
-def _bound(value: float, lower: float, upper: float) -> str:
-    near = AT_BOUND * (upper - lower)
-    return "lower" if value - lower < near else "upper" if upper - value < near else ""
+def _bound(p: Unknown, value: float) -> str:
+    near, at = AT_BOUND * p.range, p.scaled(value)
+    return "lower" if at - p.scaled(p.lower) < near else "upper" if p.scaled(p.upper) - at < near else ""
 
 
 def _derivatives(
