@@ -70,11 +70,14 @@ def console_table(table: Table) -> Grid:
 
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
-    without_end = console.options.update(max_width=10_000)
-    parts: list[list[int]] = [[0]]
+    whole = console_table(table)
+    if _width(console, whole) <= console.width:
+        console.print(whole)
+        return
+    parts = [[0]]
     for k in range(1, len(table.columns)):
         longer = console_table(_of_columns(table, [*parts[-1], k]))
-        if len(parts[-1]) > 1 and Measurement.get(console, without_end, longer).maximum > console.width:
+        if len(parts[-1]) > 1 and _width(console, longer) > console.width:
             parts.append([0])
         parts[-1].append(k)
     for part in parts:
@@ -83,6 +86,11 @@ def print_table(console: Console, table: Table) -> None:
         title = table.title if part is parts[0] else ""
         note = table.note if part is parts[-1] else ""
         console.print(console_table(_of_columns(table, part, title, note)))
+
+
+def _width(console: Console, grid: Grid) -> int:
+    """Characters that a line of a table takes, its title and note aside."""
+    return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
 
 
 def _of_columns(table: Table, chosen: Sequence[int], title: str = "", note: str = "") -> Table:
