@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trainmj.collision.status import Kind
 from trainmj.errors import InputError
 from trainmj.files.tables import read_back
 from trainmj.files.yaml import as_yaml
@@ -111,7 +112,7 @@ def _add_design(section: Section, summary: Summary, simulated: pd.DataFrame) -> 
             texts = [
                 f"test {test}: {status} {reason}" for test, reason in zip(part["test"], part["reason"], strict=True)
             ]
-            look = (BLUE, "circle") if status == "over" else (ORANGE, "triangle-up")
+            look = (BLUE, "circle") if status == Kind.OVER else (ORANGE, "triangle-up")
             traces.append(dots(str(status), part[x], part[y], *look, 9, texts))
         layout = axes(a.name, a.unit, b.name, b.unit)
         section.plot(traces, layout, title=f"Points of the design: {a.name} and {b.name}", height=360, half=True)
