@@ -8,7 +8,7 @@ from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, check_step
 from trainmj.collision.device import Device, Envelope, Stage, in_series
 from trainmj.collision.quantities import columns_of, of_each
 from trainmj.errors import close_match
-from trainmj.files.problems import Problem
+from trainmj.files.source import Problem
 from trainmj.scenario import Scenario
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE

@@ -5,9 +5,7 @@ Nothing here knows what is in them.
     text        text from outside, and which files it may name
     yaml        the same as plain values
     source      plain values with their places: checked, and refused in words
-    parts       what input files are made of: groups, numbers, names
-    either      alternatives in an input file, as types
-    problems    what is wrong with values, in words
+    parts       what input files are made of: groups, numbers, names, alternatives
     tables      CSV files: from outside, and written by trainmj to the last digit
     plain       values as JSON holds them
     atomic      files that are replaced whole

@@ -15,8 +15,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError
-from trainmj.files.problems import Path, dotted
-from trainmj.files.source import Source
+from trainmj.files.source import Path, Source, dotted
 from trainmj.files.text import HIDDEN, printable, read_text
 
 if TYPE_CHECKING:

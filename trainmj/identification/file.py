@@ -10,9 +10,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from trainmj.files.either import Either
-from trainmj.files.parts import Bounds, Name, Notes, NotNegative, Number, Part, Positive, Seed, Spelt, Title
-from trainmj.files.problems import Path
+from trainmj.files.parts import Bounds, Either, Name, Notes, NotNegative, Number, Part, Positive, Seed, Spelt, Title
+from trainmj.files.source import Path
 
 MAX_PARAMETERS = 200
 MAX_VALUES = 10_000

@@ -14,9 +14,8 @@ from trainmj.collision.device import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, no_number
 from trainmj.errors import InputError, close_match
-from trainmj.files.problems import Problem
 from trainmj.files.resources import find_file
-from trainmj.files.source import Source
+from trainmj.files.source import Problem, Source
 from trainmj.files.yaml import read_yaml
 from trainmj.identification.data import Observation, cases_of, observations
 from trainmj.identification.file import TargetPart, TargetsFile, absolute

@@ -9,7 +9,7 @@ import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.errors import InputError, close_match
-from trainmj.files.problems import Path, Problem, no_such
+from trainmj.files.source import Path, Problem, no_such
 from trainmj.identification.data import Observation
 from trainmj.identification.file import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, TargetsFile, absolute
 from trainmj.identification.sought import curve_points, members, settings_of, single, start_of

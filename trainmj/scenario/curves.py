@@ -7,8 +7,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError
-from trainmj.files.problems import Path
-from trainmj.files.source import Source
+from trainmj.files.source import Path, Source
 from trainmj.files.tables import find_table, rows_given
 from trainmj.files.text import read_text
 from trainmj.files.yaml import MOST_BYTES

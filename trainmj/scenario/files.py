@@ -9,9 +9,8 @@ from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.atomic import write_bytes
-from trainmj.files.problems import Path, Problem
 from trainmj.files.resources import find_file, shipped_files
-from trainmj.files.source import Source
+from trainmj.files.source import Path, Problem, Source
 from trainmj.files.text import beside
 from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.curves import read_curves

@@ -10,8 +10,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from trainmj.files.either import Either
-from trainmj.files.parts import Notes, Part, Positive, Spelt, Title
+from trainmj.files.parts import Either, Notes, Part, Positive, Spelt, Title
 
 RIGID_WALL = "rigid_wall"
 MAX_VEHICLES = 400

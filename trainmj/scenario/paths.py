@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.problems import Path, dotted
-from trainmj.files.source import Source
+from trainmj.files.source import Path, Source, dotted
 from trainmj.scenario.parts import Parts
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from trainmj.files.problems import Path, Problem, no_such
+from trainmj.files.source import Path, Problem, no_such
 from trainmj.scenario.parts import (
     MAX_DEVICE_POINTS,
     MAX_VEHICLES,

@@ -9,8 +9,7 @@ from typing import Any, Self
 from pydantic import PrivateAttr
 
 from trainmj.errors import InputError
-from trainmj.files.problems import Problem
-from trainmj.files.source import Source
+from trainmj.files.source import Problem, Source
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.paths import changed, find
 from trainmj.scenario.rules import broken_rules

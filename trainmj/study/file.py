@@ -12,8 +12,7 @@ from pydantic import Field
 
 from trainmj.doe.decision import Normalisation
 from trainmj.doe.weights import Transform
-from trainmj.files.either import Either
-from trainmj.files.parts import Bounds, Name, Notes, Number, Part, Seed, Title
+from trainmj.files.parts import Bounds, Either, Name, Notes, Number, Part, Seed, Title
 from trainmj.units import unit_of
 
 MAX_POINTS = 5000

@@ -9,7 +9,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import Column, columns_of, no_number
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
-from trainmj.files.problems import Path, Problem
+from trainmj.files.source import Path, Problem
 from trainmj.files.text import FORMULA
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import nowhere, refused

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trainmj.files.either import Either
-from trainmj.files.parts import Bounds, Number, Part
-from trainmj.files.problems import Problem
+from trainmj.files.parts import Bounds, Either, Number, Part
+from trainmj.files.source import Problem
 
 MAX_VALUES = 1_000_000
 """Largest number of values of a name, and of cells of a sample or table; they are held in memory."""
