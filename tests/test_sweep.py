@@ -20,7 +20,7 @@ from trainmj.cases.engine import Computed, Local
 from trainmj.cases.store import Store
 from trainmj.cli import main
 from trainmj.collision.identity import identity
-from trainmj.files.folder import held
+from trainmj.files.written import held
 from trainmj.sweep.plan import grid_values
 
 FAST = ["--set", "simulation.step_ms=0.5"]

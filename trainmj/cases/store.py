@@ -2,7 +2,7 @@
 
 Table ``results`` has a row for each finished case: its key, then its values by column name, units in the names. Table
 ``about`` says what they were computed from, and in ``columns`` what the responses are, as JSON. A transaction is
-complete or absent. The writer holds the folder (:func:`trainmj.files.folder.held`); others may read meanwhile.
+complete or absent. The writer holds the folder (:func:`trainmj.files.written.held`); others may read meanwhile.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from trainmj.cases.origin import Origin, in_words
 from trainmj.collision.quantities import Column, ordered
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, OutputError
-from trainmj.files.atomic import replacing
 from trainmj.files.text import printable
+from trainmj.files.written import replacing
 
 FILE = "results.sqlite"
 CASE = "case"

@@ -13,7 +13,7 @@ import trainmj
 from trainmj.cli.options import parts_of, takes_figures, takes_json, takes_scenario
 from trainmj.cli.report import REPORT, takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import held
+from trainmj.files.written import held
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
@@ -126,7 +126,7 @@ def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as a comment in the file says.
     """
     loaded = trainmj.load(scenario, changes)
-    from trainmj.files.atomic import write_bytes
+    from trainmj.files.written import write_bytes
     from trainmj.view import scene
 
     text = scene.export(trainmj.line_up(loaded), loaded.title)

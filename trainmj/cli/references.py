@@ -12,8 +12,7 @@ import click
 
 import trainmj
 from trainmj.cli.options import takes_formats, takes_json, takes_threads
-from trainmj.files.atomic import replacing
-from trainmj.files.folder import held
+from trainmj.files.written import held, replacing
 
 if TYPE_CHECKING:
     from trainmj.output.style import Format

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from trainmj.errors import InputError
-from trainmj.files.folder import is_held
 from trainmj.files.text import printable
+from trainmj.files.written import is_held
 
 if TYPE_CHECKING:
     from trainmj.output.page import Page

@@ -13,7 +13,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, matching
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
-from trainmj.files.plain import finite
+from trainmj.files.written import finite
 from trainmj.scenario import Scenario
 from trainmj.units import MS
 

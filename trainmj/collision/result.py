@@ -13,8 +13,8 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
-from trainmj.files.atomic import write_bytes
 from trainmj.files.text import printable
+from trainmj.files.written import write_bytes
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.units import KJ, KM_H, KN, MM, G, head
 

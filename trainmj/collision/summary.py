@@ -31,7 +31,7 @@ from trainmj.collision.quantities import (
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
-from trainmj.files.plain import finite
+from trainmj.files.written import finite
 from trainmj.units import MM
 
 UNSTABLE = 1e-3

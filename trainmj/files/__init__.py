@@ -7,8 +7,6 @@ Nothing here knows what is in them.
     source      plain values with their places: checked, and refused in words
     parts       what input files are made of: groups, numbers, names, alternatives
     tables      CSV files: from outside, and written by trainmj to the last digit
-    plain       values as JSON holds them
-    atomic      files that are replaced whole
-    folder      a folder that one process holds
+    written     files replaced whole, folders that one process holds, values as JSON holds them
     resources   what ships with trainmj
 """

@@ -12,7 +12,7 @@ import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.collision.identity import identity
-from trainmj.files.plain import finite
+from trainmj.files.written import finite
 from trainmj.files.yaml import as_yaml
 from trainmj.identification.file import Amount, absolute
 from trainmj.identification.plan import Identification, Sample, Target

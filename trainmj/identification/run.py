@@ -15,8 +15,7 @@ from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store, remove
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, close_match
-from trainmj.files.atomic import write_bytes
-from trainmj.files.folder import held
+from trainmj.files.written import held, write_bytes
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from trainmj.files.plain import finite
+from trainmj.files.written import finite
 from trainmj.output.plot import layout_of
 from trainmj.output.style import encode
 from trainmj.output.table import Table, Verdict

@@ -42,7 +42,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from trainmj.errors import EngineError
-from trainmj.files.atomic import replacing
+from trainmj.files.written import replacing
 from trainmj.output.blocks import Section
 from trainmj.output.table import Verdict
 

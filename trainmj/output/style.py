@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-from trainmj.files.atomic import write_bytes
+from trainmj.files.written import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,7 +11,7 @@ from typing import Any
 
 import pandas as pd
 
-from trainmj.files.atomic import write_bytes
+from trainmj.files.written import write_bytes
 from trainmj.output.style import Format, save
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of

@@ -8,10 +8,10 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.atomic import write_bytes
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source
 from trainmj.files.text import beside
+from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.curves import read_curves
 from trainmj.scenario.parts import Parts

@@ -20,8 +20,8 @@ from pydantic import TypeAdapter
 from trainmj.cases.store import key_of
 from trainmj.collision.identity import identity
 from trainmj.errors import InputError, OutputError
-from trainmj.files.atomic import write_bytes
 from trainmj.files.tables import read_back
+from trainmj.files.written import write_bytes
 from trainmj.output.style import Format, Width, encode, styled
 
 if TYPE_CHECKING:

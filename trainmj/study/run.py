@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from trainmj.cases.store import KEY, Store, remove
 from trainmj.collision.identity import identity
-from trainmj.files.folder import held
-from trainmj.files.plain import finite
+from trainmj.files.written import finite, held
 from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from trainmj.errors import InputError
-from trainmj.files.atomic import replacing
+from trainmj.files.written import replacing
 
 try:
     import pyarrow.csv

@@ -17,7 +17,7 @@ from trainmj.cases.store import FILE, Store, remove
 from trainmj.cases.table import chosen
 from trainmj.collision.simulation import run
 from trainmj.errors import InputError
-from trainmj.files.folder import held
+from trainmj.files.written import held
 from trainmj.sweep.plan import Sweep, load_sweep
 
 _LEFT = ("results.csv", "results.parquet", "report.html")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.files.plain import finite
+from trainmj.files.written import finite
 
 
 class Kind(StrEnum):

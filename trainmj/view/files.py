@@ -15,7 +15,7 @@ from typing import Any
 
 from PIL.Image import Image
 
-from trainmj.files.atomic import replacing
+from trainmj.files.written import replacing
 
 FILMS, STILLS = (".webp", ".mp4"), (".png",)
 """Endings of what can be written."""

@@ -1,0 +1,124 @@
+"""What is written: files replaced as a whole, folders that one process holds, and values as JSON holds them.
+
+Whatever stops the program, the old file or the new one is there, complete.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from trainmj.errors import OutputError
+
+try:
+    import fcntl
+except ImportError:  # pragma: no cover - not on Windows
+    fcntl = None  # type: ignore[assignment]
+
+
+@contextmanager
+def replacing(file: str | Path) -> Iterator[Path]:
+    """A path to write to, which replaces the file when the block ends without an error, and is removed otherwise.
+
+    Args:
+        file: what is made or replaced; the target, if it is a link. Devices and pipes are written to directly.
+
+    Raises:
+        OutputError: if it cannot be written, for example because the disk is full.
+    """
+    direct = Path(file).is_absolute() and Path(file).parts[1:2] in (("dev",), ("proc",))
+    file = Path(file) if direct else Path(os.path.realpath(file))
+    direct |= file.exists() and not file.is_file() and not file.is_dir()  # a pipe somewhere else
+    part = file if direct else file.with_name(f".{file.name[:200]}.{os.getpid()}.part")
+    try:
+        yield part
+        if direct:
+            return
+        with part.open("rb+") as written:
+            os.fsync(written.fileno())
+        os.replace(part, file)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
+    finally:
+        if not direct:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+
+
+def write_bytes(file: str | Path, content: bytes) -> None:
+    """Make or replace a file with this content.
+
+    Raises:
+        OutputError: if it cannot be written.
+    """
+    with replacing(file) as part:
+        part.write_bytes(content)
+
+
+@contextmanager
+def held(folder: str | Path) -> Iterator[Path]:
+    """Make a folder, if it is not there, and hold it, so that nothing else writes results there meanwhile.
+
+    The lock is on the folder itself: it leaves no file, and the system lifts it however the process ends. Where a file
+    system has no locks nobody is refused.
+
+    Raises:
+        OutputError: if it cannot be made, or something else holds it.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    handle = _locked(folder)
+    try:
+        yield folder
+    finally:
+        if handle is not None:
+            fcntl.flock(handle, fcntl.LOCK_UN)  # a forked process may still have the handle
+            os.close(handle)
+
+
+def is_held(folder: Path) -> bool:
+    """Whether something is writing results to a folder."""
+    try:
+        with held(folder):
+            return False
+    except OutputError:
+        return True
+
+
+def _locked(folder: Path) -> int | None:
+    """A handle that holds the folder; None where there are no locks."""
+    if fcntl is None:  # pragma: no cover
+        return None
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        raise OutputError(
+            f"{folder}: another trainmj is writing to this folder: wait for it, or take another folder"
+        ) from None
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
+
+
+def finite(value: Any) -> Any:
+    """The same value with None for infinities and NaN, which JSON does not have, in groups and lists too."""
+    if isinstance(value, Mapping):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
