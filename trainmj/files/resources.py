@@ -22,23 +22,14 @@ def shipped_folder(name: str) -> Path:
 
 
 def shipped_files(ending: str) -> dict[str, Path]:
-    """Names and paths of the files with an ending in scenarios/ and its folders.
-
-    Args:
-        ending: ``.yaml``, ``.study.yaml`` or ``.targets.yaml``; the rest of a file's name is its own and has no dot.
-    """
+    """Names and paths of the files in scenarios/ and below with an ending, such as ``.yaml`` or ``.study.yaml``."""
     files = sorted(shipped_folder("scenarios").rglob(f"*{ending}"))
     names = {path.name.removesuffix(ending): path for path in files}
-    return {name: path for name, path in names.items() if "." not in name}
+    return {name: path for name, path in names.items() if "." not in name}  # another ending begins with one
 
 
 def find_file(file: str | Path, ending: str, what: str) -> Path:
-    """The file of a path, or the shipped one of a name.
-
-    Args:
-        file: what the user wrote.
-        ending: of the shipped ones, as in :func:`shipped_files`.
-        what: it is, for messages: scenario, study.
+    """The file of a path, or the shipped one of a name; what it is, such as a scenario, is for messages.
 
     Raises:
         InputError: if there is neither.

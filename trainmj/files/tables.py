@@ -24,15 +24,10 @@ def read_back(file: Path) -> pd.DataFrame:
 
 
 def find_table(folder: Path, name: str, said: str) -> Path:
-    """The CSV file that an input file names; it must be beside that file, or below.
-
-    Args:
-        folder: of the file that names it.
-        name: as it stands there.
-        said: where it stands, to begin a message with.
+    """The CSV file that an input file names; it must be beside that file, in folder, or below.
 
     Raises:
-        InputError: if there is no such file, or the name leads out of the folder.
+        InputError: if there is no such file, or the name leads out of the folder; said begins the message.
     """
     path = beside(folder, name, said)
     if path is None:

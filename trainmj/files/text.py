@@ -20,11 +20,7 @@ def printable(text: str) -> str:
 
 
 def read_text(path: Path, most_bytes: int) -> str:
-    """Read the text of a file from outside.
-
-    Args:
-        path: a regular file; devices, pipes and folders are refused.
-        most_bytes: larger files are refused.
+    """Read the text of a regular file from outside; devices, pipes, folders and larger files are refused.
 
     Raises:
         InputError: saying what is wrong, without the name of the file.
@@ -34,11 +30,12 @@ def read_text(path: Path, most_bytes: int) -> str:
             raise InputError("is a folder, not a file" if path.is_dir() else "cannot be read (No such file)")
         with path.open("rb") as file:
             content = file.read(most_bytes + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "not a usable file name"
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"cannot be read ({reason})") from None
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise InputError("cannot be read (not a usable file name)") from None
     if len(content) > most_bytes:
         raise InputError(f"is larger than {most_bytes / 1e6:g} MB")
     try:
@@ -53,13 +50,8 @@ def beside(folder: Path, name: str, said: str) -> Path | None:
     A file may name only files in its own folder or below, after following all links: a file from outside cannot read
     anything on this machine that did not come with it.
 
-    Args:
-        folder: of the file that names it.
-        name: as it stands there.
-        said: where it stands, to begin a message with.
-
     Raises:
-        InputError: if it is not a file name, or leads out of the folder.
+        InputError: if it is not a file name, or leads out of the folder; said begins the message.
     """
     path = folder / name
     try:

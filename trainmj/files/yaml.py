@@ -11,6 +11,7 @@ import re
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import accumulate
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ MOST_BYTES = 5_000_000
 _MOST_MARKS = 100_000  # characters that can separate values: each costs the YAML package about 0.1 ms
 _MOST_VALUES = 100_000
 _DEEPEST = 30
+_DEEPER = {"[": 1, "{": 1, "]": -1, "}": -1}
 _TAG = "tag:yaml.org,2002:"
 
 
@@ -69,11 +71,7 @@ def as_yaml(values: Mapping[str, Any]) -> str:
 
 
 def parse(text: str, name: str) -> Source:
-    """Plain values of a YAML text, and the line and column of each.
-
-    Args:
-        text: of one YAML document, a group of keys and values.
-        name: of the file, for messages and places.
+    """Plain values of one YAML document, a group of keys and values, and the place of each in the file of a name.
 
     Raises:
         InputError: with file, line and column.
@@ -102,29 +100,19 @@ def parse(text: str, name: str) -> Source:
 
 def _measure(text: str, name: str) -> None:
     """Refuse text that the YAML package would take long to read, or to refuse."""
-    depth = most = marks = 0
-    for mark in re.findall(r"[\[\]{},:?\n]", text):
-        marks += 1
-        if mark in "[{":
-            depth += 1
-            most = max(most, depth)
-        elif mark in "]}":
-            depth -= 1
+    marks = re.findall(r"[\[\]{},:?\n]", text)
+    most = max(accumulate((_DEEPER.get(mark, 0) for mark in marks), initial=0))
     if most > _DEEPEST:
         raise InputError(f"{name}: is nested too deeply")
-    if marks > _MOST_MARKS:
+    if len(marks) > _MOST_MARKS:
         raise InputError(f"{name}: has too many values: put long curves into CSV files")
 
 
 class _Reader:
-    """Reads the nodes of a file.
-
-    Attributes:
-        origins: file, line and column of each value by path.
-    """
+    """Reads the nodes of a file."""
 
     def __init__(self, name: str, constructor: Any) -> None:
-        self.origins: dict[Path, str] = {(): name}
+        self.origins: dict[Path, str] = {(): name}  # file, line and column of each value
         self._name = name
         self._scalars = {
             f"{_TAG}null": lambda node: None,

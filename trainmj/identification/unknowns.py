@@ -21,7 +21,7 @@ from trainmj.files.source import Source
 from trainmj.identification.file import CurvePart, TargetsFile, absolute
 from trainmj.identification.sought import Area, Rise, Unknown, curve_points, inner_forces, single
 from trainmj.scenario import Scenario
-from trainmj.scenario.paths import changed
+from trainmj.scenario.scenario import changed
 
 _BENT = 3.0  # largest logarithm of the power that bends a curve: it gives nearly no area, or nearly all
 

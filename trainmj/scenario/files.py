@@ -1,7 +1,8 @@
-"""Scenario files: read, checked and written, and their schema; and the scenario that another file names."""
+"""Scenario files: read with the files that they name, checked and written; their schema; scenarios of other files."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
@@ -10,11 +11,11 @@ from typing import Any
 from trainmj.errors import InputError, close_match
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source
-from trainmj.files.text import beside
+from trainmj.files.tables import find_table, rows_given
+from trainmj.files.text import beside, read_text
 from trainmj.files.written import write_bytes
-from trainmj.files.yaml import as_yaml, parse, read_yaml
-from trainmj.scenario.curves import read_curves
-from trainmj.scenario.parts import Parts
+from trainmj.files.yaml import MOST_BYTES, as_yaml, parse, read_yaml
+from trainmj.scenario.parts import MAX_POINTS, Parts
 from trainmj.scenario.scenario import Scenario
 
 BUILDS_ON = "builds_on"
@@ -22,6 +23,8 @@ JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
 """The dialect of the schemas for editors."""
 
 _LONGEST_CHAIN = 10
+_COLUMNS = ("stroke_mm", "force_kN")  # of a curve in a CSV file
+_SHOWN = 120  # characters of heads in a message
 
 
 def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scenario:
@@ -92,31 +95,20 @@ def _optional(part: Any) -> Any:
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
-    """The scenario that another file names: beside that file, or a shipped one.
-
-    Args:
-        folder: of the file that names it.
-        name: as it stands there.
-        said: where it stands, for messages.
+    """The scenario that another file names: beside that file, in folder, or a shipped one.
 
     Raises:
-        InputError: if there is neither, or the name leads out of the folder.
+        InputError: if there is neither, or the name leads out of the folder; said tells where it stands.
     """
     known = shipped()
-    ships = known.get(name.removesuffix(".yaml"))
-    found = beside(folder, name, said) or ships
+    found = beside(folder, name, said) or known.get(name.removesuffix(".yaml"))
     if found is None:
         raise InputError(f"{said}: there is no such file beside it or shipped scenario{close_match(name, known)}")
     return found
 
 
 def scenario_of(source: Source, name: str, changes: Mapping[str, Any]) -> Scenario:
-    """The scenario that a file names under ``scenario``, with the values that it changes under ``set``.
-
-    Args:
-        source: the file.
-        name: what it states under ``scenario``.
-        changes: what it states under ``set``.
+    """The scenario that a file names under ``scenario``, with the changes that it states under ``set``.
 
     Raises:
         InputError: if there is no such scenario, or a change breaks a rule.
@@ -168,7 +160,7 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
     source = read_yaml(path)
-    values = read_curves(source)
+    values = {key: _with_points(value, (key,), source) for key, value in source.values.items()}
     base = values.pop(BUILDS_ON, None)
     if base is None:
         return replace(source, values=values)
@@ -176,6 +168,53 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
         raise source.error("must be the name of a scenario file", BUILDS_ON)
     below = _read_built(find_beside(source.folder, base, source.said(BUILDS_ON)), (*before, path.resolve()))
     return replace(source, values=_merged(below.values, values), origins={**below.origins, **source.origins})
+
+
+def _with_points(value: Any, path: Path, source: Source) -> Any:
+    """A value of a file, each curve in it that names a CSV file replaced by the points there."""
+    if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
+        return _read_curve(value["file"], source.folder, source.said(*path, "file"))
+    if isinstance(value, dict):
+        return {key: _with_points(inner, (*path, key), source) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_with_points(inner, (*path, n), source) for n, inner in enumerate(value)]
+    return value
+
+
+def _read_curve(name: str, folder: FilePath, said: str) -> dict[str, list[float]]:
+    """Points of a CSV file with columns stroke_mm and force_kN; others are ignored."""
+    path = find_table(folder, name, said)
+    try:
+        heads, *rows = rows_given(read_text(path, MOST_BYTES)) or [[]]
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not heads:
+        raise InputError(f"{path}: is empty; the first line must be {','.join(_COLUMNS)}")
+    missing = [column for column in _COLUMNS if column not in heads]
+    if missing:
+        there = ascii(", ".join(heads))[:_SHOWN]
+        raise InputError(
+            f"{path}: has no column {missing[0]!r}; the first line must name {' and '.join(_COLUMNS)}, and is {there}"
+        )
+    if len(rows) > MAX_POINTS:
+        raise InputError(f"{path}: has more than {MAX_POINTS} points")
+    places = {column: heads.index(column) for column in _COLUMNS}
+    return {
+        column: [
+            _number(row[k] if k < len(row) else "", f"{path}: point {n}: {column}") for n, row in enumerate(rows, 1)
+        ]
+        for column, k in places.items()
+    }
+
+
+def _number(cell: str, said: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number") from None
+    if not math.isfinite(value):
+        raise InputError(f"{said} = {cell}: must be a finite number")
+    return value
 
 
 def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

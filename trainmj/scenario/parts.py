@@ -74,9 +74,6 @@ def listed(ref: CurveRef) -> list[tuple[tuple[int, ...], str | Curve | CurveFile
     return [((n,), part) for n, part in enumerate(ref)] if isinstance(ref, list) else [((), ref)]
 
 
-_CURVE_DOC = "the name of a curve, points or a CSV file, or a list of these that is read as one curve"
-
-
 class ShearOff(Part):
     """Bolts that fail at the end of a curve: the force rises to force_kN, then drops to zero."""
 
@@ -89,7 +86,9 @@ class ShearOff(Part):
 class StageSpec(Part):
     """One part of a device, from the stroke at which it engages."""
 
-    curve: CurveRef = Field(description=_CURVE_DOC)
+    curve: CurveRef = Field(
+        description="the name of a curve, points or a CSV file, or a list of these that is read as one curve"
+    )
     empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before it engages [mm]")
     shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
     stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
