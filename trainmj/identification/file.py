@@ -12,13 +12,18 @@ from pydantic import Field
 
 from trainmj.files.parts import Bounds, Either, Name, Notes, NotNegative, Number, Part, Positive, Seed, Spelt, Title
 from trainmj.files.source import Path
+from trainmj.scenario.parts import Step
 
 MAX_PARAMETERS = 200
 MAX_VALUES = 10_000
 
 _AMOUNT = "a number above 0, in the unit of the response, or a percentage such as 1 %"
 
-Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
+Unit = Annotated[
+    str,
+    Field(pattern=r"^([A-Za-z][A-Za-z0-9 /^.]*)?$", max_length=20),
+    Spelt("must be a letter, then letters, digits, spaces and / ^ ."),
+]
 Amount = Annotated[
     Positive | Annotated[str, Field(pattern=r"^\s*[0-9]{1,9}(\.[0-9]{1,9})?\s*%\s*$"), Spelt(f"must be {_AMOUNT}")],
     Either(said=_AMOUNT),
@@ -64,14 +69,7 @@ class ParameterPart(Part):
     scale: Literal["linear", "log"] = Field(default="linear", description="log for a value that may span decades")
     above: str | None = Field(default=None, description="another parameter that this one never falls below")
     gap: NotNegative = Field(default=0.0, description="by how much it stays above")
-    unit: (
-        Annotated[
-            str,
-            Field(pattern=r"^([A-Za-z][A-Za-z0-9 /^.]*)?$", max_length=20),
-            Spelt("must be a letter, then letters, digits, spaces and / ^ ."),
-        ]
-        | None
-    ) = Field(default=None, description="by default from the end of the path's name")
+    unit: Unit | None = Field(default=None, description="by default from the end of the path's name")
 
     def listed(self) -> list[tuple[Path, SetPart]]:
         """Everything that it sets, each with its place below the parameter."""

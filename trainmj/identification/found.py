@@ -147,6 +147,13 @@ class Found:
         rows = [(100 * d.deviation, d.determined, d.in_words(names), *d.parts.tolist()) for d in self.known.directions]
         return pd.DataFrame(rows, columns=["deviation_percent", "determined", "in_words", *names])
 
+    @property
+    def search(self) -> pd.DataFrame:
+        """A row for each step of the search."""
+        import pandas as pd
+
+        return pd.DataFrame(self.way, columns=Progress._fields)
+
     def phases(self) -> dict[str, tuple[list[int], list[float]]]:
         """Numbers of the steps of the search and the smallest misfit so far, by phase: misfits cannot be compared."""
         some, all_of = self.plan.spec.method.explore.cases, len(self.plan.fitted.cases)

@@ -6,7 +6,6 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,15 +19,12 @@ from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit
 from trainmj.identification.plan import Identification
-from trainmj.identification.search import Place, Progress, Watch, search
+from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.trials import Trials
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
 from trainmj.output.style import FORMATS, Format, Width, save, styled
 from trainmj.scenario import to_yaml
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FILE = "trials.sqlite"
 SUMMARY = "summary.json"
@@ -100,12 +96,8 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     Raises:
         OutputError: if a file cannot be written.
     """
-    import pandas as pd
-
     texts = {BASE: to_yaml(found.plan.scenario), FOUND: found.as_yaml()}
-    for name in _TABLES[:-1]:
-        texts[f"{name}.csv"] = _csv(getattr(found, name))
-    texts["search.csv"] = _csv(pd.DataFrame(found.way, columns=Progress._fields))
+    texts |= {f"{name}.csv": getattr(found, name).to_csv(index=False, float_format="%.9g") for name in _TABLES}
     texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
     for file, text in texts.items():
         write_bytes(found.folder / file, text.encode())
@@ -113,10 +105,6 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
         for name, draw in (FIGURES if formats else {}).items():
             if found.way or name != "search":
                 save(draw(found), found.folder / name, formats)
-
-
-def _csv(table: pd.DataFrame) -> str:
-    return table.to_csv(index=False, float_format="%.9g")
 
 
 def _check_start(plan: Identification, threads: int) -> None:

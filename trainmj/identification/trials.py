@@ -30,9 +30,7 @@ class Trials:
     columns: Sequence[str]  # of the results that are kept
     store: Store  # keeps every case of every trial
     threads: int = 0  # native threads; 0 for all cores
-    progress: Callable[[int], None] = lambda finished: (
-        None
-    )  # told how many trials just finished, those from the store too
+    progress: Callable[[int], None] = lambda finished: None  # told of trials that just finished, those in the store too
     simulated: int = field(default=0, init=False)  # trials that were not in the store
 
     def __post_init__(self) -> None:
@@ -43,7 +41,7 @@ class Trials:
         """Simulate trials, each given by what it sets in the scenario.
 
         Args:
-            trials: what each of them sets.
+            trials: n of them.
             step: integration step [ms]; that of the scenario if None.
             places: of the cases that are simulated, m of them; all if None.
 

@@ -27,6 +27,7 @@ Stiffness = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
 Damping = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
 Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
+Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
 Key = Annotated[
     str,
@@ -190,9 +191,7 @@ class Collision(Part):
 class Simulation(Part):
     """How it is computed. The default step follows from a convergence study; see the documentation."""
 
-    step_ms: Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)] = Field(
-        default=0.1, description="time step [ms]; one that is too large for the devices is refused"
-    )
+    step_ms: Step = Field(default=0.1, description="time step [ms]; one that is too large for the devices is refused")
     record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = Field(
         default=1.0, description="time between samples of the histories [ms], a whole multiple of step_ms"
     )
