@@ -130,6 +130,7 @@ def test_save_writes_each_format_and_says_what_it_cannot(tmp_path):
         save(picture, tmp_path / "missing" / "crash", ["png"])
 
 
+@pytest.mark.thorough
 def test_formats_are_chosen_on_the_command_line(tmp_path, capsys):
     for formats, expected in (("svg,PDF", {"collision.svg", "collision.pdf"}), ("none", set())):
         out = tmp_path / formats

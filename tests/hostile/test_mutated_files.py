@@ -25,8 +25,8 @@ from mutations import Mutant, good, mutants
 from trainmj.errors import InputError
 from trainmj.files.text import HIDDEN
 
-SHARES = {"study": 18, "study of given points": 8, "study folder": 20, "sweep folder": 25, "result": 10}
-OTHERS = 45  # of each other kind: 216 in all
+SHARES = {"study": 12, "study of given points": 6, "study folder": 12, "sweep folder": 15, "result": 8}
+OTHERS = 30  # of each other kind; TRAINMJ_MUTATIONS=1000 makes as many of each
 LONGEST = 10.0  # of this process's own time [s]; the machine may be busy with others
 LONGEST_WAIT = 600.0  # of any time [s]: something waits for what never comes
 MEMORY = 1_500_000_000  # more than at the start [bytes]

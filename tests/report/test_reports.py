@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import sqlite3
@@ -29,7 +28,6 @@ from trainmj.single.page_histories import add_histories
 from trainmj.sweep.page_responses import chosen_responses, factors_of
 from trainmj.units import KJ, KN, MM
 
-BAR_S = 4.0
 BAR_MB = 7.0
 
 
@@ -149,18 +147,11 @@ class TestRun:
         assert write_report(tmp_path / "case_3.nc") == tmp_path / "case_3.html"
         assert (tmp_path / "case_3.html").stat().st_size < 1e6 * BAR_MB
 
-    def test_time_and_size(self, run_folder, tmp_path, python):
-        """Processor time of the whole process, the least of three: other work on the machine only adds to it."""
-        words = ("-m", "trainmj", "report", str(run_folder), "--out", str(tmp_path / "mine.html"))
-        took = []
-        while min(took, default=np.inf) > BAR_S and len(took) < 3:
-            before = os.times()
-            done = python(*words, COVERAGE_PROCESS_CONFIG="")  # counting lines takes longer than the work
-            after = os.times()
-            assert (done.returncode, done.stderr) == (0, "")
-            assert "mine.html" in done.stdout
-            took.append(after.children_user + after.children_system - before.children_user - before.children_system)
-        assert min(took) <= BAR_S
+    def test_size(self, run_folder, tmp_path, python):
+        """A page can be mailed; most of it is the script that draws plots."""
+        done = python("-m", "trainmj", "report", str(run_folder), "--out", str(tmp_path / "mine.html"))
+        assert (done.returncode, done.stderr) == (0, "")
+        assert "mine.html" in done.stdout
         assert (tmp_path / "mine.html").stat().st_size < 1e6 * BAR_MB
 
 
