@@ -18,7 +18,7 @@ from twins import KNOWN, scenario, values
 import trainmj
 from trainmj.cases.store import KEY, Store
 from trainmj.cli import main
-from trainmj.identification.trials import Trials
+from trainmj.identification.misfit import Trials
 from trainmj.scenario import save
 
 QUICK = {"method": {"seed": 3, "explore": {"trials": 24}, "refine": {"iterations": 2}, "finish": {"iterations": 1}}}

@@ -9,9 +9,8 @@ from twins import plan, rows, scenario, values
 
 from trainmj.errors import InputError
 from trainmj.identification import load_targets, targets_of
-from trainmj.identification.data import observations
+from trainmj.identification.data import observations, parse_sum
 from trainmj.identification.file import DataPart, TableData
-from trainmj.identification.sums import parse_sum
 from trainmj.scenario import save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}

@@ -21,12 +21,7 @@ _BAND = {"fillcolor": "#888888", "opacity": 0.15, "line": {"width": 0}, "layer":
 
 
 def page_of(found: Found, command: str = "") -> Page:
-    """The page of an identification.
-
-    Args:
-        found: what it found.
-        command: that makes it again.
-    """
+    """The page of an identification; the command makes it again."""
     plan = found.plan
     page = Page(plan.title, subtitle=tables.size(plan), command=command, versions=identity())
     _outcome(page.section("Outcome"), found)

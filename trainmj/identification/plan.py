@@ -17,10 +17,9 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.resources import find_file
 from trainmj.files.source import Problem, Source
 from trainmj.files.yaml import read_yaml
-from trainmj.identification.data import Observation, cases_of, observations
+from trainmj.identification.data import Observation, Sum, cases_of, observations, parse_sum
 from trainmj.identification.file import TargetPart, TargetsFile, absolute
 from trainmj.identification.rules import broken_rules
-from trainmj.identification.sums import Sum, parse_sum
 from trainmj.identification.unknowns import Unknowns
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of

@@ -10,10 +10,9 @@ import numpy as np
 from trainmj.collision.device import Array
 from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem, no_such
-from trainmj.identification.data import Observation
+from trainmj.identification.data import Observation, parse_sum
 from trainmj.identification.file import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, TargetsFile, absolute
 from trainmj.identification.sought import curve_points, members, settings_of, single, start_of
-from trainmj.identification.sums import parse_sum
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import nowhere, refused
 

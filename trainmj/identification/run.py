@@ -17,10 +17,9 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.written import held, write_bytes
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
-from trainmj.identification.misfit import Misfit
+from trainmj.identification.misfit import Misfit, Trials
 from trainmj.identification.plan import Identification
 from trainmj.identification.search import Place, Watch, search
-from trainmj.identification.trials import Trials
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
 from trainmj.output.style import FORMATS, Format, Width, save, styled

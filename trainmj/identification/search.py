@@ -16,9 +16,8 @@ import numpy as np
 
 from trainmj.collision.device import Array
 from trainmj.identification.file import ExplorePart
-from trainmj.identification.misfit import Misfit
+from trainmj.identification.misfit import Misfit, Trials
 from trainmj.identification.plan import Identification
-from trainmj.identification.trials import Trials
 
 _SMALL = 1e-7  # relative change of the sum of squares, or of the place, at which a refinement ends
 _TRIES = 20  # steps tried in an iteration, on average: each is shortened until it leads downhill
@@ -112,16 +111,7 @@ def _strategy(start: Array, spread: float, size: int, rng: np.random.Generator) 
 
 
 def refine(misfit: Misfit, unit: Array, iterations: int, difference: float, phase: str, watch: Watch) -> Place:
-    """Refine a place (n_axes,) by least squares.
-
-    Args:
-        misfit: what is made small.
-        unit: where to start.
-        iterations: most of them; 0 for none.
-        difference: for derivatives, as part of the range.
-        phase: for watch.
-        watch: told of each iteration.
-    """
+    """Refine a place (n_axes,) by least squares; the difference, for derivatives, is a part of the range."""
     from scipy.optimize import least_squares
 
     best = Place(float(misfit.cost([unit])[0]), unit)

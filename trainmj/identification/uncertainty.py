@@ -67,12 +67,9 @@ class Uncertainty:
 
 
 def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
-    """What the data determine at a trial.
+    """What the data determine at a trial, from a misfit of norm 2 at the step of the refinement.
 
-    Args:
-        misfit: at the step of the refinement, norm 2.
-        point: the trial.
-        difference: for derivatives, which are central here, as part of the range.
+    The difference is for derivatives, which are central here, as part of the range.
     """
     from scipy.stats import t
 
@@ -85,9 +82,7 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     freedom = n_value - len(moving)
     chi2 = float(np.sum(residuals**2) / freedom) if freedom > 0 else np.nan
     grown = float(np.sqrt(max(1.0, chi2))) if freedom > 0 else 1.0
-    _, singular, turned = (
-        np.linalg.svd(derivative, full_matrices=False) if moving else (None, np.empty(0), np.empty((0, 0)))
-    )
+    _, singular, turned = np.linalg.svd(derivative, full_matrices=False)
     floor = max(_TINY * float(singular.max(initial=0.0)), _NOTHING)
     deviations = grown / np.maximum(singular, floor)
     directions = []

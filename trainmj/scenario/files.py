@@ -121,10 +121,7 @@ def scenario_of(source: Source, name: str, changes: Mapping[str, Any]) -> Scenar
 def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenario) -> Iterator[Problem]:
     """What is wrong with changes that are made together: each that is wrong by itself, or else all of them.
 
-    Args:
-        at: the path that states them.
-        changes: by key below that path.
-        scenario: that they change.
+    They are given by key below the path, at, that states them.
     """
     together = _refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
     if together:

@@ -89,12 +89,9 @@ class Scenario(Parts):
 
 
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
-    """The values of a scenario with some of them replaced; what is not on the way to one is shared, not copied.
+    """The values of a scenario with changes by path, or by a short name from its parameters.
 
-    Args:
-        source: the values.
-        parameters: short names, and the path or paths they stand for.
-        changes: new values by path or short name.
+    What is not on the way to a changed value is shared, not copied.
 
     Raises:
         InputError: if a path leads nowhere.
