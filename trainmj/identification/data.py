@@ -165,7 +165,7 @@ def _number(cell: Any, said: str) -> float:
 def parse_sum(text: str, known: Iterable[str] | None = None) -> Sum:
     """The factors of a sum by name; text that is itself a known name, whatever its letters, stands for that.
 
-    Any names may be used if none are known.
+    Without known names any will do.
 
     Raises:
         InputError: if it is not a sum, or a name is unknown.
