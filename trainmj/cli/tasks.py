@@ -197,7 +197,7 @@ def identify(
             watch=line.watch,
             progress=line.trials,
             figures=figures,
-            width=figure_width,
+            figure_width=figure_width,
         )
     if with_report:
         page.page_of(found, page.command_of(targets, found)).write(out / page.PAGE)

@@ -18,7 +18,7 @@ from trainmj.files.written import held, write_bytes
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit, Trials
-from trainmj.identification.plan import Identification
+from trainmj.identification.plan import Identification, load_targets
 from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
@@ -33,7 +33,7 @@ _DIGITS = 6  # of the values found
 
 
 def identify(
-    plan: Identification,
+    targets: Identification | str | Path,
     folder: str | Path,
     *,
     threads: int = 0,
@@ -41,7 +41,7 @@ def identify(
     watch: Watch = lambda progress: None,
     progress: Callable[[int], None] = lambda trials: None,
     figures: Sequence[Format] = ("png",),
-    width: Width = "page",
+    figure_width: Width = "page",
 ) -> Found:
     """Find the values of an identification and write what there is to know of them into a folder.
 
@@ -49,21 +49,22 @@ def identify(
     values. The result depends on the targets file alone, not on threads or interruptions.
 
     Args:
-        plan: what is sought.
+        targets: an identification, a targets file, or the name of a shipped one.
         folder: made if it is not there.
         threads: native threads; 0 for all cores.
         fresh: start over: remove what an identification left in the folder, but the scenario that it began with.
         watch: told of each generation and iteration.
         progress: told how many trials were just finished.
         figures: formats in which figures are drawn; none for no figures.
-        width: of figures.
+        figure_width: of the figures, that of a column or of the page of a journal.
 
     Raises:
-        InputError: if a response does not exist, or the start values cannot be simulated; if the folder has trials
+        InputError: if the file breaks a rule, a response does not exist, or the start values cannot be simulated; if the folder has trials
             of another scenario, or of other versions; the message says what differs.
         OutputError: if the folder or a file cannot be written, or another process writes there.
     """
     began = time.monotonic()
+    plan = targets if isinstance(targets, Identification) else load_targets(targets)
     with held(folder) as folder:
         _check_start(plan, threads)
         if fresh:
@@ -85,7 +86,7 @@ def identify(
             simulated = trials.simulated
         seconds = time.monotonic() - began
         result = Found(plan, point, known, samples, tuple(way), folder, simulated, there, seconds)
-        _write(result, figures, width)
+        _write(result, figures, figure_width)
         return result
 
 
