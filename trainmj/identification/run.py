@@ -59,8 +59,8 @@ def identify(
         figure_width: of the figures, that of a column or of the page of a journal.
 
     Raises:
-        InputError: if the file breaks a rule, a response does not exist, or the start values cannot be simulated; if the folder has trials
-            of another scenario, or of other versions; the message says what differs.
+        InputError: if the file breaks a rule, a response does not exist, or the start values cannot be simulated; if
+            the folder has trials of another scenario, or of other versions; the message says what differs.
         OutputError: if the folder or a file cannot be written, or another process writes there.
     """
     began = time.monotonic()
