@@ -1,6 +1,7 @@
-"""Units at the edges: SI inside, multiply on the way in, divide on the way out; and units read from names.
+"""Units at the edges: SI inside, multiply on the way in, divide on the way out; and the units of input keys.
 
-A name ends in its unit: ``stroke_M1_M2_mm``, ``devices.front.stiffness_kN_per_mm``.
+A key of an input file ends in its unit: ``empty_stroke_mm``, ``devices.front.stiffness_kN_per_mm``. The units of
+responses are in their table, :mod:`trainmj.collision.quantities`, and are never read from names.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ KN_PER_MM = 1e6
 KN_S_PER_M = 1e3
 
 _UNITS = {
+    "m_per_s2": "m/s2",
+    "m_per_s": "m/s",
     "kN_per_mm": "kN/mm",
     "kN_s_per_m": "kN s/m",
     "km_h": "km/h",
@@ -33,9 +36,10 @@ _UNITS = {
 
 
 def unit_of(name: str) -> str:
-    """The unit at the end of a name; empty if there is none."""
+    """The unit at the end of an input key or path; empty if there is none, or one that is not known."""
     last = name.rpartition(".")[2]
-    return next((unit for end, unit in _UNITS.items() if last.endswith(f"_{end}")), "")
+    end = next((end for end in _UNITS if last.endswith(f"_{end}")), "")
+    return "" if not end or last.endswith(f"_per_{end}") else _UNITS[end]
 
 
 def head(name: str, unit: str) -> str:
