@@ -46,6 +46,16 @@ def test_the_partner_is_not_judged():
     assert found_with({"final_speed_km_h": limit}).limits[0].kept
 
 
+def test_a_limit_is_one_of_the_magnitude():
+    """Breaks if a value below zero keeps every limit, as the error of a balance often is."""
+    summary = found_with({"energy_error": 1e-15, "momentum_error": 1.0})
+    error, momentum = summary.limits
+    assert abs(error.found) > 1e-15
+    assert not replace(error, found=-abs(error.found)).kept
+    assert replace(momentum, found=-0.5).kept
+    assert replace(momentum, found=-0.5).used == 50.0
+
+
 def test_a_quantity_of_interfaces_and_a_single_response():
     summary = found_with({"stroke_mm": 1.0, "stroke_M1_M2_mm": 1e4, "TS_mm": 10.0})
     by_name = {c.name: c for c in summary.limits}

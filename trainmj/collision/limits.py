@@ -28,7 +28,7 @@ class Criterion:
         where: vehicle, interface or stage that comes nearest to the limit or passes it by most; empty for a response
             of the whole collision.
         found: its value.
-        limit: the largest value that is allowed.
+        limit: the largest magnitude that is allowed.
         unit: of both.
         digits: decimals worth reading; negative for significant digits.
     """
@@ -43,8 +43,13 @@ class Criterion:
 
     @property
     def kept(self) -> bool:
-        """Whether the limit is kept; never by a value that is not finite."""
-        return self.found <= self.limit
+        """Whether the limit is kept, whatever the sign of the value; never by one that is not finite."""
+        return abs(self.found) <= self.limit
+
+    @property
+    def used(self) -> float:
+        """How much of the limit is used [%]."""
+        return 100 * abs(self.found) / self.limit
 
     @property
     def text(self) -> str:
@@ -95,4 +100,4 @@ def of_stages(interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
 
 
 def _badness(value: float) -> float:
-    return math.inf if math.isnan(value) else value
+    return math.inf if math.isnan(value) else abs(value)

@@ -38,7 +38,7 @@ def limits(criteria: Sequence[Criterion]) -> Table:
     return Table(
         heads,
         [
-            (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", 100 * c.found / c.limit, judged(c.kept))
+            (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", c.used, judged(c.kept))
             for c in criteria
         ],
     )
