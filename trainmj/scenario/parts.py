@@ -228,8 +228,8 @@ class Parts(Part, title="scenario file"):
     limits: dict[Response, Positive] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
-        description="largest magnitudes allowed for the train under test, the moving one: of a quantity of its vehicles or "
-        "interfaces, or of one response by the name of its column",
+        description="largest magnitudes allowed for the train under test, the moving one: of a quantity of its "
+        "vehicles or interfaces, or of one response by the name of its column",
     )
 
     def curve_points(self, ref: CurveRef) -> tuple[list[float], list[float]]:
