@@ -37,10 +37,7 @@ def limits(criteria: Sequence[Criterion]) -> Table:
     heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%", 0), *worded("verdict")]
     return Table(
         heads,
-        [
-            (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", c.used, judged(c.kept))
-            for c in criteria
-        ],
+        [(c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", c.used, judged(c.kept)) for c in criteria],
     )
 
 
