@@ -24,17 +24,11 @@ MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 
 
 class _Field(IntEnum):
-    """A field: its place among those of its kind, with unit and meaning.
+    """A field: its place among those of its kind, with unit and meaning."""
 
-    Attributes:
-        unit: of its value.
-        meaning: in words.
-        tallied: whether it is part of what a collision leaves behind.
-    """
-
-    unit: str
-    meaning: str
-    tallied: bool
+    unit: str  # of its value
+    meaning: str  # in words
+    tallied: bool  # whether it is part of what a collision leaves behind
 
     def __new__(cls, unit: str, meaning: str, tallied: bool = False) -> Self:
         """Count the fields in the order in which they are written."""
@@ -100,19 +94,12 @@ def places(fields: type[IntEnum]) -> Any:
 
 @dataclass(frozen=True)
 class Layout:
-    """Sizes and places of a block for chains of one size.
+    """Sizes and places of a block for chains of one size."""
 
-    Attributes:
-        n_vehicle: vehicles.
-        n_interface: interfaces; as many as vehicles if there is a wall, else one less.
-        n_point: room for the points of each envelope.
-        n_ring: latest records of the speeds that the law keeps; with 0 it takes none and never rests.
-    """
-
-    n_vehicle: int
-    n_interface: int
-    n_point: int
-    n_ring: int = 0
+    n_vehicle: int  # vehicles
+    n_interface: int  # interfaces; as many as vehicles if there is a wall, else one less
+    n_point: int  # room for the points of each envelope
+    n_ring: int = 0  # latest records of the speeds that the law keeps; with 0 it takes none and never rests
 
     @classmethod
     def of(cls, chain: Chain, n_point: int = 0, n_ring: int = 0) -> Layout:
@@ -180,19 +167,12 @@ class Layout:
 
 @dataclass(frozen=True)
 class Tallied:
-    """A field that a collision leaves behind.
+    """A field that a collision leaves behind."""
 
-    Attributes:
-        name: of the attribute of a :class:`Tally`.
-        over: what it has a value for: "vehicle", "interface", or nothing for the whole collision.
-        unit: of its values.
-        meaning: in words.
-    """
-
-    name: str
-    over: tuple[str, ...]
-    unit: str
-    meaning: str
+    name: str  # of the attribute of a :class:`Tally`
+    over: tuple[str, ...]  # what it has a value for: "vehicle", "interface", or nothing for the whole collision
+    unit: str  # of its values
+    meaning: str  # in words
 
 
 TALLY = tuple(

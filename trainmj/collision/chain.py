@@ -25,21 +25,13 @@ _TOUCH = 1e-9  # round-off of strokes [m]
 
 @dataclass(frozen=True)
 class Vehicle:
-    """One vehicle: a body on a slide joint.
+    """One vehicle: a body on a slide joint."""
 
-    Attributes:
-        name: its place: M1 leads the moving train, S1 is struck first.
-        kind: what its train calls it.
-        mass: [kg].
-        length: [m].
-        speed: initial speed along +x [m/s].
-    """
-
-    name: str
-    kind: str
-    mass: float
-    length: float
-    speed: float
+    name: str  # its place: M1 leads the moving train, S1 is struck first
+    kind: str  # what its train calls it
+    mass: float  # [kg]
+    length: float  # [m]
+    speed: float  # initial speed along +x [m/s]
 
 
 @dataclass(frozen=True, eq=False)

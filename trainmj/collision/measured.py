@@ -16,19 +16,12 @@ from trainmj.units import MM
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a collision left behind, as its quantities need it.
+    """What a collision left behind, as its quantities need it."""
 
-    Attributes:
-        chain: what was collided.
-        tally: from every step.
-        time: (n_sample,) [s], evenly spaced.
-        velocity: (n_sample, n_vehicle) [m/s].
-    """
-
-    chain: Chain
-    tally: Tally
-    time: Array
-    velocity: Array
+    chain: Chain  # what was collided
+    tally: Tally  # from every step
+    time: Array  # (n_sample,) [s], evenly spaced
+    velocity: Array  # (n_sample, n_vehicle) [m/s]
 
     @cached_property
     def sides(self) -> tuple[Side, ...]:

@@ -26,21 +26,13 @@ FILE = "result.nc"
 
 
 class History(NamedTuple):
-    """A quantity that is recorded over time.
+    """A quantity that is recorded over time."""
 
-    Attributes:
-        over: what it has a value for at each time: vehicle or interface.
-        unit: of the recorded values.
-        meaning: in words.
-        shown: unit in a spreadsheet; empty for a quantity that has no column there.
-        factor: by which values are divided to be in that unit.
-    """
-
-    over: str
-    unit: str
-    meaning: str
-    shown: str = ""
-    factor: float = 1.0
+    over: str  # what it has a value for at each time: vehicle or interface
+    unit: str  # of the recorded values
+    meaning: str  # in words
+    shown: str = ""  # unit in a spreadsheet; empty for a quantity that has no column there
+    factor: float = 1.0  # by which values are divided to be in that unit
 
 
 HISTORIES = {
