@@ -54,7 +54,7 @@ class Interface:
     left_stroke: Array
     devices: tuple[Device, ...]
 
-    @property
+    @cached_property
     def equal_sides(self) -> bool:
         """Whether both sides bring equal devices, so that one stands for both."""
         if len(self.devices) == 1:

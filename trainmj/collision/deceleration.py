@@ -57,14 +57,14 @@ def window_peak(window: float, time: Array, velocity: Array) -> Array:
         return np.zeros(velocity.shape[1])
     shift = window / (time[1] - time[0])
     whole = round(shift)
+    rows = velocity.T  # one vehicle each
     if abs(shift - whole) < 1e-6:
         inside = max(0, len(time) - whole)  # windows that end at a record; the others end at the last speed
-        change = np.abs(velocity[-1] - velocity[inside:]).max(axis=0)
+        change = np.abs(rows[:, -1:] - rows[:, inside:]).max(axis=1)
         if inside:
-            change = np.maximum(change, np.abs(velocity[whole:] - velocity[:inside]).max(axis=0))
+            change = np.maximum(change, np.abs(rows[:, whole:] - rows[:, :inside]).max(axis=1))
     else:
-        later = np.column_stack([np.interp(time + window, time, v) for v in velocity.T])
-        change = np.abs(later - velocity).max(axis=0)
+        change = np.array([np.abs(np.interp(time + window, time, v) - v).max() for v in rows])
     return np.asarray(change / window)
 
 

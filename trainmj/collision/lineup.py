@@ -7,8 +7,7 @@ import numpy as np
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, check_step
 from trainmj.collision.device import Device, Envelope, Stage, in_series
 from trainmj.collision.quantities import columns_of, of_each
-from trainmj.errors import close_match
-from trainmj.files.source import Problem
+from trainmj.files.source import no_such
 from trainmj.scenario import Scenario
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
@@ -62,14 +61,13 @@ def line_up(scenario: Scenario) -> Chain:
         scenario.limits,
     )
     check_step(chain)
-    known = {*of_each(), *columns_of(chain)} if chain.limits else set()
-    problems = [
-        Problem(("limits", name), f"there is no quantity or response of this name{close_match(name, known)}")
-        for name in chain.limits
-        if name not in known
-    ]
-    if problems:
-        raise scenario.refusal(problems)
+    others = [name for name in chain.limits if name not in of_each()]
+    if others:  # of single responses
+        columns = columns_of(chain)
+        known = [*of_each(), *columns]
+        scenario.refuse(
+            no_such("quantity or response", ("limits", name), name, known) for name in others if name not in columns
+        )
     return chain
 
 

@@ -200,6 +200,7 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
     }
 
 
+@cache
 def of_each() -> dict[str, Quantity[Any]]:
     """The quantities of every vehicle and interface by name."""
     return {q.name: q for q in (*cast(tuple[Quantity[Any], ...], VEHICLE), *INTERFACE)}

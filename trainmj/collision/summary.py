@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -101,7 +102,13 @@ class Summary(Numbers):
 def _shown(numbers: Numbers, quantities: tuple[Quantity[Any], ...]) -> list[float]:
     """The numbers that have a column."""
     values = numbers.values
-    return [values[quantity.name] for quantity in with_column(quantities)]
+    return [values[name] for name in _names(quantities)]
+
+
+@cache
+def _names(quantities: tuple[Quantity[Any], ...]) -> tuple[str, ...]:
+    """Names of the quantities that have a column."""
+    return tuple(quantity.name for quantity in with_column(quantities))
 
 
 def _of(values: Mapping[str, float], quantities: Iterable[Quantity[Any]]) -> dict[str, float]:
@@ -122,13 +129,13 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
         time: (n_sample,) [s], evenly spaced.
         velocity: (n_sample, n_vehicle) [m/s].
     """
-    measured = Measured(chain, tally, time, velocity)
+    measured = Measured(chain, tally, time, np.asfortranarray(velocity))  # the speeds of a vehicle side by side
     interfaces = tuple(_interface(side) for side in measured.sides)
-    of_vehicles = {q.name: np.asarray(q.value(measured), dtype=np.float64).tolist() for q in VEHICLE}
+    names = [q.name for q in VEHICLE]
+    of_vehicles = list(zip(*(np.asarray(q.value(measured), dtype=np.float64).tolist() for q in VEHICLE), strict=True))
     vehicles = tuple(
-        VehicleMetrics({name: values[i] for name, values in of_vehicles.items()}, v.name, v.kind)
+        VehicleMetrics(dict(zip(names, of_vehicles[i], strict=True)), chain.vehicles[i].name, chain.vehicles[i].kind)
         for i in order_of_vehicles(chain)
-        for v in [chain.vehicles[i]]
     )
     balance = Numbers({q.name: q.value(measured) for q in BALANCE})
     return Summary(

@@ -17,11 +17,13 @@ from trainmj.files.source import Path, Problem, Source, dotted
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 
+_NOWHERE = Source({})
+
 
 class Scenario(Parts):
     """A scenario whose names all exist and whose values can all be simulated."""
 
-    _source: Source = PrivateAttr(default=Source({}))
+    _source: Source = PrivateAttr(default_factory=lambda: _NOWHERE)  # a default would be copied for every case
 
     @classmethod
     def from_values(cls, values: Mapping[str, Any]) -> Self:
@@ -62,9 +64,13 @@ class Scenario(Parts):
         """
         return self.from_source(changed(self._source, self.parameters, changes))
 
-    def refusal(self, problems: Iterable[Problem]) -> InputError:
-        """The error that lists what is found wrong in this scenario later, with the place of each value."""
-        return self._source.refusal(problems)
+    def refuse(self, problems: Iterable[Problem]) -> None:
+        """Raise the error that lists problems with the places of their values, if there are any.
+
+        Raises:
+            InputError: with the place and value of each.
+        """
+        self._source.refuse(problems)
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""
