@@ -50,7 +50,7 @@ def test_a_result_or_its_folder_is_repeated_bit_for_bit(saved: Path, name: str) 
     code, output = command("run", saved / name)
     assert code == 0
     assert "The same as the saved result, bit for bit." in output
-    assert "Computed by the same versions." in output
+    assert "Versions and code are the same." in output
     code, output = command("run", saved / name, "--json")
     assert json.loads(output)["repeated"] == {"same": True, "differences": {}, "changes": []}
 

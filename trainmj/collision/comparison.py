@@ -6,7 +6,7 @@
     found = compare(before, run(before.scenario))
     found.same          # every number as it was
     found.differences   # if not: by how much, for each quantity
-    found.changes       # versions, platform and law that are others now
+    found.changes       # versions, platform and code that differ
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ class Comparison:
             worst = sorted(self.differences.items(), key=lambda item: -item[1])[:3]
             parts = ", ".join(f"{name} by {value:.1e} of its largest value" for name, value in worst)
             line = f"Differs from the saved result: {parts}."
-        others = f"Computed by others: {'; '.join(self.changes)}." if self.changes else "Computed by the same versions."
+        others = (
+            f"Since then: {'; '.join(self.changes)}." if self.changes else "Computed by the same versions and code."
+        )
         return f"{line}\n{others}"
 
 
