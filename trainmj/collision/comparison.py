@@ -50,9 +50,7 @@ class Comparison:
             worst = sorted(self.differences.items(), key=lambda item: -item[1])[:3]
             parts = ", ".join(f"{name} by {value:.1e} of its largest value" for name, value in worst)
             line = f"Differs from the saved result: {parts}."
-        others = (
-            f"Since then: {'; '.join(self.changes)}." if self.changes else "Computed by the same versions and code."
-        )
+        others = f"Since then: {'; '.join(self.changes)}." if self.changes else "Versions and code are the same."
         return f"{line}\n{others}"
 
 
