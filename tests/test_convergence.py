@@ -14,6 +14,7 @@ from trainmj.collision import convergence
 from trainmj.collision.convergence import converge, limit
 from trainmj.errors import InputError
 from trainmj.scenario import load
+from trainmj.single.tables import _change
 
 
 @pytest.mark.parametrize("order", [1.0, 2.0])
@@ -69,7 +70,7 @@ def test_json_has_every_step():
 
 def test_a_step_that_cannot_be_halved_is_refused():
     case = load("b_type", {"simulation.step_ms": 0.0002, "simulation.time_limit_s": 0.001})
-    with pytest.raises(InputError, match="cannot be halved 2 times"):
+    with pytest.raises(InputError, match="cannot be halved often enough"):
         converge(case)
 
 
@@ -113,3 +114,12 @@ def test_responses_that_are_not_there_are_refused(words, message, tmp_path):
     said = CliRunner().invoke(main, ["run", "b_type_wall", "--out", str(tmp_path / "out"), "--figures", "none", *words])
     assert said.exit_code == 2
     assert message in said.output
+
+
+def test_what_is_0_and_stays_0_does_not_change():
+    assert [_change(*pair) for pair in ((0.0, 0.0), (0.0, 2.0), (2.0, 1.0))] == [0.0, None, -50.0]
+
+
+def test_a_response_that_is_not_a_number_is_refused_with_the_reason():
+    with pytest.raises(InputError, match="too far apart for its filter"):
+        converge(load("b_type_wall", {"simulation.record_every_ms": 10}), ["cfc60*"])

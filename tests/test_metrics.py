@@ -367,3 +367,10 @@ def test_summary_as_plain_values_has_the_keys_of_the_command_line(standard_summa
     } <= set(plain["vehicles"][0])  # fmt: skip
     assert {"energy_error", "momentum_error"} <= set(plain["balance"])
     assert len(plain["vehicles"]) == len(standard_result.chain.vehicles)
+
+
+def test_a_passed_limit_does_not_hide_that_the_collision_was_cut_off():
+    """Breaks if the strokes of a collision that was not over look final."""
+    summary = summarise(run(load("b_type", {"collision.speed_km_h": 40, "simulation.time_limit_s": 0.2})))
+    assert summary.status.kind == "stroke exhausted"
+    assert summary.status.reason.endswith("; cut off by the time limit")

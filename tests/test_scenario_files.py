@@ -542,3 +542,9 @@ def test_schema_accepts_what_ships(validator, name):
 def test_schema_refuses_what_the_loader_refuses(validator, old, new):
     assert list(validator.iter_errors(YAML(typ="safe").load(GOOD))) == []
     assert list(validator.iter_errors(YAML(typ="safe").load(GOOD.replace(old, new)))) != []
+
+
+def test_a_parameter_stands_for_something():
+    """Breaks if a value that is set, or varied, sets nothing and nobody says so."""
+    with pytest.raises(InputError, match=r"parameters.mass_t: must have at least 1 entry"):
+        load("b_type", {"parameters.mass_t": []})

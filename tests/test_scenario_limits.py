@@ -56,6 +56,22 @@ def test_a_limit_is_one_of_the_magnitude():
     assert replace(momentum, found=-0.5).used == 50.0
 
 
+def test_a_limit_of_what_is_not_a_number_is_refused_with_the_reason():
+    case = load("b_type", {"simulation.record_every_ms": 10, "limits.cfc60_peak_g": 3})
+    with pytest.raises(InputError, match=r"limits.cfc60_peak_g = 3: .*too far apart for its filter: take at most 1.6"):
+        line_up(case)
+
+
+def test_the_limit_of_a_single_named_stage_has_its_own_path():
+    """Breaks if JSON names a path that --set would refuse."""
+    stages = {"only": {"curve": {"stroke_mm": [0, 10, 400], "force_kN": [0, 800, 800]}, "stroke_limit_mm": 70}}
+    case = load("b_type_wall", {"devices.coupler_a_b": {"stages": stages, "stiffness_kN_per_mm": 100}})
+    names = [c.name for c in summarise(run(case)).limits]
+    path = "devices.coupler_a_b.stages.only.stroke_limit_mm"
+    assert path in names
+    assert case.with_values({path: 80}).locate(path) == [80]
+
+
 def test_a_quantity_of_interfaces_and_a_single_response():
     summary = found_with({"stroke_mm": 1.0, "stroke_M1_M2_mm": 1e4, "TS_mm": 10.0})
     by_name = {c.name: c for c in summary.limits}

@@ -10,7 +10,7 @@ import numpy as np
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import Column, columns_of, matching
+from trainmj.collision.quantities import Column, columns_of, matching, no_number
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
 from trainmj.files.written import finite
@@ -109,7 +109,11 @@ def converge(scenario: Scenario, responses: Sequence[str] = CRITERIA) -> Converg
         InputError: if its own step is too large, or so small that it cannot be halved three times; or if no response
             has a name that is asked for.
     """
-    columns = matching(responses, columns_of(line_up(scenario)))
+    first = line_up(scenario)
+    columns = matching(responses, columns_of(first))
+    for column in columns.values():
+        if reason := no_number(column, first):
+            raise InputError(f"responses: {reason}")
     steps: list[float] = []
     found: list[Summary] = []
     values: dict[str, list[float]] = {name: [] for name in columns}
@@ -120,7 +124,7 @@ def converge(scenario: Scenario, responses: Sequence[str] = CRITERIA) -> Converg
             finer = scenario.with_values({"simulation.step_ms": step})
         except InputError as error:
             if n < 3:
-                raise InputError(f"the step cannot be halved {n} times to see what it changes: {error}") from None
+                raise InputError(f"the step cannot be halved often enough to see what it changes: {error}") from None
             break
         chain = line_up(finer)
         steps.append(chain.step / MS)

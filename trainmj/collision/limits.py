@@ -14,6 +14,7 @@ from typing import Any
 
 from trainmj.collision.quantities import STAGE, Column, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
+from trainmj.scenario.parts import DEVICE
 
 Part = VehicleMetrics | InterfaceMetrics
 
@@ -91,7 +92,7 @@ def of_stages(interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
     for interface in interfaces:
         for stage in interface.stages:
             if stage.limit_mm is not None:
-                several = len(interface.stages) > 1
+                several = stage.name != DEVICE  # a device of one curve is its own stage, and has the limit itself
                 path = f"devices.{interface.device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"
                 title = f"stroke of {interface.device}{f' {stage.name}' if several else ''}"
                 one = Criterion(path, title, interface.name, stage.stroke_mm, stage.limit_mm, STAGE.unit, STAGE.digits)

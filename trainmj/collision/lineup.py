@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, check_step
 from trainmj.collision.device import Device, Envelope, Stage, in_series
-from trainmj.collision.quantities import columns_of, of_each
-from trainmj.files.source import no_such
+from trainmj.collision.quantities import columns_of, no_number, of_each
+from trainmj.files.source import Problem, no_such
 from trainmj.scenario import Scenario
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
@@ -61,14 +63,18 @@ def line_up(scenario: Scenario) -> Chain:
         scenario.limits,
     )
     check_step(chain)
-    others = [name for name in chain.limits if name not in of_each()]
-    if others:  # of single responses
-        columns = columns_of(chain)
-        known = [*of_each(), *columns]
-        scenario.refuse(
-            no_such("quantity or response", ("limits", name), name, known) for name in others if name not in columns
-        )
+    scenario.refuse(_limits(chain))
     return chain
+
+
+def _limits(chain: Chain) -> Iterator[Problem]:
+    """What is wrong with the limits of a chain: names of nothing, and of what is not a number here."""
+    for name in chain.limits:
+        thing = of_each().get(name) or columns_of(chain).get(name)
+        if thing is None:
+            yield no_such("quantity or response", ("limits", name), name, [*of_each(), *columns_of(chain)])
+        elif reason := no_number(thing, chain):
+            yield Problem(("limits", name), reason)
 
 
 def _vehicle(name: str, car: Car, speed_km_h: float) -> Vehicle:

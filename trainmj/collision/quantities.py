@@ -272,14 +272,15 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
     return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
 
 
-def no_number(column: Column, chain: Chain) -> str:
-    """Why a response of a chain is not a number, and the cure; empty if it is one."""
+def no_number(thing: Column | Quantity[Any], chain: Chain) -> str:
+    """Why a response or quantity of a chain is not a number, and the cure; empty if it is one."""
     interval = chain.step * chain.steps_per_record
-    longest = of_each()[column.quantity].interval if column.quantity in of_each() else math.inf
+    quantity = thing if isinstance(thing, Quantity) else of_each().get(thing.quantity)
+    longest = quantity.interval if quantity else math.inf
     if interval <= longest:
         return ""
     return (
-        f"{column.name} is not a number with simulation.record_every_ms = {interval / MS:g}, too far apart for its "
+        f"{thing.name} is not a number with simulation.record_every_ms = {interval / MS:g}, too far apart for its "
         f"filter: take at most {int(longest * 1e4) / 10:g}"
     )
 

@@ -180,7 +180,8 @@ def _status(tally: Tally, interfaces: tuple[InterfaceMetrics, ...], energy_error
     spent = [_spent(i) for i in interfaces if i.exhausted]
     if spent:
         where, said = zip(*spent, strict=True)
-        return Status(Kind.EXHAUSTED, tuple(where), ", ".join(said))
+        cut = "" if tally.over else "; cut off by the time limit"
+        return Status(Kind.EXHAUSTED, tuple(where), ", ".join(said) + cut)
     return Status(Kind.OVER if tally.over else Kind.TIME_LIMIT)
 
 
@@ -189,5 +190,6 @@ def _spent(interface: InterfaceMetrics) -> tuple[str, str]:
     for stage in interface.stages:
         if stage.exhausted:
             where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
-            return where, f"{where} ({stage.stroke_mm:.1f} of {stage.limit_mm:g} mm)"
+            past = ", past the end of its curve" if interface.beyond_curve else ""
+            return where, f"{where} ({stage.stroke_mm:.1f} of {stage.limit_mm:g} mm{past})"
     return interface.name, f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of its curve)"

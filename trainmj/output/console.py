@@ -84,8 +84,9 @@ def print_table(console: Console, table: Table) -> None:
         if part is not parts[0]:
             console.print()
         title = table.title if part is parts[0] else ""
-        note = table.note if part is parts[-1] else ""
-        console.print(console_table(_of_columns(table, part, title, note)))
+        console.print(console_table(_of_columns(table, part, title)))
+    if table.note:
+        console.print(table.note, style="italic")
 
 
 def _width(console: Console, grid: Grid) -> int:
@@ -93,9 +94,9 @@ def _width(console: Console, grid: Grid) -> int:
     return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
 
 
-def _of_columns(table: Table, chosen: Sequence[int], title: str = "", note: str = "") -> Table:
+def _of_columns(table: Table, chosen: Sequence[int], title: str = "") -> Table:
     """Some columns of a table."""
-    return Table([table.columns[k] for k in chosen], [[row[k] for k in chosen] for row in table.rows], title, note)
+    return Table([table.columns[k] for k in chosen], [[row[k] for k in chosen] for row in table.rows], title)
 
 
 def _head(column: Column) -> str:

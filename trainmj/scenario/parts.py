@@ -13,6 +13,7 @@ from pydantic import Field
 from trainmj.files.parts import Either, Notes, Part, Positive, Spelt, Title
 
 RIGID_WALL = "rigid_wall"
+DEVICE = "device"  # the name of the only stage of a device with one curve
 MAX_VEHICLES = 400
 MAX_POINTS = 2000
 MAX_DEVICE_POINTS = 4000
@@ -109,7 +110,7 @@ class CurveDevice(Unloading, StageSpec):
 
     def all_stages(self) -> dict[str, StageSpec]:
         """The device as its own single stage."""
-        return {"device": self}
+        return {DEVICE: self}
 
 
 class StagedDevice(Unloading):
@@ -208,12 +209,15 @@ class Simulation(Part):
         return max(1, round(self.record_every_ms / self.step_ms))
 
 
+Paths = Annotated[list[str], Field(min_length=1)]
+
+
 class Parts(Part, title="scenario file"):
     """All parts of a scenario together."""
 
     title: Title = Field(default="", description="one line that heads every output")
     notes: Notes = Field(default="", description="such as where the numbers come from")
-    parameters: dict[Key, Annotated[str | list[str], Either(said="a path, or a list of paths")]] = Field(
+    parameters: dict[Key, Annotated[str | Paths, Either(said="a path, or a list of paths")]] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
         description="short names for values: a path, or several that change together",

@@ -172,7 +172,7 @@ def convergence(found: Convergence) -> Iterator[Table]:
             (
                 column.title,
                 f"{values[0]:.7g} {column.unit}",
-                *(100 * (now / (before or 1.0) - 1) for before, now in pairwise(values)),
+                *(_change(before, now) for before, now in pairwise(values)),
             )
             for column, values in zip(found.columns.values(), found.values.values(), strict=True)
         ],
@@ -193,3 +193,10 @@ def convergence(found: Convergence) -> Iterator[Table]:
         "In the limit of small steps",
         "Extrapolated if the last halvings follow an order of convergence; otherwise the value at the smallest step.",
     )
+
+
+def _change(before: float, now: float) -> float | None:
+    """Relative change [%]; none from 0 to something else."""
+    if before == now:
+        return 0.0
+    return 100 * (now / before - 1) if before else None

@@ -102,7 +102,7 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
     section.cards(
         Card("Cases", str(n), f"of {sweep.planned}", verdict=all_there),
         Card("Failed", str(bad), "cases", "refused or unstable", verdict=judged(bad == 0, "none", "see below")),
-        Card("Past a limit", str(spent), "cases", verdict=warned("see below") if spent else passed("none")),
+        Card("Past a stroke limit", str(spent), "cases", verdict=warned("see below") if spent else passed("none")),
     )
     heads = [*worded("Status"), Column("cases"), Column("share", "%", 1), *worded("what it means")]
     endings = [(kind, count, 100.0 * count / n, MEANING[kind]) for kind, count in counts.items()]
@@ -115,12 +115,13 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
 def _add_failures(section: Section, sweep: Swept) -> None:
     """How the cases ended over what was varied, and the reasons with their cases."""
     if (sweep.table["status"] == Kind.OVER).all():
-        section.text("Every case came to its end within all limits.")
+        section.text("Every case came to its end within the stroke limits of its devices.")
         return
     add_map(section, sweep.table, sweep.factors)
     for kinds, verdict, title in (
         (FAILED, failed, "Failed cases"),
-        ((Kind.EXHAUSTED, Kind.TIME_LIMIT), warned, "Limits passed"),
+        ((Kind.EXHAUSTED,), warned, "Stroke limits passed"),
+        ((Kind.TIME_LIMIT,), warned, "Cut off by the time limit"),
         ((Kind.NO_CONTACT,), warned, "No contact"),
     ):
         rows = sweep.table[sweep.table["status"].isin(kinds)]

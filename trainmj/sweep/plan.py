@@ -196,13 +196,18 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
         blocks.append(_table(source, spec.cases))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
-    return Sweep(
-        scenario.with_values(changes) if changes else scenario,
-        tuple(blocks),
-        tuple(spec.responses),
-        tuple(spec.histories),
-        spec.sample.seed if spec.sample else None,
-    )
+    try:
+        return Sweep(
+            scenario.with_values(changes) if changes else scenario,
+            tuple(blocks),
+            tuple(spec.responses),
+            tuple(spec.histories),
+            spec.sample.seed if spec.sample else None,
+        )
+    except InputError as error:
+        if () not in source.origins:
+            raise
+        raise InputError(f"{source.origins[()]}: {error}") from None
 
 
 def _table(source: Source, name: str) -> dict[str, list[Any]]:
