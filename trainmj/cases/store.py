@@ -98,7 +98,7 @@ class Store:
             InputError: naming what has changed.
         """
         there = self.about()
-        if not there:
+        if not there or not len(self):
             self.describe(origin.about())
         elif changed := origin.new_identity(there) + origin.new_input(there):
             raise InputError(

@@ -98,7 +98,8 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     """
     texts = {BASE: to_yaml(found.plan.scenario), FOUND: found.as_yaml()}
     texts |= {f"{name}.csv": getattr(found, name).to_csv(index=False, float_format="%.9g") for name in _TABLES}
-    texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others are
+    texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others belong to it
+    (found.folder / SUMMARY).unlink(missing_ok=True)
     for file, text in texts.items():
         write_bytes(found.folder / file, text.encode())
     with styled(width):

@@ -10,15 +10,17 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pydantic import TypeAdapter
 
 from trainmj.cases.store import key_of
-from trainmj.collision.identity import identity
+from trainmj.collision.identity import code_hash, identity
 from trainmj.errors import InputError, OutputError
 from trainmj.files.tables import read_back
 from trainmj.files.written import write_bytes
@@ -91,7 +93,7 @@ class Folder:
             read: gives the value that the work gave, from the tables that it left.
         """
         began = time.monotonic()
-        fingerprint = key_of(name, identity(), inputs)
+        fingerprint = key_of(name, identity(), _further(), inputs)
         output = None if self._has(name, fingerprint) else make()
         if output:
             files = self._write(output)
@@ -186,3 +188,13 @@ class Folder:
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
+
+
+@cache
+def _further() -> list[str]:
+    """What steps are computed with besides the collisions: the code of studies, and the packages that fit and draw."""
+    found = [code_hash("study", "output")]
+    for name in ("scipy", "scikit-learn", "matplotlib"):
+        with suppress(PackageNotFoundError):  # scikit-learn is an extra
+            found.append(f"{name} {version(name)}")
+    return found

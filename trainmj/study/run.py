@@ -102,7 +102,8 @@ def run_study(
         files = Folder(path, figures, figure_width)
         if fresh:
             files.start_over()
-            remove(path / FILE, [STATE, SUMMARY, "report.html"])
+            remove(path / FILE, [STATE, "report.html"])
+        (path / SUMMARY).unlink(missing_ok=True)  # comes back when all steps are of one study
         with Store(path / FILE, KEY) as store:
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)

@@ -51,7 +51,9 @@ class Simulator:
         self._columns = columns_of(line_up(study.scenario))
         wide = len(self._columns) > MOST_COLUMNS - len(STATUS)
         self._only = tuple(response.column for response in study.responses) if wide else ()
-        self.changes = _renewed(store, Origin("study", study.scenario, {"study": study.source.values}))
+        self.changes = _renewed(
+            store, Origin("study", study.scenario, {"study": study.source.values, "points": study.given})
+        )
 
     def at(self, points: FloatArray, scenario: Scenario | None = None) -> Designs:
         """Simulate points (n, d) of the space, each once.

@@ -15,9 +15,14 @@ from trainmj.cases.reader import read_about
 from trainmj.cases.runner import fill
 from trainmj.cases.store import FILE, Store, remove
 from trainmj.cases.table import chosen
+from trainmj.collision.identity import identity
+from trainmj.collision.lineup import line_up
+from trainmj.collision.quantities import columns_of
+from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
 from trainmj.errors import InputError
 from trainmj.files.written import held
+from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
 
 _LEFT = ("results.csv", "results.parquet", "report.html")
@@ -75,6 +80,7 @@ def run_sweep(
     began = time.monotonic()
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
     engine = engine or Local(sweep.scenario, threads)
+    _check_responses(sweep)
     with held(folder) as folder:
         file = folder / FILE
         if fresh:
@@ -91,6 +97,15 @@ def run_sweep(
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
     return SweepResult(folder, len(sweep), len(sweep) - there, len(failed), next(iter(failed), ""), seconds)
+
+
+def _check_responses(sweep: Sweep) -> None:
+    """Refuse a response that the first case does not have, before anything is removed or computed."""
+    try:
+        chain = line_up(sweep.scenario.with_values(sweep.case(0)))
+    except InputError:
+        return  # the case is refused; its row will say why
+    chosen(sweep.responses, columns_of(chain))
 
 
 def _further(sweep: Sweep, about: Mapping[str, str]) -> dict[str, str]:
@@ -127,9 +142,19 @@ def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
 
 
 def _write_histories(sweep: Sweep, folder: Path) -> None:
-    """Compute the cases whose histories are wanted once more, and save those that are not there."""
+    """Compute the cases whose histories are wanted once more, and save those unless they are there."""
     for number in sweep.histories:
         file = folder / _history(number)
-        if not file.exists():
-            with suppress(InputError):  # of a refused case; its row says why
-                run(sweep.scenario.with_values(sweep.case(number))).save(file)
+        with suppress(InputError):  # of a refused case; its row says why
+            scenario = sweep.scenario.with_values(sweep.case(number))
+            if not _is_of(file, scenario):
+                run(scenario).save(file)
+
+
+def _is_of(file: Path, scenario: Scenario) -> bool:
+    """Whether a file has the history of this very scenario, as this very trainmj computes it."""
+    try:
+        found = load_result(file)
+    except InputError:
+        return False
+    return found.versions == identity() and to_yaml(found.scenario) == to_yaml(scenario)
