@@ -1,5 +1,6 @@
 """The command identify: what it leaves, that it goes on where it was stopped, and what it refuses."""
 
+import copy
 import json
 import signal
 import sqlite3
@@ -29,7 +30,7 @@ def targets_file(folder: Path, **changes) -> Path:
     save(scenario(), folder / "train.yaml")
     file = folder / "mine.targets.yaml"
     with file.open("w", encoding="utf-8") as out:
-        YAML().dump(values(**{**QUICK, **changes}), out)
+        YAML().dump(values(**copy.deepcopy(QUICK), **changes), out)
     return file
 
 
