@@ -144,6 +144,48 @@ def test_what_has_changed_is_said_until_a_study_comes_to_its_end(place, monkeypa
     assert trainmj.run_study(place / "my.study.yaml", place / "study", figures=()).changes == ()
 
 
+def test_a_history_of_another_scenario_or_version_is_computed_again(place, monkeypatch):
+    """A file of the right name is no reason to believe that it is of this case."""
+    folder = place / "sweep"
+    code, output = do(place, "sweep", "--histories", "0")
+    assert code == 0, output
+    kept = (folder / "case_0.nc").read_bytes()
+    assert trainmj.load_result(folder / "case_0.nc").scenario.collision.speed_km_h == 9
+    scenario = trainmj.load(place / "train.yaml")
+    trainmj.run(scenario).save(place / "other.nc")  # 10 km/h
+    own = scenario.with_values({"collision.speed_km_h": 9})
+    with monkeypatch.context() as patch:
+        later(patch, numba="0.60.0")
+        trainmj.run(own).save(place / "older.nc")
+    for foreign in ("other.nc", "older.nc"):
+        shutil.copy(place / foreign, folder / "case_0.nc")
+        assert do(place, "sweep", "--histories", "0")[0] == 0
+        assert (folder / "case_0.nc").read_bytes() == kept
+
+
+def test_a_misspelt_response_leaves_what_is_there_even_if_it_starts_over(place):
+    there = tables(place / "sweep")
+    code, output = do(place, "sweep", "--responses", "TS_m", "--fresh")
+    assert code == 2
+    assert "TS_m" in output
+    assert tables(place / "sweep") == there
+
+
+def test_a_changed_study_that_was_stopped_has_no_report(place):
+    """Its tables would be of the one and its summary of the other."""
+    with (place / "my.study.yaml").open("w", encoding="utf-8") as out:
+        YAML().dump(STUDY | {"design": {"kind": "sobol", "n": 7, "seed": 1}}, out)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("trainmj.study.run._summary", lambda *_: pytest.fail("killed"))
+        with pytest.raises(pytest.fail.Exception, match="killed"):
+            trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
+    refused = CliRunner().invoke(main, ["report", str(place / "study")])
+    assert refused.exit_code == 2
+    assert "not finished" in refused.output
+    assert do(place, "study")[0] == 0
+    assert CliRunner().invoke(main, ["report", str(place / "study")]).exit_code == 0
+
+
 def test_an_edited_law_of_the_same_version_has_another_hash(tmp_path):
     """Any module that numbers come from, at any depth; not one that only shows them."""
     source = Path(identities.__file__).parents[1]
