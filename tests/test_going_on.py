@@ -186,6 +186,15 @@ def test_a_changed_study_that_was_stopped_has_no_report(place):
     assert CliRunner().invoke(main, ["report", str(place / "study")]).exit_code == 0
 
 
+@pytest.mark.parametrize("command", ["study", "identify"])
+def test_a_summary_that_cannot_be_removed_is_said(place, command):
+    (place / command / "summary.json").unlink()
+    (place / command / "summary.json").mkdir()
+    code, output = do(place, command)
+    assert code == 2
+    assert "summary.json: cannot be removed" in " ".join(output.split())
+
+
 def test_an_edited_law_of_the_same_version_has_another_hash(tmp_path):
     """Any module that numbers come from, at any depth; not one that only shows them."""
     source = Path(identities.__file__).parents[1]

@@ -22,7 +22,7 @@ from trainmj.collision.quantities import Column, ordered
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, OutputError
 from trainmj.files.text import printable
-from trainmj.files.written import replacing
+from trainmj.files.written import remove, replacing
 
 FILE = "results.sqlite"
 CASE = "case"
@@ -209,13 +209,10 @@ def key_of(*content: Any) -> str:
     return sha256(json.dumps(content, default=str).encode()).hexdigest()[:32]
 
 
-def remove(file: Path, others: Iterable[str]) -> None:
+def remove_store(file: Path, others: Iterable[str]) -> None:
     """Remove the file of a store and other files of its folder, as far as they are there."""
     for name in (file.name, f"{file.name}-journal", *others):
-        try:
-            (file.parent / name).unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(f"{file.parent / name}: cannot be removed ({error.strerror})") from None
+        remove(file.parent / name)
 
 
 def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:

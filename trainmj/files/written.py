@@ -61,6 +61,18 @@ def write_bytes(file: str | Path, content: bytes) -> None:
         part.write_bytes(content)
 
 
+def remove(file: Path) -> None:
+    """Remove a file if it is there.
+
+    Raises:
+        OutputError: if it cannot be removed.
+    """
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(f"{file}: cannot be removed ({error.strerror or error})") from None
+
+
 @contextmanager
 def held(folder: str | Path) -> Iterator[Path]:
     """Make a folder, if it is not there, and hold it, so that nothing else writes results there meanwhile.

@@ -11,10 +11,10 @@ import numpy as np
 
 from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
-from trainmj.cases.store import KEY, Store, remove
+from trainmj.cases.store import KEY, Store, remove_store
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, close_match
-from trainmj.files.written import held, write_bytes
+from trainmj.files.written import held, remove, write_bytes
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit, Trials
@@ -69,7 +69,7 @@ def identify(
         _check_start(plan, threads)
         if fresh:
             figures_there = [f"{name}.{form}" for name in FIGURES for form in FORMATS]
-            remove(folder / FILE, [FOUND, SUMMARY, "report.html", *(f"{t}.csv" for t in _TABLES), *figures_there])
+            remove_store(folder / FILE, [FOUND, SUMMARY, "report.html", *(f"{t}.csv" for t in _TABLES), *figures_there])
         with Store(folder / FILE, KEY) as store:
             store.agree(Origin("identification", plan.scenario))
             there = len(store)
@@ -99,7 +99,7 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     texts = {BASE: to_yaml(found.plan.scenario), FOUND: found.as_yaml()}
     texts |= {f"{name}.csv": getattr(found, name).to_csv(index=False, float_format="%.9g") for name in _TABLES}
     texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others belong to it
-    (found.folder / SUMMARY).unlink(missing_ok=True)
+    remove(found.folder / SUMMARY)
     for file, text in texts.items():
         write_bytes(found.folder / file, text.encode())
     with styled(width):

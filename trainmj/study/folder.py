@@ -23,7 +23,7 @@ from trainmj.cases.store import key_of
 from trainmj.collision.identity import code_hash, identity
 from trainmj.errors import InputError, OutputError
 from trainmj.files.tables import read_back
-from trainmj.files.written import write_bytes
+from trainmj.files.written import remove, write_bytes
 from trainmj.output.style import Format, Width, encode, styled
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ class Folder:
         record = self._state.pop(name, None)
         for file, digest in record.files.items() if record else ():
             if file not in kept and self._digest_of(file) == digest:
-                (self.path / file).unlink()
+                remove(self.path / file)
 
     def _digest_of(self, file: str) -> str:
         try:

@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from trainmj.cases.store import KEY, Store, remove
+from trainmj.cases.store import KEY, Store, remove_store
 from trainmj.collision.identity import identity
-from trainmj.files.written import finite, held
+from trainmj.files.written import finite, held, remove
 from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
@@ -102,8 +102,8 @@ def run_study(
         files = Folder(path, figures, figure_width)
         if fresh:
             files.start_over()
-            remove(path / FILE, [STATE, "report.html"])
-        (path / SUMMARY).unlink(missing_ok=True)  # comes back when all steps are of one study
+            remove_store(path / FILE, [STATE, "report.html"])
+        remove(path / SUMMARY)  # comes back when all steps are of one study
         with Store(path / FILE, KEY) as store:
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)

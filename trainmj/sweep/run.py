@@ -13,7 +13,7 @@ from trainmj.cases.engine import Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
 from trainmj.cases.reader import read_about
 from trainmj.cases.runner import fill
-from trainmj.cases.store import FILE, Store, remove
+from trainmj.cases.store import FILE, Store, remove_store
 from trainmj.cases.table import chosen
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
@@ -85,7 +85,7 @@ def run_sweep(
         file = folder / FILE
         if fresh:
             histories = {*sweep.histories, *_histories_in(read_about(file))}
-            remove(file, [*_LEFT, *map(_history, histories)])
+            remove_store(file, [*_LEFT, *map(_history, histories)])
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
             store.describe(_further(sweep, store.about()))
