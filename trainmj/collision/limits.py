@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from trainmj.collision.quantities import STAGE, Column, of_each
+from trainmj.collision.quantities import STAGE, Column, in_digits, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.scenario.parts import DEVICE
 
@@ -55,7 +55,7 @@ class Criterion:
     @property
     def text(self) -> str:
         """What was found, with the digits that are worth reading."""
-        return f"{self.found:.{self.digits}f}" if self.digits >= 0 else f"{self.found:.{-self.digits}g}"
+        return in_digits(self.found, self.digits)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them."""

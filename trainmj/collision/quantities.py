@@ -31,7 +31,7 @@ class Column(NamedTuple):
     Attributes:
         name: its head, unit included: ``stroke_M1_M2_mm``.
         unit: of its values; empty for plain numbers.
-        digits: decimals worth reading.
+        digits: decimals worth reading; negative for significant digits.
         title: in words, without the unit: ``stroke M1-M2``.
         meaning: of the quantity.
         quantity: name of the quantity: ``stroke_mm``.
@@ -45,6 +45,11 @@ class Column(NamedTuple):
     meaning: str
     quantity: str
     place: tuple[int, ...]
+
+
+def in_digits(value: float, digits: int) -> str:
+    """A value with so many decimals or, if negative, significant digits."""
+    return f"{value:.{digits}f}" if digits >= 0 else f"{value:.{-digits}g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +87,7 @@ class Quantity(Generic[T]):
 
     def text(self, value: float) -> str:
         """A value with the digits that are worth reading."""
-        return f"{value:.{self.digits}f}" if self.digits >= 0 else f"{value:.{-self.digits}g}"
+        return in_digits(value, self.digits)
 
 
 INTERFACE: tuple[Quantity[Side], ...] = (
