@@ -252,6 +252,43 @@ def test_equal_plateaus_of_different_curves_crush_one_after_the_other():
     assert (pair.force / 1e3).tolist() == pytest.approx([0, 500, 500, 500, 800])
 
 
+def test_a_curve_that_rises_faster_than_its_stiffness_is_climbed_along_it():
+    """Alone and in series alike: the path of first loading is the one that the law takes."""
+    e = envelope([(0, 100), (20, 2000), (100, 2000), (100, 2400), (150, 100), (160, 900), (400, 900)], 50)
+    path = e.climbing
+    plastic = 0.0
+    for stroke in np.linspace(0, 0.5, 5001)[1:]:
+        force, plastic = e.respond(float(stroke), 0.0, plastic)
+        assert path.force_at(float(stroke)) == pytest.approx(force, abs=6e3), "a step climbs by 5 kN"
+    flat = envelope([(0, 0), (10, 400), (300, 500)], 50)
+    assert flat.climbing.is_like(flat)
+
+
+def test_in_series_a_steep_curve_gives_way_along_its_stiffness():
+    """5 kN/mm to 2000 kN in series with a spring of 5 kN/mm, whose own curve is out of reach: each takes half."""
+    hard = device(envelope([(0, 0), (400, 2000)], 1000))
+    soft = device(envelope([(0, 0), (20, 2000), (400, 2000)], 5))
+    for pair in ((hard, soft), (soft, hard)):
+        law, first = in_series(*pair)
+        assert law.force_at(0.32) == pytest.approx(800e3)
+        assert np.interp(0.32, law.stroke, first) == pytest.approx(0.16)
+
+
+def test_both_devices_carry_the_force_of_the_pair():
+    """On curves that never fall, each stands on its own path of first loading at every point of the common one."""
+    rng = np.random.default_rng(1)
+    for _ in range(200):
+        pair = []
+        for _ in range(2):
+            n = int(rng.integers(2, 6))
+            strokes, forces = np.append(0, np.cumsum(rng.uniform(2, 200, n))), np.cumsum(rng.uniform(0, 500, n + 1))
+            pair.append(device(envelope(list(zip(strokes, forces, strict=True)), 10 ** rng.uniform(0, 3))))
+        law, first = in_series(*pair)
+        for each, stroke in zip(pair, (first, law.stroke - first), strict=True):
+            own = [each.envelope.climbing.force_at(float(u)) for u in stroke]
+            assert own == pytest.approx(law.force, rel=1e-6, abs=1.0)
+
+
 def test_only_curves_that_are_alike_in_all_are_halves_of_one():
     """A pair that differs in its stiffness alone is split where the stiffness says, and so in any other constant."""
     curve = [(0, 0), (10, 500), (20, 100), (30, 900)]

@@ -60,7 +60,7 @@ class Interface:
         if len(self.devices) == 1:
             return False
         left, right = self.devices
-        return left.stages == right.stages and bool(np.array_equal(self.left_stroke, self.envelope.stroke / 2))
+        return left.stages == right.stages and left.envelope.is_like(right.envelope)
 
     @property
     def shown_share(self) -> float:

@@ -8,6 +8,7 @@ than the unloading stiffness K, the force climbs along K.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -84,14 +85,44 @@ class Envelope:
         k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
         return float(self.force[k] + self.slope[k] * (stroke - self.stroke[k]))
 
+    @cached_property
+    def climbing(self) -> Envelope:
+        """The path of first loading: the crush curve, and the climb along K to it where it rises faster."""
+        at, force = 0.0, 0.0
+        path = [(at, force)]
+        for k in range(1, self.stroke.size):
+            stroke, crush = float(self.stroke[k]), float(self.force[k])
+            climbed = force + self.stiffness * (stroke - at)
+            missing = float(self.force[k - 1]) - force
+            if climbed > crush and missing > 0.0 and stroke > at:  # the climb reaches the curve on the way
+                met = at + missing / (self.stiffness - float(self.slope[k - 1]))
+                path.append((met, self.force_at(met)))
+            at, force = stroke, min(climbed, crush)
+            path.append((at, force))
+        if force < self.force[-1]:
+            path.append((at + float(self.force[-1] - force) / self.stiffness, float(self.force[-1])))
+        strokes, forces = np.array(path).T
+        return Envelope(strokes, forces, self.stiffness, self.damping)
+
+    def is_like(self, other: Envelope) -> bool:
+        """Whether the other one is the same law, number by number."""
+        return self is other or (
+            np.array_equal(self.stroke, other.stroke)
+            and np.array_equal(self.force, other.force)
+            and (self.stiffness, self.damping) == (other.stiffness, other.damping)
+        )
+
     def energy(self, stroke: float) -> float:
         """Work of first loading from 0 to a stroke [m] along the envelope [J]."""
-        inner = self.stroke < stroke
-        u = np.append(self.stroke[inner], stroke)
-        f = np.append(self.force[inner], self.force_at(stroke))
-        if stroke in self.stroke:  # at a jump the work is that of the force before it
-            f[-1] = self.force[int(np.searchsorted(self.stroke, stroke, side="left"))]
-        return float(np.trapezoid(f, u))
+        k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
+        last = 0.5 * (float(self.force[k]) + self.force_at(stroke)) * (stroke - float(self.stroke[k]))
+        return float(self._work[k]) + last
+
+    @cached_property
+    def _work(self) -> Array:
+        """(n,) work up to each point [J]."""
+        parts = 0.5 * (self.force[1:] + self.force[:-1]) * np.diff(self.stroke)
+        return np.append(0.0, np.cumsum(parts))
 
     def respond(self, stroke: float, rate: float, plastic: float) -> tuple[float, float]:
         """Force and plastic state after one step of the law.
@@ -127,9 +158,10 @@ def in_series(first: Device, second: Device) -> tuple[Envelope, Array]:
 
     Two equal devices act alike: the force of one at twice the stroke, half the stiffness, half the dashpot. Of two
     different ones the weaker crushes first; while one drops after shear-off the other unloads along its stiffness,
-    and where the pair would snap back its force drops at constant stroke. The path holds for loading without
-    earlier unloading; the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses, and
-    for the dashpots when c/K is the same on both sides.
+    and where the pair would snap back its force drops at constant stroke. A curve that rises faster than its
+    stiffness counts as climbing along it, as it does alone. The path holds for loading without earlier unloading;
+    the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses, and for the dashpots when
+    c/K is the same on both sides.
 
     Args:
         first: the device on the left.
@@ -141,20 +173,12 @@ def in_series(first: Device, second: Device) -> tuple[Envelope, Array]:
     a, b = first.envelope, second.envelope
     stiffness = 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness)
     damping = a.damping * b.damping / (a.damping + b.damping) if a.damping and b.damping else 0.0
-    if first is second or _alike(a, b):
+    if a.is_like(b):
         return Envelope(2.0 * a.stroke, a.force, a.stiffness / 2.0, a.damping / 2.0), a.stroke
-    path = _series_path(a, b)
+    path = _series_path(a.climbing, b.climbing)
     path = path[np.append(True, np.any(np.diff(path, axis=0) != 0.0, axis=1))]
     stroke = np.maximum.accumulate(path[:, 0] + path[:, 1])
     return Envelope(stroke, path[:, 2], stiffness, damping), path[:, 0]
-
-
-def _alike(a: Envelope, b: Envelope) -> bool:
-    return (
-        np.array_equal(a.stroke, b.stroke)
-        and np.array_equal(a.force, b.force)
-        and (a.stiffness, a.damping) == (b.stiffness, b.damping)
-    )
 
 
 def _series_path(a: Envelope, b: Envelope) -> Array:

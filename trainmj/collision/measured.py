@@ -43,19 +43,40 @@ class Measured:
 
     @cached_property
     def energy_error(self) -> float:
-        """What is missing in the balance of energy, relative to what a plastic collision takes.
+        """What is missing in the balance of energy, relative to what the collision can convert.
 
-        That is the kinetic energy about the common centre of mass, or all of it at a wall: two trains that travel
-        together cannot hide an error in it. The forces times the travel of a step give back the kinetic energy
+        The forces times the travel of a step give back the kinetic energy
         exactly, by the way the step is made, and would prove nothing. The absorbed energy is therefore added up from
         the law; it closes the balance only where the step is small enough.
         """
-        mass, speed = self.chain.mass, self.chain.speed
-        common = 0.0 if self.chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
-        convertible = float(0.5 * np.sum(mass * (speed - common) ** 2))
         start, end = self.kinetic
         absorbed, friction = float(self.tally.dissipated.sum()), float(self.tally.friction_work.sum())
-        return (start - end - self.elastic - absorbed - friction) / convertible
+        return (start - end - self.elastic - absorbed - friction) / self.convertible
+
+    @cached_property
+    def curve_error(self) -> tuple[float, Side]:
+        """The largest difference between what a device absorbed and the area below its curve, and where it is.
+
+        Relative to what the collision can convert. The area is that up to the largest stroke, less what the device
+        gives back; a dashpot may add to it. It comes from the curve of the device alone, so it does not hide a path of
+        two devices in series that is not theirs, or steps that jumped over a part of the curve.
+        """
+        excess = [side.energy - side.energy_by_curve for side in self.sides]
+        damped = [side.interface.envelope.damping > 0.0 for side in self.sides]
+        errors = [max(0.0, -more) if dashpot else abs(more) for more, dashpot in zip(excess, damped, strict=True)]
+        worst = int(np.argmax(errors))  # of NaN, the first
+        return errors[worst] / self.convertible, self.sides[worst]
+
+    @cached_property
+    def convertible(self) -> float:
+        """The kinetic energy that a plastic collision takes [J].
+
+        That is the energy about the common centre of mass, or all of it at a wall: two trains that travel together
+        cannot hide an error in it.
+        """
+        mass, speed = self.chain.mass, self.chain.speed
+        common = 0.0 if self.chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
+        return float(0.5 * np.sum(mass * (speed - common) ** 2))
 
     @cached_property
     def momentum_error(self) -> float:
@@ -130,6 +151,13 @@ class Side:
     def energy(self) -> float:
         """Absorbed energy [J]."""
         return self._share() * float(self._tally.dissipated[self._index])
+
+    @property
+    def energy_by_curve(self) -> float:
+        """Area below the device's own curve, climbed as the law does, up to the stroke, less what it gives back [J]."""
+        path = self.device.envelope.climbing
+        stroke = max(0.0, self.stroke)
+        return path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / path.stiffness
 
     @property
     def crush_mm(self) -> float:

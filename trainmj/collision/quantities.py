@@ -181,6 +181,10 @@ BALANCE: tuple[Quantity[Measured], ...] = (
     Quantity("energy_error", "", -2, "energy balance",
              "what is missing in the balance of energy, relative to what the collision can convert",
              lambda m: m.energy_error, "energy_error"),
+    Quantity("curve_error", "", -2, "absorbed, against the curves",
+             "largest difference between what a device absorbed and the area below its own curve, relative to what the "
+             "collision can convert",
+             lambda m: m.curve_error[0]),
     Quantity("momentum_error", "", -2, "momentum balance",
              "what is missing in the balance of momentum, relative to the sum of |m v| at the start",
              lambda m: m.momentum_error, "momentum_error"),

@@ -22,7 +22,7 @@ MEANING = {
     Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
     Kind.NO_CONTACT: "computed, but no device was pressed",
     Kind.EXHAUSTED: "computed, but a stroke limit or the end of a curve was passed",
-    Kind.UNSTABLE: "the energy balance is off, or a value is not finite",
+    Kind.UNSTABLE: "an energy balance is off, or a value is not finite",
     Kind.REFUSED: "the values break a rule, which the reason names",
 }
 

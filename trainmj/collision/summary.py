@@ -33,10 +33,13 @@ from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, Vehic
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
 from trainmj.files.written import finite
-from trainmj.units import MM
+from trainmj.units import KJ, MM
 
 UNSTABLE = 1e-3
-"""An energy balance that is further off, relative to the energy a collision can convert, makes a run unstable."""
+"""A balance of energy, or of a device with its curve, that is further off makes a run unstable.
+
+It is relative to the energy that the collision can convert.
+"""
 
 
 @dataclass(frozen=True)
@@ -140,7 +143,7 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
     balance = Numbers({q.name: q.value(measured) for q in BALANCE})
     return Summary(
         {q.name: q.value(measured) for q in (*TRAIN, *COLLISION)},
-        _status(tally, interfaces, balance.energy_error),
+        _status(measured, interfaces, balance),
         interfaces,
         vehicles,
         balance,
@@ -163,12 +166,20 @@ def _interface(side: Side) -> InterfaceMetrics:
     )
 
 
-def _status(tally: Tally, interfaces: tuple[InterfaceMetrics, ...], energy_error: float) -> Status:
+def _status(measured: Measured, interfaces: tuple[InterfaceMetrics, ...], balance: Numbers) -> Status:
+    tally, energy_error = measured.tally, balance.energy_error
     if not (np.isfinite(energy_error) and np.isfinite(tally.stroke_max).all()):
         return Status(Kind.UNSTABLE, detail="a value is not finite; take a smaller step")
     if abs(energy_error) > UNSTABLE:
         return Status(
             Kind.UNSTABLE, detail=f"the energy balance is off by {abs(energy_error):.2%}; take a smaller step"
+        )
+    if balance.curve_error > UNSTABLE:
+        side = measured.curve_error[1]
+        return Status(
+            Kind.UNSTABLE,
+            detail=f"{side.device.name} at {side.name} absorbed {side.energy / KJ:.4g} kJ, and the area below its curve "
+            f"is {side.energy_by_curve / KJ:.4g} kJ; take a smaller step",
         )
     if tally.first_force_time.max() < 0.0:
         return Status(

@@ -100,7 +100,11 @@ def checks(result: Result, summary: Summary) -> Table:
     """What must hold for the numbers to be trusted."""
     b, chain = summary.balance, result.chain
     step, largest = chain.step / MS, largest_step(chain) / MS
-    errors = (("energy balance", b.energy_error, UNSTABLE), ("momentum balance", b.momentum_error, _MOMENTUM))
+    errors = (
+        ("energy balance", b.energy_error, UNSTABLE),
+        ("absorbed energy, against the curves", b.curve_error, UNSTABLE),
+        ("momentum balance", b.momentum_error, _MOMENTUM),
+    )
     end, last = summary.duration_s, chain.time_limit
     rows = [
         *((name, f"{abs(e):.1e}", f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
@@ -110,7 +114,8 @@ def checks(result: Result, summary: Summary) -> Table:
     return Table(
         [*worded("Check"), Column("found"), Column("allowed"), *worded("verdict")],
         rows,
-        note="Energy relative to what the collision can convert, momentum to the sum of |m v| at the start.",
+        note="Energy relative to what the collision can convert, momentum to the sum of |m v| at the start. The curves: "
+        "what each device absorbed, against the area below its own curve.",
     )
 
 
