@@ -1,4 +1,4 @@
-"""Means over a time and over a moving window, and the channel filter, on signals whose answer is known."""
+"""Means over a moving window, and the channel filter, on signals whose answer is known."""
 
 from __future__ import annotations
 
@@ -6,47 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, freqz, sosfilt, sosfreqz
 
-from trainmj.collision.deceleration import cfc60_peak, mean_deceleration, window_peak
-
-# between two instants
-
-TIME = np.arange(0.0, 1.0, 0.1)
-SPEEDS = np.column_stack([5.0 - 3.0 * TIME, 2.0 * TIME, np.where(TIME < 0.45, 7.0, 1.0)])  # the third one jumps
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "expected"),
-    [
-        (0.2, 0.6, [3.0, 2.0, 15.0]),
-        (0.0, 0.9, [3.0, 2.0, 6.0 / 0.9]),  # a force in the first record
-        (0.25, 0.43, [3.0, 2.0, 1.8 / 0.18]),  # between records: 0.43 is three tenths of the way down the jump
-        (0.45, 0.95, [3.0, 2.0, 3.0 / 0.5]),  # the last step is behind the last record, and goes on as that did
-        (-1.0, -1.0, [0.0, 0.0, 0.0]),  # no force at all
-        (-1.0, 0.5, [0.0, 0.0, 0.0]),
-        (0.3, 0.3, [0.0, 0.0, 0.0]),  # a single step with force
-    ],
-)
-def test_mean_between_two_instants(first, last, expected):
-    assert mean_deceleration(first, last, TIME, SPEEDS).tolist() == pytest.approx(expected, rel=1e-12)
-
-
-def test_at_records_their_own_speeds_count_to_the_last_digit():
-    """Nothing is interpolated where a record stands: the first, the last and those between."""
-    speeds = np.random.default_rng(5).normal(size=(10, 3))
-    for i, j in ((0, 1), (0, 9), (2, 7), (8, 9)):
-        expected = np.abs(speeds[j] - speeds[i]) / (TIME[j] - TIME[i])
-        assert mean_deceleration(TIME[i], TIME[j], TIME, speeds).tolist() == expected.tolist()
-
-
-def test_between_the_last_two_records_the_speed_is_on_their_line():
-    assert mean_deceleration(0.02, 0.07, TIME[:2], SPEEDS[:2]).tolist() == pytest.approx([3.0, 2.0, 0.0])
-    jump = np.array([[5.0], [5.0], [1.0]])
-    assert mean_deceleration(0.12, 0.17, TIME[:3], jump).tolist() == pytest.approx([4.0 / 0.1])
-
-
-def test_mean_of_one_record_is_none():
-    assert mean_deceleration(0.0, 0.5, TIME[:1], SPEEDS[:1]).tolist() == [0.0, 0.0, 0.0]
-
+from trainmj.collision.deceleration import cfc60_peak, window_peak
 
 # moving windows
 
@@ -141,6 +101,18 @@ def test_cfc_60_says_nothing_where_records_are_too_far_apart():
     assert np.isnan(cfc60_peak(np.arange(200) / 599, speeds)).tolist() == [True, True]
     assert np.isfinite(cfc60_peak(np.arange(200) / 600, speeds)).all()
     assert cfc60_peak(np.array([0.0]), np.ones((1, 2))).tolist() == [0, 0]
+
+
+def test_cfc_60_of_a_collision_that_was_cut_off_does_not_count_the_cut():
+    """The signal that ends at once makes the filter ring; what comes later may be a step up or down or nothing."""
+    time = np.arange(301) * 1e-3
+    acceleration = 20 + 10 * np.sin(2 * np.pi * 7 * time[:-1])
+    velocity = np.append(0.0, np.cumsum(acceleration) * 1e-3)[:, None]
+    whole = cfc60_peak(time, velocity)
+    for n in range(80, 300, 7):
+        assert cfc60_peak(time[:n], velocity[:n], cut=True) <= whole * 1.002
+    assert cfc60_peak(time[:252], velocity[:252])[0] > 1.02 * acceleration[200:251].max(), "as if silence followed"
+    assert np.isnan(cfc60_peak(time[:8], velocity[:8], cut=True)).all()
 
 
 @pytest.mark.parametrize("n", [2, 1025])

@@ -16,6 +16,7 @@ from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, measure, summarise
 from trainmj.scenario import Scenario, load
+from trainmj.single import tables
 
 
 def collide(case: Chain) -> Summary:
@@ -31,6 +32,7 @@ def pulse(interval: float) -> tuple[Chain, Tally, np.ndarray, np.ndarray]:
     speed = 10 - 50 * np.clip(time - 0.05, 0, 0.06) - 20 * np.clip(time - 0.11, 0, 0.08)
     result = run(scenario([(0, 0), (10, 1000), (900, 1000)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
     tally = changed(result.tally, first_force_time=np.array([0.05]), last_force_time=np.array([0.19]))
+    tally = changed(tally, speed_first=np.array([10.0, 0.0]), speed_last=np.array([5.4, 0.0]))
     return result.chain, tally, time, np.column_stack([speed, np.zeros_like(speed)])
 
 
@@ -42,6 +44,35 @@ def test_moving_windows_on_a_known_pulse(interval):
     assert first.mean_100ms_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.04) / 0.1, rel=1e-2)
     assert first.mean_deceleration_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.08) / 0.14, rel=1e-2)
     assert first.cfc60_peak_g * 9.80665 == pytest.approx(50.0, rel=0.1), "the filter overshoots a little"
+
+
+@pytest.mark.parametrize(
+    ("interval_ms", "blank"),
+    [
+        (1, set()),
+        (2, {"mean_30ms_g", "cfc60_peak_g"}),
+        (10, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g"}),
+        (100, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g"}),
+    ],
+)
+def test_a_mean_finer_than_the_record_is_no_number(interval_ms, blank):
+    """Records 100 ms apart have no mean over 30 ms: 1.59 g would stand where 2.43 g is right."""
+    exact = summarise(run(load("b_type", {"simulation.record_every_ms": 0.1})))
+    found = summarise(run(load("b_type", {"simulation.record_every_ms": interval_ms})))
+    for one, other in zip(found.vehicles, exact.vehicles, strict=True):
+        assert {name for name, value in one.values.items() if np.isnan(value)} == blank
+        assert one.mean_deceleration_g == other.mean_deceleration_g, "that of the whole impact is from every step"
+        for name in {"mean_30ms_g", "mean_100ms_g"} - blank:
+            assert one.values[name] == pytest.approx(other.values[name], rel=3e-3)
+
+
+def test_a_filtered_peak_above_the_unfiltered_one_has_its_footnote():
+    """Breaks if an overshoot of the filter is taken for an acceleration."""
+    plateau = summarise(run(scenario([(0, 0), (1, 500), (900, 500)], 1000, step_ms=0.1)))
+    assert plateau.vehicles[0].cfc60_peak_g > plateau.vehicles[0].peak_acceleration_g
+    assert "overshoot" in tables.vehicles(plateau).note
+    spring = summarise(run(scenario([(0, 0), (500, 500), (900, 500)], 100, step_ms=0.1, speed_m_s=1.0)))
+    assert "overshoot" not in tables.vehicles(spring).note
 
 
 def test_a_window_that_reaches_past_the_end_holds_the_last_speed():
@@ -141,6 +172,8 @@ def tallied(result: Result, **fields: object) -> Summary:
         force_max=np.array([300e3, 500e3]),
         first_force_time=np.array([0.01, 0.0]),
         last_force_time=np.array([0.3, 0.4]),
+        speed_first=np.array([2.0, 2.0]),
+        speed_last=np.array([0.0, -1.0]),
     )
     return measure(result.chain, changed(tally, **fields), result.time, result.velocity)
 
@@ -159,6 +192,8 @@ def test_numbers_are_the_tally_in_engineering_units(against_a_wall):
     assert (first.name, first.mass_t, second.name) == ("M1", 33.0, "M2")
     assert (first.peak_device_acceleration_g, first.peak_acceleration_g) == (2.0, 4.0)
     assert (first.balance_time_s, second.balance_time_s) == (0.1, 0.2)
+    means = first.mean_deceleration_g * 9.80665, second.mean_deceleration_g * 9.80665
+    assert means == pytest.approx((7.5, 5.0)), "3 m/s and 2 m/s in the 0.4 s of force at the front"
     b = s.balance
     assert (b.kinetic_start_kJ, b.kinetic_end_kJ, b.absorbed_kJ, b.friction_kJ) == (132.0, 0.0, 129.0, 3.0)
     assert (b.elastic_kJ, b.energy_error, b.momentum_error) == (0.0, 0.0, 0.0)

@@ -54,6 +54,7 @@ class Head(_Field):
     MOST = "1", "records after which the simulation is done"
     DONE = "1", "1 when, at a record, it was over, out of records or not finite: the law rests from then on"
     N_RING = "1", "records that are kept"
+    FRONT = "1", "interface at which the two sides meet"
 
 
 class Car(_Field):
@@ -65,6 +66,8 @@ class Car(_Field):
     FRICTION_WORK = "J", "work done against rail friction", True
     DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
     TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction included", True
+    SPEED_FIRST = "m/s", "speed at the first force at the front", True
+    SPEED_LAST = "m/s", "speed at the last force at the front", True
 
 
 class Joint(_Field):
@@ -141,11 +144,12 @@ class Layout:
     def block(self, chain: Chain) -> Array:
         """(size,) the block of a chain before its first step."""
         block = np.zeros(self.size)
-        block[[Head.MAGIC, Head.N_VEHICLE, Head.N_INTERFACE, Head.N_POINT, Head.TIME]] = (
+        block[[Head.MAGIC, Head.N_VEHICLE, Head.N_INTERFACE, Head.N_POINT, Head.FRONT, Head.TIME]] = (
             MAGIC,
             self.n_vehicle,
             self.n_interface,
             self.n_point,
+            chain.front,
             -1.0,
         )
         if self.n_ring:

@@ -132,13 +132,18 @@ class Chain:
         return np.where(np.arange(len(self.vehicles)) < self.n_moving, -self.gap, 0.0)
 
     @property
+    def record_interval(self) -> float:
+        """Time from one recorded sample to the next [s]."""
+        return self.step * self.steps_per_record
+
+    @property
     def n_records(self) -> int:
         """Most samples that a run can record."""
-        return int(np.ceil(self.time_limit / (self.step * self.steps_per_record) - 1e-9)) + 1
+        return int(np.ceil(self.time_limit / self.record_interval - 1e-9)) + 1
 
     def record_times(self, n: int) -> Array:
         """(n,) times of the first n samples of a run [s]."""
-        return np.asarray(np.arange(n) * (self.step * self.steps_per_record))
+        return np.asarray(np.arange(n) * self.record_interval)
 
     @property
     def friction(self) -> Array:

@@ -1,4 +1,4 @@
-"""Accelerations that need a history: means over a time or a moving window, and the channel filter.
+"""Accelerations that need a history: means over a moving window, and the channel filter.
 
 They use recorded speeds. A mean acceleration is a difference of speeds divided by a time, so it misses no peak between
 two records.
@@ -14,32 +14,11 @@ _J211 = 2.0775  # SAE J211: a channel filter is designed for this times its clas
 FILTER_INTERVAL = 1 / 600
 """Longest time between two records that the channel filter takes [s]."""
 
+WINDOW_RECORDS = 30
+"""Fewest records in a moving window: with them a mean misses at most a few tenths of a percent of its peak."""
+
+_SETTLED = 0.010  # what comes later moves a filtered value by less than 0.2 % of its own size [s]
 _SILENCE = 0.05  # around a signal, by which the filter has died away [s]
-
-
-def mean_deceleration(first: float, last: float, time: Array, velocity: Array) -> Array:
-    """|Change of speed| between two instants, over the time between them.
-
-    Args:
-        first: instant [s]; negative if there is none.
-        last: instant [s].
-        time: (n_sample,) [s].
-        velocity: (n_sample, n_vehicle) [m/s].
-
-    Returns:
-        (n_vehicle,) [m/s2]; 0 if there is no time between the two, or only one record.
-    """
-    if first < 0 or last <= first or len(time) < 2:
-        return np.zeros(velocity.shape[1])
-    change = np.abs(_at(last, time, velocity) - _at(first, time, velocity))
-    return np.asarray(change / (last - first))
-
-
-def _at(instant: float, time: Array, velocity: Array) -> Array:
-    """(n_vehicle,) speeds between two records [m/s]."""
-    k = min(int(np.searchsorted(time, instant, side="right")), len(time) - 1)
-    share = (instant - time[k - 1]) / (time[k] - time[k - 1])
-    return np.asarray(velocity[k - 1] + share * (velocity[k] - velocity[k - 1]))
 
 
 def window_peak(window: float, time: Array, velocity: Array) -> Array:
@@ -68,7 +47,7 @@ def window_peak(window: float, time: Array, velocity: Array) -> Array:
     return np.asarray(change / window)
 
 
-def cfc60_peak(time: Array, velocity: Array) -> Array:
+def cfc60_peak(time: Array, velocity: Array, cut: bool = False) -> Array:
     """Largest |acceleration| behind the channel filter CFC 60 of SAE J211: 100 Hz, four poles, no phase.
 
     The filter, a two-pole Butterworth run forward and back, acts on the mean acceleration between records; running it
@@ -77,18 +56,25 @@ def cfc60_peak(time: Array, velocity: Array) -> Array:
     Args:
         time: (n_sample,) [s], evenly spaced.
         velocity: (n_sample, n_vehicle) [m/s].
+        cut: whether the collision was cut off at the last record: the silence behind it is not real then, and only
+            instants to which it does not reach count.
 
     Returns:
-        (n_vehicle,) [m/s2]; NaN if the records are too far apart for the filter, more than 1/600 s.
+        (n_vehicle,) [m/s2]; NaN if the records are too far apart for the filter, more than 1/600 s, or too few of a
+        collision that was cut off.
     """
     if len(time) < 2:
         return np.zeros(velocity.shape[1])
     interval = float(time[1] - time[0])
     if interval > FILTER_INTERVAL:
         return np.full(velocity.shape[1], np.nan)
-    n = len(time) - 1 + 2 * int(np.ceil(_SILENCE / interval))
+    known = len(time) - 1
+    n = known + 2 * int(np.ceil(_SILENCE / interval))
     n = 1 << (n - 1).bit_length()
     corner = np.tan(np.pi * 60 * _J211 * interval)
     gain = 1.0 / (1.0 + (np.tan(np.pi * np.fft.rfftfreq(n)) / corner) ** 4)
     spectrum = np.fft.rfft(np.diff(velocity.T) / interval, n)
-    return np.asarray(np.abs(np.fft.irfft(spectrum * gain, n)).max(axis=1))
+    filtered = np.abs(np.fft.irfft(spectrum * gain, n))
+    if cut:
+        filtered = filtered[:, : max(0, known - int(np.ceil(_SETTLED / interval)))]
+    return np.asarray(filtered.max(axis=1)) if filtered.size else np.full(velocity.shape[1], np.nan)

@@ -269,6 +269,12 @@ def _passive(offsets: Offsets) -> Any:
                 friction = s[c + CAR.FRICTION * n]
             out[i] += net + friction
         if fresh:
+            meeting = joints + int(s[HEAD.FRONT])
+            if s[meeting + JOINT.FORCE * m] > 0.0:
+                for i in range(n):
+                    s[cars + CAR.SPEED_LAST * n + i] = qvel[i]
+                    if s[meeting + JOINT.FIRST_FORCE_TIME * m] == time:
+                        s[cars + CAR.SPEED_FIRST * n + i] = qvel[i]
             s[HEAD.TIME] = time
             s[HEAD.OVER] = 1.0 if still or not active else 0.0
             s[HEAD.IMPULSE] += impulse

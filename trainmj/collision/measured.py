@@ -9,7 +9,6 @@ import numpy as np
 
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import WALL, Chain, Interface
-from trainmj.collision.deceleration import mean_deceleration
 from trainmj.collision.device import Array
 from trainmj.units import MM
 
@@ -87,9 +86,10 @@ class Measured:
 
     def mean_deceleration(self) -> Array:
         """(n_vehicle,) from the first to the last force at the front [m/s2]."""
-        front = self.chain.front
-        first, last = self.tally.first_force_time[front], self.tally.last_force_time[front]
-        return mean_deceleration(float(first), float(last), self.time, self.velocity)
+        front, tally = self.chain.front, self.tally
+        duration = float(tally.last_force_time[front] - tally.first_force_time[front])
+        change = np.abs(tally.speed_last - tally.speed_first)
+        return np.asarray(change / duration if duration > 0.0 else np.zeros_like(change))
 
     def balance_time(self) -> Array:
         """(n_vehicle,) when the interface on the side of the impact had its largest stroke [s]."""

@@ -16,7 +16,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 import numpy as np
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, window_peak
+from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc60_peak, window_peak
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.errors import InputError, close_match
@@ -76,6 +76,10 @@ class Quantity(Generic[T]):
     column: str = ""
     interval: float = math.inf
 
+    def is_number(self, chain: Chain) -> bool:
+        """Whether the records of a chain are close enough for it."""
+        return chain.record_interval <= self.interval * (1 + 1e-9)
+
     @cached_property
     def name(self) -> str:
         """Key and unit: the name of the attribute, and in JSON and CSV."""
@@ -129,15 +133,15 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
     ),
     Quantity(
         "mean_30ms", "g", 3, "mean\n30 ms", "largest mean over 30 ms",
-        lambda m: window_peak(0.030, m.time, m.velocity) / G, "mean_30ms",
+        lambda m: window_peak(0.030, m.time, m.velocity) / G, "mean_30ms", 0.030 / WINDOW_RECORDS,
     ),
     Quantity(
         "mean_100ms", "g", 3, "mean\n100 ms", "largest mean over 100 ms",
-        lambda m: window_peak(0.100, m.time, m.velocity) / G, "mean_100ms",
+        lambda m: window_peak(0.100, m.time, m.velocity) / G, "mean_100ms", 0.100 / WINDOW_RECORDS,
     ),
     Quantity(
-        "cfc60_peak", "g", 3, "CFC 60\npeak", "largest |acceleration| behind a CFC 60 filter (SAE J211)",
-        lambda m: cfc60_peak(m.time, m.velocity) / G, "cfc60_peak", FILTER_INTERVAL,
+        "cfc60_peak", "g", 3, "CFC 60\npeak", "largest |acceleration| behind a CFC 60 filter (SAE J211), which may overshoot a sharp peak",
+        lambda m: cfc60_peak(m.time, m.velocity, cut=not m.tally.over) / G, "cfc60_peak", FILTER_INTERVAL,
     ),
     Quantity(
         "final_speed", "km/h", 2, "final\nspeed", "speed at the end of the run",
@@ -283,14 +287,12 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
 
 def no_number(thing: Column | Quantity[Any], chain: Chain) -> str:
     """Why a response or quantity of a chain is not a number, and the cure; empty if it is one."""
-    interval = chain.step * chain.steps_per_record
     quantity = thing if isinstance(thing, Quantity) else of_each().get(thing.quantity)
-    longest = quantity.interval if quantity else math.inf
-    if interval <= longest:
+    if quantity is None or quantity.is_number(chain):
         return ""
     return (
-        f"{thing.name} is not a number with simulation.record_every_ms = {interval / MS:g}, too far apart for its "
-        f"filter: take at most {int(longest * 1e4) / 10:g}"
+        f"{thing.name} is not a number with simulation.record_every_ms = {chain.record_interval / MS:g}, too far apart "
+        f"for its filter or window: take at most {int(quantity.interval * 1e4) / 10:g}"
     )
 
 

@@ -135,7 +135,9 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
     measured = Measured(chain, tally, time, np.asfortranarray(velocity))  # the speeds of a vehicle side by side
     interfaces = tuple(_interface(side) for side in measured.sides)
     names = [q.name for q in VEHICLE]
-    of_vehicles = list(zip(*(np.asarray(q.value(measured), dtype=np.float64).tolist() for q in VEHICLE), strict=True))
+    blank = np.full(len(chain.vehicles), np.nan)
+    values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in VEHICLE)
+    of_vehicles = list(zip(*(value.tolist() for value in values), strict=True))
     vehicles = tuple(
         VehicleMetrics(dict(zip(names, of_vehicles[i], strict=True)), chain.vehicles[i].name, chain.vehicles[i].kind)
         for i in order_of_vehicles(chain)

@@ -16,7 +16,7 @@ from trainmj.output.plot import Trace, axes, line
 from trainmj.output.style import PALETTE
 from trainmj.scenario.parts import Curve, DeviceSpec, StagedDevice
 from trainmj.single.page_histories import MOST_LINES
-from trainmj.units import KJ, KN, MM, unit_of, words
+from trainmj.units import KJ, KN, MM, MS, unit_of, words
 
 _MOST_POINTS = 1500  # of a path
 
@@ -26,7 +26,7 @@ def add_devices(section: Section, result: Result) -> None:
     chain = result.chain
     section.text(
         "Grey: the envelope, along which a device crushes. In colour: stroke and force of the collision, one point for "
-        f"every record ({1e3 * chain.step * chain.steps_per_record:.3g} ms); a shorter event, such as a shear-off, may "
+        f"every record ({chain.record_interval / MS:.3g} ms); a shorter event, such as a shear-off, may "
         "fall between two of them. Paths of the partner: click their names."
     )
     users = _users(chain)

@@ -70,5 +70,5 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
         )
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "
-        f"a record every {chain.step * chain.steps_per_record / MS:g} ms; at most {chain.time_limit:g} s."
+        f"a record every {chain.record_interval / MS:g} ms; at most {chain.time_limit:g} s."
     )

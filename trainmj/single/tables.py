@@ -22,6 +22,7 @@ from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
 
+_SEEN = 5e-4  # g: half a digit of the table
 _MOMENTUM = 1e-9  # momentum is kept to round-off; a larger error, relative to the sum of |m v|, is a fault
 
 
@@ -72,12 +73,19 @@ def _limit(stage: StageUse) -> Verdict | str:
 
 def vehicles(summary: Summary) -> Table:
     """Every vehicle, from the front backwards, the moving train first."""
+    note = (
+        "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
+        "time: when the interface on the side of the impact had its largest stroke."
+    )
+    if any(v.cfc60_peak_g - v.peak_acceleration_g > _SEEN for v in summary.vehicles):
+        note += " A CFC 60 peak above the total peak is the filter's overshoot, no acceleration that was there."
+    if any(np.isnan(list(v.values.values())).any() for v in summary.vehicles):
+        note += " Missing values need records closer together (record_every_ms), or a collision that is not cut off."
     return Table(
         [*worded("Vehicle", "type"), *_columns(VEHICLE)],
         [(v.name, v.kind, *v.values.values()) for v in summary.vehicles],
         "Vehicles",
-        "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
-        "time: when the interface on the side of the impact had its largest stroke.",
+        note,
     )
 
 
