@@ -183,8 +183,12 @@ def test_numbers_are_the_tally_in_engineering_units(against_a_wall):
     assert (str(s.status), s.duration_s) == ("over", 0.5)
     front, joint = s.interfaces
     assert (front.name, joint.name) == ("M1-wall", "M1-M2")
-    assert (front.stroke_mm, front.peak_force_kN, front.energy_kJ, front.peak_time_s) == pytest.approx((207.5, 500.0, 100.0, 0.1))
-    assert (joint.stroke_mm, joint.peak_force_kN, joint.energy_kJ, joint.peak_time_s) == pytest.approx((65.5, 300.0, 29.0, 0.2))
+    assert (front.stroke_mm, front.peak_force_kN, front.energy_kJ, front.peak_time_s) == pytest.approx(
+        (207.5, 500.0, 100.0, 0.1)
+    )
+    assert (joint.stroke_mm, joint.peak_force_kN, joint.energy_kJ, joint.peak_time_s) == pytest.approx(
+        (65.5, 300.0, 29.0, 0.2)
+    )
     assert (front.permanent_mm, joint.permanent_mm) == (pytest.approx(202.5), pytest.approx(60.5))
     assert pytest.approx(273.0) == s.TS_mm
     assert pytest.approx(1.5) == s.TAMA_g
@@ -278,7 +282,18 @@ def test_plain_values_have_none_where_json_has_no_number(against_a_wall):
     assert plain["criteria"]["TAMA_g"] is None
     assert plain["criteria"]["TS_mm"] == pytest.approx(273.0)
     assert set(plain) == {
-        *("status", "where", "reason", "criteria", "duration_s", "interfaces", "vehicles", "balance", "limits")
+        *(
+            "status",
+            "where",
+            "reason",
+            "criteria",
+            "duration_s",
+            "interfaces",
+            "vehicles",
+            "balance",
+            "limits",
+            "remarks",
+        )
     }
     front = plain["interfaces"][0]
     assert (front["crush_mm"], front["exhausted"]) == (pytest.approx(207.5), False)

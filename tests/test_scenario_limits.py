@@ -7,14 +7,14 @@ import math
 from dataclasses import replace
 
 import pytest
-from builders import scenario
+from builders import changed, scenario
 from click.testing import CliRunner
 
 from trainmj.cli import main
 from trainmj.collision.limits import Criterion
 from trainmj.collision.lineup import line_up
 from trainmj.collision.simulation import run
-from trainmj.collision.summary import summarise
+from trainmj.collision.summary import measure, summarise
 from trainmj.errors import InputError
 from trainmj.scenario import load, save
 from trainmj.single.page import page_of_run
@@ -58,7 +58,9 @@ def test_a_limit_is_one_of_the_magnitude():
 
 def test_a_limit_of_what_is_not_a_number_is_refused_with_the_reason():
     case = load("b_type", {"simulation.record_every_ms": 10, "limits.cfc60_peak_g": 3})
-    with pytest.raises(InputError, match=r"limits.cfc60_peak_g = 3: .*too far apart for its filter or window: take at most 1.6"):
+    with pytest.raises(
+        InputError, match=r"limits.cfc60_peak_g = 3: .*too far apart for its filter or window: take at most 1.6"
+    ):
         line_up(case)
 
 
@@ -94,12 +96,38 @@ def test_stage_limits_are_judged_where_the_stage_is_used_most():
 
 
 def test_a_value_that_is_not_a_number_is_not_kept():
-    summary = found_with({"mean_deceleration_g": 5.0})
-    vehicle = replace(summary.vehicles[1], values=summary.vehicles[1].values | {"mean_deceleration_g": math.nan})
-    broken = replace(summary, vehicles=(summary.vehicles[0], vehicle, *summary.vehicles[2:]))
-    assert broken.limits[0].where == "M2"
-    assert not broken.limits[0].kept
+    case = scenario(CURVE, 80.0, partner="t", mass_t=[20, 30], speed_m_s=3.0, time_limit_s=0.3)
+    result = run(case.with_values({"limits.mean_deceleration_g": 5.0}))
+    (of_m2,) = (i for i, v in enumerate(result.chain.vehicles) if v.name == "M2")
+    speeds = result.tally.speed_last.copy()
+    speeds[of_m2] = math.nan
+    broken = measure(result.chain, changed(result.tally, speed_last=speeds), result.time, result.velocity)
+    assert (broken.limits[0].where, broken.limits[0].kept) == ("M2", False)
+    assert str(broken.status) == "limit passed: mean deceleration of M2 (nan of 5 g)"
     assert not Criterion("a", "a", "", math.inf, 1.0, "", 1).kept
+
+
+def test_a_limit_that_is_passed_is_the_status():
+    """A case that is over but passed a limit must not read as one that kept all."""
+    kept, over = found_with({"TAMA_g": 50.0}), found_with({"TAMA_g": 0.1, "peak_device_S1_g": 0.1, "energy_kJ": 50.0})
+    assert (kept.status.kind, over.status.kind) == ("over", "limit passed")
+    tama, partner, _ = over.limits
+    assert str(over.status) == (
+        f"limit passed: TAMA ({tama.text} of 0.1 g), peak device S1 of the partner ({partner.text} of 0.1 g)"
+    )
+    assert over.row()["status"] == "limit passed"
+
+
+def test_a_limit_can_be_the_exit_code_of_a_run():
+    words = ["run", "b_type_wall", "--set", "simulation.step_ms=0.5", "--set", "limits.TAMA_g=0.1"]
+    assert [CliRunner().invoke(main, [*words, *more]).exit_code for more in ((), ("--fail-on-limit",))] == [0, 1]
+    assert CliRunner().invoke(main, [*words[:-2], "--fail-on-limit"]).exit_code == 0
+
+
+def test_a_device_past_its_limit_names_the_limits_of_the_scenario_too():
+    found = summarise(run(load("b_type", {"speed_km_h": 30, "limits.TAMA_g": 1.0})))
+    assert str(found.status).startswith("stroke exhausted at S1-M1 anti_climber (")
+    assert "; limit passed: TAMA (" in str(found.status)
 
 
 @pytest.mark.parametrize(

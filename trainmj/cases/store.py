@@ -19,7 +19,7 @@ from typing import Any, Self
 from trainmj.cases.engine import Key, Row
 from trainmj.cases.origin import Origin, in_words
 from trainmj.collision.quantities import Column, ordered
-from trainmj.collision.status import FAILED
+from trainmj.collision.status import Kind
 from trainmj.errors import InputError, OutputError
 from trainmj.files.text import printable
 from trainmj.files.written import remove, replacing
@@ -110,11 +110,11 @@ class Store:
         """Keys of the cases that are in the file."""
         return {key for (key,) in self._select(f'SELECT "{self._key}" FROM results')}
 
-    def failed(self) -> Iterator[tuple[Any, str, str]]:
-        """Key, status and reason of the cases whose responses are of no use, in the order of the keys."""
-        marks = ", ".join("?" * len(FAILED))
+    def ended(self, kinds: Sequence[Kind]) -> Iterator[tuple[Any, str, str]]:
+        """Key, status and reason of the cases that ended in one of these ways, in the order of the keys."""
+        marks = ", ".join("?" * len(kinds))
         query = f'SELECT "{self._key}", status, reason FROM results WHERE status IN ({marks}) ORDER BY "{self._key}"'
-        return self._select(query, FAILED)
+        return self._select(query, tuple(kinds))
 
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
         """The rows of those keys that are in the file, without their empty values."""

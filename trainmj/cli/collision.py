@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import parts_of, takes_figures, takes_json, takes_scenario
+from trainmj.cli.options import parts_of, takes_fail_on_limit, takes_figures, takes_json, takes_scenario
 from trainmj.cli.report import REPORT, takes_report
 from trainmj.errors import InputError
 from trainmj.files.written import held
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     metavar="NAMES",
     help="With --converge: what is to settle, as columns with commas between; * stands for any part of a name.",
 )
+@takes_fail_on_limit
 @takes_json
 def run(
     scenario: str,
@@ -45,6 +46,7 @@ def run(
     with_report: bool,
     with_steps: bool,
     responses: str | None,
+    fail_on_limit: bool,
     as_json: bool,
 ) -> None:
     """Compute one collision.
@@ -53,7 +55,8 @@ def run(
     one: it is computed again and compared, number by number.
 
     Exit code: 0 when computed (the status says how it ended), 1 if unstable, if a repeated result differs from the
-    saved one, or if the responses do not settle as the step is halved, 2 for wrong input.
+    saved one, if the responses do not settle as the step is halved, or with --fail-on-limit if a limit was passed; 2
+    for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
@@ -66,6 +69,7 @@ def run(
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
     if out is not None:
         click.get_current_context().with_resource(held(out))
+    from trainmj.collision.status import PAST_LIMITS
     from trainmj.single import screen
 
     steps = None
@@ -94,7 +98,8 @@ def run(
         if out is not None:
             click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
-    if summary.status.failed or differs or drifts:
+    past_limits = fail_on_limit and summary.status.kind in PAST_LIMITS
+    if summary.status.failed or differs or drifts or past_limits:
         sys.exit(1)
 
 

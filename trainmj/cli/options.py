@@ -117,6 +117,11 @@ takes_figures = _together(
     ),
 )
 
+takes_fail_on_limit = click.option(
+    "--fail-on-limit", is_flag=True, help="Exit code 1 where a limit, or the end of a device's curve, was passed."
+)
+"""The option --fail-on-limit of commands whose exit code says by default only whether they computed."""
+
 takes_json = click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of tables.")
 
 

@@ -16,6 +16,7 @@ from trainmj.cli.options import (
     going_on,
     parts_of,
     split_assignment,
+    takes_fail_on_limit,
     takes_figures,
     takes_folder,
     takes_json,
@@ -73,6 +74,7 @@ def _engine(dask: str | None, scenario: Scenario) -> AbstractContextManager[Engi
 @click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster: its scheduler's address, or 'local'.")
 @click.option("--parquet", is_flag=True, help="Write results.parquet too.")
 @takes_report
+@takes_fail_on_limit
 def sweep(
     scenario: str,
     changes: dict[str, Any],
@@ -85,11 +87,15 @@ def sweep(
     dask: str | None,
     parquet: bool,
     with_report: bool,
+    fail_on_limit: bool,
 ) -> None:
     """Compute many cases of a scenario, one row for each.
 
     SCENARIO may also be a sweep file, which states the cases itself. Results are kept as they come, in
     results.sqlite and at the end results.csv; whatever stops a sweep, the same command goes on.
+
+    Exit code: 0 when done, 1 if no case could be computed, or with --fail-on-limit if one failed or passed a limit; 2
+    for wrong input.
     """
     from trainmj.output.console import Progress
     from trainmj.sweep.plan import is_sweep_file
@@ -115,6 +121,8 @@ def sweep(
     print_sweep(result)
     if with_report:
         write(out)
+    if result.failed == result.cases or (fail_on_limit and (result.failed or result.past_limits)):
+        sys.exit(1)
 
 
 @click.command()

@@ -86,6 +86,12 @@ class Envelope:
         return float(self.force[k] + self.slope[k] * (stroke - self.stroke[k]))
 
     @cached_property
+    def steep(self) -> bool:
+        """Whether it rises faster than its stiffness in places."""
+        jump = (np.diff(self.stroke) == 0.0) & (np.diff(self.force) > 0.0)
+        return bool(self.force[0] > 0.0 or jump.any() or (self.slope > self.stiffness).any())
+
+    @cached_property
     def climbing(self) -> Envelope:
         """The path of first loading: the crush curve, and the climb along K to it where it rises faster."""
         at, force = 0.0, 0.0
@@ -206,8 +212,8 @@ def _series_path(a: Envelope, b: Envelope) -> Array:
 def _reach(e: Envelope, force: float) -> float:
     """Smallest stroke at which a curve carries a force."""
     k = int(np.argmax(e.force >= force))
-    if k == 0:
-        return float(e.stroke[0])
+    if k == 0 or e.force[k] == force:
+        return float(e.stroke[k])
     share = (force - e.force[k - 1]) / (e.force[k] - e.force[k - 1])
     return float(e.stroke[k - 1] + share * (e.stroke[k] - e.stroke[k - 1]))
 

@@ -8,15 +8,14 @@ stages belong to the devices and hold wherever these are built in.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from trainmj.collision.quantities import STAGE, Column, in_digits, of_each
+from trainmj.collision.chain import Chain
+from trainmj.collision.quantities import STAGE, columns_of, in_digits, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.scenario.parts import DEVICE
-
-Part = VehicleMetrics | InterfaceMetrics
 
 
 @dataclass(frozen=True)
@@ -32,6 +31,7 @@ class Criterion:
         limit: the largest magnitude that is allowed.
         unit: of both.
         digits: decimals worth reading; negative for significant digits.
+        of_scenario: whether the scenario states it under ``limits``; otherwise a device states it for a stroke.
     """
 
     name: str
@@ -41,6 +41,7 @@ class Criterion:
     limit: float
     unit: str
     digits: int
+    of_scenario: bool = False
 
     @property
     def kept(self) -> bool:
@@ -57,6 +58,12 @@ class Criterion:
         """What was found, with the digits that are worth reading."""
         return in_digits(self.found, self.digits)
 
+    @property
+    def said(self) -> str:
+        """What was found against the limit: ``mean deceleration of M1 (5.214 of 5 g)``."""
+        found = f"{self.text} of {self.limit:g} {self.unit}".rstrip()
+        return f"{self.title}{f' of {self.where}' if self.where else ''} ({found})"
+
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them."""
         names = ("name", "where", "found", "limit", "unit", "kept")
@@ -64,26 +71,31 @@ class Criterion:
 
 
 def of_responses(
-    limits: Mapping[str, float], row: Mapping[str, float], columns: Mapping[str, Column], own: Iterable[Part]
+    chain: Chain,
+    responses: Mapping[str, float],
+    interfaces: Sequence[InterfaceMetrics],
+    vehicles: Sequence[VehicleMetrics],
 ) -> Iterator[Criterion]:
     """What became of the limits that a scenario states.
 
     Args:
-        limits: largest values by quantity or column.
-        row: the responses by column.
-        columns: of the responses.
-        own: vehicles and interfaces of the moving train.
+        chain: what was collided.
+        responses: by column.
+        interfaces: from the front backwards, the moving train first.
+        vehicles: likewise.
     """
-    parts = list(own)
-    for name, limit in limits.items():
+    own: tuple[VehicleMetrics | InterfaceMetrics, ...] = (*vehicles[: chain.n_moving], *interfaces[: chain.n_moving])
+    columns = columns_of(chain)
+    for name, limit in chain.limits.items():
         if name in columns:
             column = columns[name]
-            yield Criterion(name, column.title, "", row[name], limit, column.unit, column.digits)
+            title = f"{column.title} of the partner" if column.of_partner else column.title
+            yield Criterion(name, title, "", responses[name], limit, column.unit, column.digits, True)
         else:
             quantity = of_each()[name]
-            worst = max((p for p in parts if name in p.values), key=lambda part: _badness(part.values[name]))
+            worst = max((p for p in own if name in p.values), key=lambda part: _badness(part.values[name]))
             title = quantity.key.replace("_", " ")
-            yield Criterion(name, title, worst.name, worst.values[name], limit, quantity.unit, quantity.digits)
+            yield Criterion(name, title, worst.name, worst.values[name], limit, quantity.unit, quantity.digits, True)
 
 
 def of_stages(interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:

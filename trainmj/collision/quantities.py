@@ -46,6 +46,11 @@ class Column(NamedTuple):
     quantity: str
     place: tuple[int, ...]
 
+    @property
+    def of_partner(self) -> bool:
+        """Whether it is of a vehicle or an interface of the partner."""
+        return bool(self.place[0] and self.place[1])
+
 
 def in_digits(value: float, digits: int) -> str:
     """A value with so many decimals or, if negative, significant digits."""
@@ -140,7 +145,8 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         lambda m: window_peak(0.100, m.time, m.velocity) / G, "mean_100ms", 0.100 / WINDOW_RECORDS,
     ),
     Quantity(
-        "cfc60_peak", "g", 3, "CFC 60\npeak", "largest |acceleration| behind a CFC 60 filter (SAE J211), which may overshoot a sharp peak",
+        "cfc60_peak", "g", 3, "CFC 60\npeak",
+        "largest |acceleration| behind a CFC 60 filter (SAE J211), which may overshoot a sharp peak",
         lambda m: cfc60_peak(m.time, m.velocity, cut=not m.tally.over) / G, "cfc60_peak", FILTER_INTERVAL,
     ),
     Quantity(

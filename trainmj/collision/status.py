@@ -13,6 +13,7 @@ class Kind(StrEnum):
     TIME_LIMIT = "time limit"
     NO_CONTACT = "no contact"
     EXHAUSTED = "stroke exhausted"
+    LIMIT = "limit passed"
     UNSTABLE = "unstable"
     REFUSED = "refused"
 
@@ -22,12 +23,16 @@ MEANING = {
     Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
     Kind.NO_CONTACT: "computed, but no device was pressed",
     Kind.EXHAUSTED: "computed, but a stroke limit or the end of a curve was passed",
+    Kind.LIMIT: "computed, but a limit that the scenario states was passed",
     Kind.UNSTABLE: "an energy balance is off, or a value is not finite",
     Kind.REFUSED: "the values break a rule, which the reason names",
 }
 
 FAILED = (Kind.REFUSED, Kind.UNSTABLE)
 """Kinds of cases whose responses are of no use."""
+
+PAST_LIMITS = (Kind.EXHAUSTED, Kind.LIMIT)
+"""Kinds of cases that a design does not pass."""
 
 
 @dataclass(frozen=True)

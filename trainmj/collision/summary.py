@@ -15,7 +15,7 @@ import numpy as np
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
-from trainmj.collision.limits import Criterion, Part, of_responses, of_stages
+from trainmj.collision.limits import Criterion, of_responses, of_stages
 from trainmj.collision.measured import Measured, Side, order_of_vehicles
 from trainmj.collision.quantities import (
     BALANCE,
@@ -30,6 +30,7 @@ from trainmj.collision.quantities import (
     with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
+from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
 from trainmj.files.written import finite
@@ -54,35 +55,24 @@ class Summary(Numbers):
         interfaces: from the front backwards, the moving train first.
         vehicles: likewise.
         balance: where energy and momentum went, the numbers of :data:`trainmj.collision.quantities.BALANCE`.
-        columns: of :meth:`row`, by name, in its order; status and reason are not among them.
-        n_moving: how many of the first vehicles, and of the first interfaces, are the moving train's.
-        allowed: largest values that the scenario allows, by quantity or column.
+        limits: every limit beside what was found: those of the scenario, then the strokes of stages.
+        remarks: what is computed otherwise than one might read the scenario, a sentence each.
+        responses: every response by the name of its column, in the order of tables: ``stroke_S1_M1_mm``.
+        columns: what the responses are, by the same names.
     """
 
     status: Status
     interfaces: tuple[InterfaceMetrics, ...]
     vehicles: tuple[VehicleMetrics, ...]
     balance: Numbers
+    limits: tuple[Criterion, ...]
+    remarks: tuple[str, ...]
+    responses: Mapping[str, float] = field(repr=False)
     columns: Mapping[str, Column] = field(repr=False, compare=False)
-    n_moving: int = field(repr=False, compare=False)
-    allowed: Mapping[str, float] = field(repr=False, compare=False)
-
-    @property
-    def limits(self) -> tuple[Criterion, ...]:
-        """Every limit beside what was found: those of the scenario, then the strokes of stages."""
-        own: tuple[Part, ...] = (*self.vehicles[: self.n_moving], *self.interfaces[: self.n_moving])
-        return (*of_responses(self.allowed, self.row(), self.columns, own), *of_stages(self.interfaces))
 
     def row(self) -> dict[str, Any]:
-        """Status, reason and every response by the name of its column: ``stroke_S1_M1_mm``, ``peak_device_M1_g``."""
-        values = [*_shown(self, (*TRAIN, *COLLISION)), *_shown(self.balance, BALANCE)]
-        for i in self.interfaces:
-            values += _shown(i, INTERFACE)
-            values += [stage.stroke_mm for stage in i.stages] if len(i.stages) > 1 else []
-        for v in self.vehicles:
-            values += _shown(v, VEHICLE)
-        status = {"status": self.status.kind.value, "reason": self.status.reason}
-        return status | dict(zip(self.columns, values, strict=True))
+        """Status, reason and every response by the name of its column."""
+        return {"status": self.status.kind.value, "reason": self.status.reason, **self.responses}
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them; None for NaN and infinity, which JSON cannot hold."""
@@ -97,6 +87,7 @@ class Summary(Numbers):
                 "vehicles": [v.as_row() for v in self.vehicles],
                 "balance": self.balance.values,
                 "limits": [criterion.as_dict() for criterion in self.limits],
+                "remarks": self.remarks,
             }
         )
         return plain
@@ -143,16 +134,25 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
         for i in order_of_vehicles(chain)
     )
     balance = Numbers({q.name: q.value(measured) for q in BALANCE})
-    return Summary(
-        {q.name: q.value(measured) for q in (*TRAIN, *COLLISION)},
-        _status(measured, interfaces, balance),
-        interfaces,
-        vehicles,
-        balance,
-        columns_of(chain),
-        chain.n_moving,
-        chain.limits,
-    )
+    whole = Numbers({q.name: q.value(measured) for q in (*TRAIN, *COLLISION)})
+    columns = columns_of(chain)
+    responses = dict(zip(columns, _responses(whole, balance, interfaces, vehicles), strict=True))
+    limits = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
+    status = _status(measured, interfaces, balance, limits)
+    return Summary(whole.values, status, interfaces, vehicles, balance, limits, remarks(chain), responses, columns)
+
+
+def _responses(
+    whole: Numbers, balance: Numbers, interfaces: Iterable[InterfaceMetrics], vehicles: Iterable[VehicleMetrics]
+) -> list[float]:
+    """Every number that has a column, in the order of the columns."""
+    values = [*_shown(whole, (*TRAIN, *COLLISION)), *_shown(balance, BALANCE)]
+    for i in interfaces:
+        values += _shown(i, INTERFACE)
+        values += [stage.stroke_mm for stage in i.stages] if len(i.stages) > 1 else []
+    for v in vehicles:
+        values += _shown(v, VEHICLE)
+    return values
 
 
 def _interface(side: Side) -> InterfaceMetrics:
@@ -168,7 +168,9 @@ def _interface(side: Side) -> InterfaceMetrics:
     )
 
 
-def _status(measured: Measured, interfaces: tuple[InterfaceMetrics, ...], balance: Numbers) -> Status:
+def _status(
+    measured: Measured, interfaces: Iterable[InterfaceMetrics], balance: Numbers, limits: Iterable[Criterion]
+) -> Status:
     tally, energy_error = measured.tally, balance.energy_error
     if not (np.isfinite(energy_error) and np.isfinite(tally.stroke_max).all()):
         return Status(Kind.UNSTABLE, detail="a value is not finite; take a smaller step")
@@ -180,8 +182,8 @@ def _status(measured: Measured, interfaces: tuple[InterfaceMetrics, ...], balanc
         side = measured.curve_error[1]
         return Status(
             Kind.UNSTABLE,
-            detail=f"{side.device.name} at {side.name} absorbed {side.energy / KJ:.4g} kJ, and the area below its curve "
-            f"is {side.energy_by_curve / KJ:.4g} kJ; take a smaller step",
+            detail=f"{side.device.name} at {side.name} absorbed {side.energy / KJ:.4g} kJ, and the area below its "
+            f"curve is {side.energy_by_curve / KJ:.4g} kJ; take a smaller step",
         )
     if tally.first_force_time.max() < 0.0:
         return Status(
@@ -191,10 +193,14 @@ def _status(measured: Measured, interfaces: tuple[InterfaceMetrics, ...], balanc
             else "no device was pressed before the time limit",
         )
     spent = [_spent(i) for i in interfaces if i.exhausted]
+    passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
+    cut = "" if tally.over else "; cut off by the time limit"
     if spent:
         where, said = zip(*spent, strict=True)
-        cut = "" if tally.over else "; cut off by the time limit"
-        return Status(Kind.EXHAUSTED, tuple(where), ", ".join(said) + cut)
+        more = f"; {Kind.LIMIT}: {passed}" if passed else ""
+        return Status(Kind.EXHAUSTED, tuple(where), ", ".join(said) + more + cut)
+    if passed:
+        return Status(Kind.LIMIT, detail=passed + cut)
     return Status(Kind.OVER if tally.over else Kind.TIME_LIMIT)
 
 

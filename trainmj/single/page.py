@@ -60,6 +60,8 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     section = page.section("Checks")
     section.table(tables.checks(result, summary))
     section.table(tables.energy(summary))
+    for remark in summary.remarks:
+        section.text(remark)
     _add_scenario(page.section("Scenario"), result)
     return page
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from rich.console import Console
 from rich.text import Text
 
 from trainmj.collision.chain import Chain, largest_step
 from trainmj.collision.quantities import TRAIN
+from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
@@ -37,6 +40,12 @@ def print_summary(result: Result, summary: Summary) -> None:
     ):
         console.print()
         print_table(console, table)
+    _print_remarks(console, summary.remarks)
+
+
+def _print_remarks(console: Console, found: Iterable[str]) -> None:
+    for remark in found:
+        console.print(Text(f"Note: {remark}"))
 
 
 def print_convergence(convergence: Convergence) -> None:
@@ -62,12 +71,7 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.vehicles_of(chain))
     console.print()
     print_table(console, tables.interfaces_of(chain))
-    steep = [i.name for i in chain.interfaces if (i.envelope.slope > i.envelope.stiffness).any()]
-    if steep:
-        console.print(
-            f"Note: the envelope of {', '.join(steep)} rises faster than the unloading stiffness in places; there the "
-            "force climbs along the stiffness."
-        )
+    _print_remarks(console, remarks(chain))
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "
         f"a record every {chain.record_interval / MS:g} ms; at most {chain.time_limit:g} s."

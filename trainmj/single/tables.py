@@ -122,8 +122,8 @@ def checks(result: Result, summary: Summary) -> Table:
     return Table(
         [*worded("Check"), Column("found"), Column("allowed"), *worded("verdict")],
         rows,
-        note="Energy relative to what the collision can convert, momentum to the sum of |m v| at the start. The curves: "
-        "what each device absorbed, against the area below its own curve.",
+        note="Energy relative to what the collision can convert, momentum to the sum of |m v| at the start. Curves: "
+        "absorbed energy against the area below each one.",
     )
 
 

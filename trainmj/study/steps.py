@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from trainmj.collision.status import FAILED, Kind
+from trainmj.collision.status import FAILED, PAST_LIMITS
 from trainmj.doe import (
     Design,
     Lattice,
@@ -95,7 +95,7 @@ def simulations(study: Study, points: FloatArray, simulator: Simulator) -> Outpu
         "n": len(found),
         "failed": int((~good).sum()),
         "first_failure": found.first_failure,
-        "exhausted": sum(status == Kind.EXHAUSTED for status in found.status),
+        "past_limits": sum(status in PAST_LIMITS for status in found.status),
     }
     draw = partial(figures.responses, study, found.points[good], found.responses[good])
     return Output(found, {"02_simulations": table}, facts, {"02_simulations": draw} if good.any() else {})

@@ -47,7 +47,7 @@ def design(summary: Summary) -> dict[str, Any]:
         "Simulated": judged(
             failed == 0, f"all {n}", f"{failed} of {n} failed and were left out; the first is {done['first_failure']}"
         ),
-        "Past a stroke limit": warned(f"{done['exhausted']} of {n}") if done["exhausted"] else passed("none"),
+        "Past a limit": warned(f"{done['past_limits']} of {n}") if done["past_limits"] else passed("none"),
     }
 
 

@@ -14,7 +14,7 @@ from trainmj.cases.origin import versions_in
 from trainmj.cases.reader import read_sweep
 from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import FAILED, MEANING, Kind
+from trainmj.collision.status import FAILED, MEANING, PAST_LIMITS, Kind
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
@@ -97,12 +97,19 @@ def _commands(sweep: Swept, folder: str) -> str:
 
 def _add_outcome(section: Section, sweep: Swept) -> None:
     counts = {Kind(str(kind)): int(count) for kind, count in sweep.table["status"].value_counts().items()}
-    bad, spent, n = sum(counts.get(kind, 0) for kind in FAILED), counts.get(Kind.EXHAUSTED, 0), len(sweep.table)
+    bad, past = (sum(counts.get(kind, 0) for kind in kinds) for kinds in (FAILED, PAST_LIMITS))
+    n = len(sweep.table)
     all_there = passed("all finished") if n == sweep.planned else warned("unfinished: the same command goes on")
     section.cards(
         Card("Cases", str(n), f"of {sweep.planned}", verdict=all_there),
         Card("Failed", str(bad), "cases", "refused or unstable", verdict=judged(bad == 0, "none", "see below")),
-        Card("Past a stroke limit", str(spent), "cases", verdict=warned("see below") if spent else passed("none")),
+        Card(
+            "Past a limit",
+            str(past),
+            "cases",
+            "of the scenario or a device",
+            verdict=judged(past == 0, "none", "see below"),
+        ),
     )
     heads = [*worded("Status"), Column("cases"), Column("share", "%", 1), *worded("what it means")]
     endings = [(kind, count, 100.0 * count / n, MEANING[kind]) for kind, count in counts.items()]
@@ -115,12 +122,12 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
 def _add_failures(section: Section, sweep: Swept) -> None:
     """How the cases ended over what was varied, and the reasons with their cases."""
     if (sweep.table["status"] == Kind.OVER).all():
-        section.text("Every case came to its end within the stroke limits of its devices.")
+        section.text("Every case came to its end within all limits.")
         return
     add_map(section, sweep.table, sweep.factors)
     for kinds, verdict, title in (
         (FAILED, failed, "Failed cases"),
-        ((Kind.EXHAUSTED,), warned, "Stroke limits passed"),
+        (PAST_LIMITS, failed, "Limits passed"),
         ((Kind.TIME_LIMIT,), warned, "Cut off by the time limit"),
         ((Kind.NO_CONTACT,), warned, "No contact"),
     ):

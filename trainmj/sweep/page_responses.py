@@ -209,6 +209,7 @@ def _span(means: Array) -> float | None:
 LOOK = {
     Kind.OVER: (PALETTE[0], "circle"),
     Kind.EXHAUSTED: (PALETTE[1], "triangle-up"),
+    Kind.LIMIT: (PALETTE[1], "triangle-down"),
     Kind.TIME_LIMIT: (PALETTE[4], "square"),
     Kind.NO_CONTACT: (PALETTE[2], "circle-open"),
     Kind.UNSTABLE: ("#22262e", "x"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
+from trainmj.collision.status import FAILED, PAST_LIMITS
 from trainmj.errors import InputError
 from trainmj.files.written import held
 from trainmj.scenario import Scenario, to_yaml
@@ -39,6 +40,8 @@ class SweepResult:
         computed: how many were computed now; the others were there.
         failed: how many of all are refused or unstable.
         first_failure: number, status and reason of the first of these; empty if there is none.
+        past_limits: how many of all passed a limit, or the end of a device's curve.
+        first_past_limits: likewise.
         seconds: wall time [s].
     """
 
@@ -47,6 +50,8 @@ class SweepResult:
     computed: int
     failed: int
     first_failure: str
+    past_limits: int
+    first_past_limits: str
     seconds: float
 
 
@@ -93,10 +98,16 @@ def run_sweep(
             progress(there := len(finished))
             fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
             store.write_csv(folder / "results.csv")
-            failed = [f"case {number}, {status}: {reason}" for number, status, reason in store.failed()]
+            failed, past_limits = (_said(store.ended(kinds)) for kinds in (FAILED, PAST_LIMITS))
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
-    return SweepResult(folder, len(sweep), len(sweep) - there, len(failed), next(iter(failed), ""), seconds)
+    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *past_limits, seconds)
+
+
+def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
+    """How many cases there are, and the first of them in words."""
+    all_of_them = list(cases)
+    return len(all_of_them), next((f"case {n}, {status}: {reason}" for n, status, reason in all_of_them), "")
 
 
 def _check_responses(sweep: Sweep) -> None:
