@@ -181,14 +181,14 @@ def test_a_sweep_ends_with_a_line_a_csv_and_an_sqlite_file(undisturbed):
 
 def test_cases_past_a_limit_are_counted_and_can_be_the_exit_code(tmp_path):
     """Breaks if a sweep calls itself flawless where its cases passed the limits of their devices."""
-    words = ["b_type", "--vary", "speed_km_h=20,30", "--set", "limits.TAMA_g=1.3", *FAST, "--out", tmp_path]
+    words = ["b_type", "--vary", "speed_km_h=20,30", "--set", "limits.TS_mm=1400", *FAST, "--out", tmp_path]
     done = trainmj_sweep(*words)
     assert (done.returncode, "2 cases, 0 failed, 1 past a limit" in done.stdout) == (0, True), done.stdout
     assert "The first that passed a limit: case 1, stroke exhausted: at S1-M1 anti_climber (" in done.stdout
     assert trainmj_sweep(*words, "--fail-on-limit").returncode == 1
     table = trainmj.read_table(tmp_path)
     assert list(table.status) == ["over", "stroke exhausted"]
-    assert "limit passed: TAMA (" in table.reason[1]
+    assert "limit passed: TS (" in table.reason[1]
 
 
 def test_a_sweep_of_which_nothing_could_be_computed_is_no_success(tmp_path):

@@ -134,7 +134,7 @@ def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     from trainmj.files.written import write_bytes
     from trainmj.view import scene
 
-    text = scene.export(trainmj.line_up(loaded), loaded.title)
+    text = scene.export(trainmj.line_up(loaded), f"{loaded.heading}: {loaded.subject}")
     if out is None:
         click.echo(text)
     else:

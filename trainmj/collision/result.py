@@ -109,7 +109,7 @@ class Result:
                 "interface": [i.name for i in self.chain.interfaces],
             },
             attrs={
-                "title": self.scenario.title or "train collision",
+                "title": self.scenario.heading,
                 "scenario": to_yaml(self.scenario),
                 "format": _FORMAT,
                 "step_ms": self.step_ms,

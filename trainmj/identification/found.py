@@ -208,7 +208,9 @@ class Found:
         """
         base = self.plan.scenario
         title = f"{base.title}: {self.plan.title}" if base.title not in ("", self.plan.title) else self.plan.title
-        return as_yaml({BUILDS_ON: BASE, "title": title, **_changed(base.values(), self.scenario.values())})
+        found = _changed(base.values(), self.scenario.values())
+        found.pop("changed", None)  # since its title was written, which is a new one
+        return as_yaml({BUILDS_ON: BASE, "title": title, **found})
 
 
 def _fit(role: str, target: Target, of: pd.DataFrame) -> dict[str, Any]:

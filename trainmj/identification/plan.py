@@ -110,7 +110,7 @@ class Identification:
     @property
     def title(self) -> str:
         """What is identified."""
-        return self.spec.title or self.scenario.title or "Identification"
+        return self.spec.title or self.scenario.heading
 
     @cached_property
     def columns(self) -> tuple[str, ...]:

@@ -217,6 +217,11 @@ class Parts(Part, title="scenario file"):
 
     title: Title = Field(default="", description="one line that heads every output")
     notes: Notes = Field(default="", description="such as where the numbers come from")
+    changed: Annotated[list[str], Field(max_length=MAX_NAMES)] = Field(
+        default_factory=list,
+        description="values that were changed after the title was written, by parameter or path; every output shows "
+        "them beside the title; trainmj states it",
+    )
     parameters: dict[Key, Annotated[str | Paths, Either(said="a path, or a list of paths")]] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,

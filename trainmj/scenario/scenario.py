@@ -14,10 +14,12 @@ from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem, Source, dotted
-from trainmj.scenario.parts import Parts
+from trainmj.scenario.parts import RIGID_WALL, Parts
 from trainmj.scenario.rules import broken_rules
 
 _NOWHERE = Source({})
+_MOST_SAID = 4  # changes in a heading
+_LONGEST = 40  # characters of a value there
 
 
 class Scenario(Parts):
@@ -62,7 +64,12 @@ class Scenario(Parts):
         Raises:
             InputError: if a path leads nowhere or the changed scenario breaks a rule.
         """
-        return self.from_source(changed(self._source, self.parameters, changes))
+        source = changed(self._source, self.parameters, changes)
+        if "title" not in changes:
+            new = {name for name, value in changes.items() if any(old != value for old in self.locate(name))}
+            if names := sorted({*self.changed, *new} - {"notes"}):
+                source = replace(source, values={**source.values, "changed": names})
+        return self.from_source(source)
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.
@@ -71,6 +78,40 @@ class Scenario(Parts):
             InputError: with the place and value of each.
         """
         self._source.refuse(problems)
+
+    @property
+    def heading(self) -> str:
+        """The title, with the values that were changed since it was written, as it heads every output."""
+        said = [self._said(name) for name in self.changed[:_MOST_SAID]]
+        more = len(self.changed) - len(said)
+        said += [f"and {more} more"] if more > 0 else []
+        return (self.title or "Train collision") + (f"; changed: {', '.join(said)}" if said else "")
+
+    @property
+    def subject(self) -> str:
+        """What collides, whatever the title says: trains, vehicles, masses, speeds."""
+        c = self.collision
+        moving = f"{self._train(c.train)} at {c.speed_km_h:.10g} km/h"
+        if c.partner == RIGID_WALL:
+            return f"{moving} into a rigid wall"
+        end = "" if c.partner_end == "front" else f", struck at its {c.partner_end}"
+        v = c.partner_speed_km_h
+        moves = "standing" if v == 0 else f"running {'ahead' if v > 0 else 'towards it'} at {abs(v):.10g} km/h"
+        return f"{moving} into {self._train(c.partner)} {moves}{end}"
+
+    def _train(self, name: str) -> str:
+        cars = self.trains[name].cars()
+        mass = sum(car.mass_t or 0.0 for car in cars)
+        return f"{name} ({len(cars)} vehicle{'s' if len(cars) > 1 else ''}, {mass:.6g} t)"
+
+    def _said(self, name: str) -> str:
+        """A changed value, if it is a plain one, by its name."""
+        try:
+            values = self.locate(name)
+        except InputError:
+            return name
+        plain = isinstance(values[0], (int, float, str)) and values.count(values[0]) == len(values)
+        return f"{name} = {values[0]}" if plain and len(str(values[0])) <= _LONGEST else name
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""

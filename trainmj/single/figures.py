@@ -39,10 +39,9 @@ def collision(result: Result, width: Width = "page") -> Figure:
     chain = result.chain
     with styled(width):
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
-        if result.scenario.title:
-            # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
-            title = result.scenario.title.replace("$", r"\$")
-            figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
+        # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
+        title = f"{result.scenario.heading}\n{result.scenario.subject}".replace("$", r"\$")
+        figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
         own, partner = range(chain.front, -1, -1), range(chain.n_moving, len(chain.vehicles))
         _draw(axes[0], result, "velocity", "Speed", (own, "Blues_r", 0.1, 0.6), (partner, "Oranges_r", 0.1, 0.6))
         sides = axes[0].lines[: chain.n_moving], axes[0].lines[chain.n_moving :]

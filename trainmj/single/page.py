@@ -45,8 +45,8 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     if len(result.time) < 2:
         raise InputError("the result has fewer than two recorded times, too few for a report")
     page = Page(
-        result.scenario.title or "Train collision",
-        subtitle=_headline(result),
+        result.scenario.heading,
+        subtitle=result.scenario.subject,
         command=_commands(file),
         versions=result.versions,
     )
@@ -64,16 +64,6 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
         section.text(remark)
     _add_scenario(page.section("Scenario"), result)
     return page
-
-
-def _headline(result: Result) -> str:
-    c, chain = result.scenario.collision, result.chain
-    moving = f"{chain.n_moving} vehicle{'s' if chain.n_moving > 1 else ''} at {c.speed_km_h:g} km/h"
-    if c.partner == RIGID_WALL:
-        return f"{moving} into a rigid wall"
-    n = len(chain.vehicles) - chain.n_moving
-    stands = "standing" if c.partner_speed_km_h == 0 else f"at {c.partner_speed_km_h:g} km/h"
-    return f"{moving} into {n} {stands}"
 
 
 def _commands(file: Path) -> str:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def print_summary(result: Result, summary: Summary) -> None:
     """Status, criteria, interfaces, vehicles, energy and checks of one collision."""
     console = new_console()
-    console.print(Text(result.scenario.title or "Train collision", style="bold"))
+    _print_head(console, result.scenario)
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
     for quantity in TRAIN:
         value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
@@ -41,6 +41,11 @@ def print_summary(result: Result, summary: Summary) -> None:
         console.print()
         print_table(console, table)
     _print_remarks(console, summary.remarks)
+
+
+def _print_head(console: Console, scenario: Scenario) -> None:
+    console.print(Text(scenario.heading, style="bold"))
+    console.print(Text(scenario.subject))
 
 
 def _print_remarks(console: Console, found: Iterable[str]) -> None:
@@ -67,7 +72,7 @@ def print_convergence(convergence: Convergence) -> None:
 def print_chain(scenario: Scenario, chain: Chain) -> None:
     """What would run: vehicles, interfaces and step."""
     console = new_console()
-    console.print(Text(scenario.title or "Train collision", style="bold"))
+    _print_head(console, scenario)
     print_table(console, tables.vehicles_of(chain))
     console.print()
     print_table(console, tables.interfaces_of(chain))

@@ -90,7 +90,7 @@ class Study:
     @property
     def title(self) -> str:
         """What is studied."""
-        return self.spec.title or self.scenario.title or "Study"
+        return self.spec.title or self.scenario.heading
 
     @property
     def objectives(self) -> tuple[Response, ...]:

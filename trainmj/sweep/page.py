@@ -19,6 +19,7 @@ from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, failed, judged, passed, warned, worded
+from trainmj.scenario import from_yaml
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 
 if TYPE_CHECKING:
@@ -50,11 +51,12 @@ def page_of_folder(folder: Path) -> Page:
         InputError: if it holds no sweep, or one without a finished case.
     """
     sweep = _read(folder)
-    scenario = sweep.about["scenario"]
-    title = next((line for line in scenario.splitlines() if line.startswith("title:")), "")
+    text = sweep.about["scenario"]
+    scenario = from_yaml(text, str(folder / FILE))
+    varied = ", ".join(f.name for f in sweep.factors)
     page = Page(
-        f"Sweep: {title.removeprefix('title:').strip() or 'train collisions'}",
-        subtitle=f"{len(sweep.table)} of {sweep.planned} cases over {', '.join(f.name for f in sweep.factors)}",
+        f"Sweep: {scenario.heading}",
+        subtitle=f"{scenario.subject}; {len(sweep.table)} of {sweep.planned} cases over {varied}",
         command=_commands(sweep, folder.resolve().name),
         versions=versions_in(sweep.about),
     )
@@ -67,7 +69,7 @@ def page_of_folder(folder: Path) -> Page:
         section.text("No case could be computed.")
     _add_failures(page.section("Failures and limits"), sweep)
     _add_cases(page.section("Cases"), sweep)
-    page.section("Scenario").code(scenario, "Scenario that the cases vary")
+    page.section("Scenario").code(text, "Scenario that the cases vary")
     return page
 
 

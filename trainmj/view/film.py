@@ -142,7 +142,7 @@ def _draw(
     full = largest_energy(result)
     wear, devices = Wear(chain), DeviceShapes(model, chain, full)
     director = Director(camera, chain, result.position, *size)
-    overlay = Overlay(*size, result.scenario.title or "Train collision", full / KJ, director.strip)
+    overlay = Overlay(*size, (result.scenario.heading, result.scenario.subject), full / KJ, director.strip)
     with canvas(model, *size, samples=4 if smooth else 0) as draw:
         for n, sample in enumerate(shown):
             for k in range(shown[n - 1] + 1 if n else 0, sample + 1):

@@ -33,7 +33,7 @@ class Overlay:
 
     width: int  # [pixels]
     height: int  # [pixels]
-    title: str  # of the collision
+    title: tuple[str, ...]  # of the collision, in lines
     full_kJ: float  # energy at the end of the colours
     strip: int = 0  # height of the strip [pixels]
 
@@ -70,10 +70,11 @@ class Overlay:
             y = p(82 + 25 * k)
             draw.text((p(32), y), name, _SOFT, normal, anchor="lm")
             draw.text((p(18) + wide - p(12), y), value, _INK, normal, anchor="rm")
-        title = _cut(draw, self.title, normal, self.width - wide - p(90))
-        box = draw.textbbox((self.width - p(30), p(34)), title, normal, anchor="rm")
-        self._plate(draw, (box[0] - p(12), p(18), self.width - p(18), p(50)))
-        draw.text((self.width - p(30), p(34)), title, _INK, normal, anchor="rm")
+        lines = [_cut(draw, line, normal, self.width - wide - p(90)) for line in self.title]
+        left = self.width - p(42) - max(draw.textlength(line, normal) for line in lines)
+        self._plate(draw, (left, p(18), self.width - p(18), p(26 + 24 * len(lines))))
+        for k, line in enumerate(lines):
+            draw.text((self.width - p(30), p(34 + 24 * k)), line, _SOFT if k else _INK, normal, anchor="rm")
 
     def _scale(self, image: Image.Image, draw: ImageDraw) -> None:
         p = self._pixels
