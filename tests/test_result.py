@@ -9,14 +9,14 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from builders import scenario
+from builders import scenario, values
 
 from trainmj.collision.block import TALLY
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError
-from trainmj.scenario import load, to_yaml
+from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.single.figures import collision
 
 
@@ -118,11 +118,25 @@ def test_table_has_one_row_per_record_and_units_in_its_heads(standard_result):
     assert table["time_s"].iloc[[0, -1]].tolist() == [first, last]
     assert table["velocity_M1_km_h"].iloc[0] == pytest.approx(25.0)
     assert table["force_S1-M1_kN"].max() == pytest.approx(standard_result.force[:, 5].max() / 1e3)
-    assert table["stroke_S1-M1_mm"].max() == pytest.approx(standard_result.stroke[:, 5].max() * 1e3)
+    assert table["stroke_S1-M1_mm"].max() == pytest.approx(standard_result.stroke[:, 5].max() * 1e3 / 2), "of one train"
     assert table["energy_M1-M2_kJ"].iloc[-1] == pytest.approx(standard_result.energy[-1, 4] / 1e3)
     assert table["acceleration_M1_g"].abs().max() == pytest.approx(
         np.abs(standard_result.acceleration[:, 5]).max() / 9.80665
     )
+
+
+def test_histories_of_an_unequal_front_end_where_the_tables_stand():
+    """One column for each train's device: largest stroke, permanent set and energy as in interfaces.csv."""
+    v = values([(0, 0), (400, 2000)], 1000, partner="u", speed_m_s=4.0, step_ms=0.05, time_limit_s=1.0)
+    v["devices"]["soft"] = {"curve": {"stroke_mm": [0, 20, 400], "force_kN": [0, 2000, 2000]}, "stiffness_kN_per_mm": 5}
+    v["trains"]["u"] = {**v["trains"]["t"], "front": "soft"}
+    result = run(Scenario.from_values(v))
+    table = result.table()
+    for side in summarise(result).interfaces:
+        name = side.name.replace(" ", "_")
+        assert table[f"stroke_{name}_mm"].max() == pytest.approx(side.stroke_mm, rel=1e-3)
+        assert table[f"stroke_{name}_mm"].iloc[-1] == pytest.approx(side.permanent_mm, abs=0.5)
+        assert table[f"energy_{name}_kJ"].iloc[-1] == pytest.approx(side.energy_kJ, rel=1e-3, abs=1e-9)
 
 
 # what cannot be read or written
@@ -190,7 +204,9 @@ def test_figure_shows_speeds_strokes_forces_and_energies_with_units(name):
     result = run(load(name, {"simulation.time_limit_s": 0.1}))
     figure = collision(result)
     axes = figure.get_axes()
-    assert [a.get_title(loc="left") for a in axes] == ["Speed", "Stroke", "Force", "Absorbed energy"]
+    shared = " (front: of one train)" if result.chain.interfaces[result.chain.front].equal_sides else ""
+    titles = ["Speed", f"Stroke{shared}", "Force", f"Absorbed energy{shared}"]
+    assert [a.get_title(loc="left") for a in axes] == titles
     assert [a.get_ylabel() for a in axes] == ["km/h", "mm", "kN", "kJ"]
     assert [a.get_xlabel() for a in axes[2:]] == ["Time (s)"] * 2
     assert len(axes[0].lines) == len(result.chain.vehicles)

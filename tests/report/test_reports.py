@@ -26,7 +26,7 @@ from trainmj.single.page_animation import animation_data
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
 from trainmj.sweep.page_responses import chosen_responses, factors_of
-from trainmj.units import KJ, KN, MM
+from trainmj.units import KN, MM
 
 BAR_MB = 7.0
 
@@ -103,12 +103,12 @@ class TestRun:
         data = animation_data(standard_result)
         front = data["front"]
         assert data["interfaces"][front] == "S1-M1"
-        assert data["left"][front] == pytest.approx(
-            [max(0.0, u / 2) for u in data["stroke"][front]], rel=1e-3, abs=1e-3
-        )
-        assert data["energy"][front][-1] == pytest.approx(
-            standard_result.energy[-1, standard_result.chain.front] / KJ, rel=1e-3
-        )
+        own, partner = data["devices"][front]
+        assert own == partner
+        assert own["stroke"] == pytest.approx([max(0.0, u / 2) for u in data["stroke"][front]], rel=1e-3, abs=1e-3)
+        (in_table,) = (i for i in trainmj.summarise(standard_result).interfaces if i.name == "S1-M1")
+        assert max(own["stroke"]) == pytest.approx(in_table.stroke_mm, rel=1e-3), "as the table has it"
+        assert own["energy"][-1] == pytest.approx(in_table.energy_kJ, rel=1e-3)
 
     def test_a_long_train_shows_what_is_next_to_the_impact(self):
         long = scenario([(0, 0), (500, 2000)], 100, mass_t=[33] * 40, speed_m_s=2, step_ms=0.2, time_limit_s=0.3)

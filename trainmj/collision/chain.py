@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -62,17 +63,51 @@ class Interface:
         left, right = self.devices
         return left.stages == right.stages and left.envelope.is_like(right.envelope)
 
-    @property
-    def shown_share(self) -> float:
-        """Part of stroke and energy that tables and figures show: one side's half where both are equal."""
-        return 0.5 if self.equal_sides else 1.0
+    def side_stroke(self, stroke: Any, side: int) -> Any:
+        """Stroke of one side's device as the interface is first compressed by a stroke, or strokes (n,) [m].
 
-    def side_stroke(self, stroke: float, side: int) -> float:
-        """Stroke of one side's device when the interface is compressed by stroke [m]; side 0 is left, 1 right."""
+        Side 0 is left, 1 right.
+        """
         u = self.envelope.stroke
-        beyond = max(0.0, stroke - u[-1]) * self._left_share_beyond()
-        left = float(np.interp(stroke, u, self.left_stroke)) + beyond
-        return float(left if side == 0 else stroke - left)
+        beyond = np.maximum(0.0, stroke - u[-1]) * self._left_share_beyond()
+        left = np.interp(stroke, u, self.left_stroke) + beyond
+        return left if side == 0 else stroke - left
+
+    def side_history(self, stroke: Array, side: int) -> Array:
+        """(n,) strokes of one side's device, from those of the interface over time (n,) [m].
+
+        What the interface gives back its sides share as their stiffnesses say, and a gap between them equally.
+        """
+        if len(self.devices) == 1 or self.equal_sides:
+            return stroke / len(self.devices)
+        path, k = self.envelope.climbing, self.envelope.stiffness
+        largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
+        back = largest - stroke
+        sprung = np.minimum(back, np.interp(largest, path.stroke, path.force) / k)
+        own = sprung * k / self.devices[side].envelope.stiffness
+        return np.asarray(self.side_stroke(largest, side) - own - 0.5 * (back - sprung))
+
+    def energy_shares(self, stroke: Array) -> tuple[Array, ...]:
+        """For each side, (n,) parts of the absorbed energy that its device has taken up to largest strokes (n,) [m].
+
+        That is the work on it less what it gives back, along the path of first loading.
+        """
+        if len(self.devices) == 1:
+            return (np.ones_like(stroke),)
+        if self.equal_sides:
+            return (np.full_like(stroke, 0.5),) * 2
+        e = self.envelope
+        k = np.maximum(0, np.searchsorted(e.stroke, stroke, side="left") - 1)
+        force = np.array([e.force_at(float(u)) for u in stroke])
+        own, whole = (
+            _work(x, e.force)[k] + 0.5 * (e.force[k] + force) * (at - x[k]) - 0.5 * force**2 / stiffness
+            for x, at, stiffness in (
+                (self.left_stroke, self.side_stroke(stroke, 0), self.devices[0].envelope.stiffness),
+                (e.stroke, stroke, e.stiffness),
+            )
+        )
+        left = np.clip(np.divide(own, whole, out=np.full_like(own, 0.5), where=whole > 0), 0.0, 1.0)
+        return left, 1.0 - left
 
     def _left_share_beyond(self) -> float:
         """Part of the stroke past the last point that the left device takes: all, where only its curve has ended."""
@@ -81,6 +116,11 @@ class Interface:
         last = float(self.left_stroke[-1]), float(self.envelope.stroke[-1] - self.left_stroke[-1])
         left, right = (x > d.envelope.stroke[-1] - _TOUCH for x, d in zip(last, self.devices, strict=True))
         return 0.5 if left == right else float(left)
+
+
+def _work(stroke: Array, force: Array) -> Array:
+    """(n,) work along a path up to each of its points [J]."""
+    return np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(stroke)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,6 +189,24 @@ class Chain:
     def friction(self) -> Array:
         """(n_vehicle,) largest rail friction [N]."""
         return self.rail_friction * G * self.mass
+
+
+def places_of_sides(chain: Chain) -> list[tuple[int, int]]:
+    """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first."""
+    front = chain.front
+    own = [(k, 0) for k in range(front, -1, -1)]
+    unequal = len(chain.interfaces[front].devices) == 2 and not chain.interfaces[front].equal_sides
+    return own + [(front, 1)] * unequal + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
+
+
+def order_of_vehicles(chain: Chain) -> list[int]:
+    """Indices of the vehicles from the front backwards, the moving train first."""
+    return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
+
+
+def name_of_side(interface: Interface, side: int) -> str:
+    """What a side of an interface is called: the partner's side of an unequal front is "S1-M1 partner"."""
+    return interface.name + (" partner" if side else "")
 
 
 def largest_step(chain: Chain) -> float:

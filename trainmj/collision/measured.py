@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from trainmj.collision.block import Tally
-from trainmj.collision.chain import WALL, Chain, Interface
+from trainmj.collision.chain import WALL, Chain, name_of_side, places_of_sides
 from trainmj.collision.device import Array
 from trainmj.units import MM
 
@@ -98,24 +98,6 @@ class Measured:
         return np.asarray(self.tally.stroke_max_time[ahead])
 
 
-def places_of_sides(chain: Chain) -> list[tuple[int, int]]:
-    """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first."""
-    front = chain.front
-    own = [(k, 0) for k in range(front, -1, -1)]
-    unequal = len(chain.interfaces[front].devices) == 2 and not chain.interfaces[front].equal_sides
-    return own + [(front, 1)] * unequal + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
-
-
-def order_of_vehicles(chain: Chain) -> list[int]:
-    """Indices of the vehicles from the front backwards, the moving train first."""
-    return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
-
-
-def name_of_side(interface: Interface, side: int) -> str:
-    """What a side of an interface is called: the partner's side of an unequal front is "S1-M1 partner"."""
-    return interface.name + (" partner" if side else "")
-
-
 class Side:
     """One interface as it is reported, or one train's side of the front."""
 
@@ -125,7 +107,7 @@ class Side:
         self.interface = measured.chain.interfaces[index]
         self.device = self.interface.devices[side]
         self._largest = float(measured.tally.stroke_max[index])
-        self.stroke = self.interface.side_stroke(self._largest, side)
+        self.stroke = float(self.interface.side_stroke(self._largest, side))
 
     @property
     def name(self) -> str:
@@ -169,19 +151,5 @@ class Side:
         return float(getattr(self._tally, name)[self._index])
 
     def _share(self) -> float:
-        """Part of the absorbed energy that this side takes: its work up to the stroke, less what it gives back."""
-        interface, stroke = self.interface, self._largest
-        if len(interface.devices) == 1:
-            return 1.0
-        if interface.equal_sides:
-            return 0.5
-        envelope = interface.envelope
-        inner = envelope.stroke[envelope.stroke < stroke]
-        until = np.append(inner, stroke)
-        left = np.array([interface.side_stroke(x, 0) for x in until])
-        peak = envelope.force_at(stroke)
-        force = np.append(envelope.force[: inner.size], peak)
-        own = float(np.trapezoid(force, left)) - 0.5 * peak**2 / interface.devices[0].envelope.stiffness
-        total = float(np.trapezoid(force, until)) - 0.5 * peak**2 / envelope.stiffness
-        share = min(1.0, max(0.0, own / total)) if total > 0 else 0.5
-        return share if self._side == 0 else 1.0 - share
+        """Part of the absorbed energy that this side takes."""
+        return float(self.interface.energy_shares(np.array([self._largest]))[self._side][0])

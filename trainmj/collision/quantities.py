@@ -15,10 +15,10 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc60_peak, window_peak
 from trainmj.collision.device import Device
-from trainmj.collision.measured import Measured, Side, name_of_side, order_of_vehicles, places_of_sides
+from trainmj.collision.measured import Measured, Side
 from trainmj.errors import InputError, close_match
 from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from trainmj.collision.block import TALLY, Tally
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.collision.device import Array
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
@@ -130,15 +130,32 @@ class Result:
         """Histories in engineering units, one row per recorded time, for a spreadsheet."""
         import pandas as pd
 
-        things = {
-            "vehicle": [v.name for v in self.chain.vehicles],
-            "interface": [i.name for i in self.chain.interfaces],
-        }
         columns: dict[str, Array] = {"time_s": self.time}
         for name, h in HISTORIES.items():
-            for k, thing in enumerate(things[h.over] if h.shown else ()):
-                columns[head(f"{name}_{thing}", h.shown)] = getattr(self, name)[:, k] / h.factor
+            for thing, values in (self.shown(name) if h.shown else {}).items():
+                columns[head(f"{name}_{thing.replace(' ', '_')}", h.shown)] = values
         return pd.DataFrame(columns)
+
+    def shown(self, name: str) -> dict[str, Array]:
+        """A history as tables and figures show it: (n_sample,) values in its shown unit, by vehicle or interface.
+
+        They come in the order of the tables. At the front, stroke and energy are those of one train's side: where the
+        sides are not equal, the partner's are there too.
+        """
+        history, chain = HISTORIES[name], self.chain
+        values: Array = getattr(self, name) / history.factor
+        if history.over == "vehicle":
+            return {chain.vehicles[i].name: values[:, i] for i in order_of_vehicles(chain)}
+        found = {}
+        for k, side in places_of_sides(chain):
+            interface, column = chain.interfaces[k], values[:, k]
+            if name == "stroke":
+                column = interface.side_history(self.stroke[:, k], side) / history.factor
+            elif name == "energy":
+                largest = np.maximum.accumulate(np.maximum(self.stroke[:, k], 0.0))
+                column = column * interface.energy_shares(largest)[side]
+            found[name_of_side(interface, side)] = column
+        return found
 
 
 def find_result(file: str | Path) -> Path | None:

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.block import Tally
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.device import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
-from trainmj.collision.measured import Measured, Side, order_of_vehicles
+from trainmj.collision.measured import Measured, Side
 from trainmj.collision.quantities import (
     BALANCE,
     COLLISION,

@@ -120,10 +120,10 @@ def _devices(collisions: Collisions, factor: str) -> Figure:
         chain = result.chain
         for n, (stroke, energy) in enumerate(zip(panels[:2].flat, panels[2:].flat, strict=True)):
             k = chain.front - n
-            share = chain.interfaces[k].shown_share
             stroke.plot(result.time, compression(result, k) / MM, color=colour, linewidth=0.9)
-            energy.plot(result.time, share * result.energy[:, k] / KJ, color=colour, linewidth=0.9)
-            name = chain.interfaces[k].name + (", one train" if n == 0 else "")
+            name = chain.interfaces[k].name
+            energy.plot(result.time, result.shown("energy")[name], color=colour, linewidth=0.9)
+            name += ", one train" if n == 0 else ""
             stroke.set_title(f"(a) {name}")
             energy.set_title(f"(b) {name}")
     for axes, quantity in zip(panels[:, 0], ("Compression (mm)",) * 2 + ("Energy (kJ)",) * 2, strict=True):
@@ -137,7 +137,7 @@ def compression(result: Result, k: int) -> Array:
     stages = interface.devices[0].stages
     if len(interface.devices) == 1 and len(stages) == 1:
         return np.asarray(np.maximum(0.0, result.stroke[:, k]))
-    side = [interface.side_stroke(max(0.0, float(u)), 0) for u in result.stroke[:, k]]
+    side = interface.side_history(np.maximum(0.0, result.stroke[:, k]), 0)
     return np.array([sum(stage.stroke(u) for stage in stages) for u in side])
 
 

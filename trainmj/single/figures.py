@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.chain import places_of_sides
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.style import Width, grid, styled
 
@@ -22,18 +22,6 @@ OF_INTERFACES = {"stroke": "Stroke", "force": "Force", "energy": "Absorbed energ
 """Histories of interfaces that are drawn, and their titles."""
 
 
-def shown(result: Result, name: str) -> tuple[Array, str]:
-    """(n_sample, n) values of a history as they are drawn, and their unit.
-
-    Stroke and energy of the front are those of one train, as in the tables, if both trains bring the same device.
-    """
-    history = HISTORIES[name]
-    values: Array = getattr(result, name)
-    if name in ("stroke", "energy"):
-        values = values * np.array([interface.shown_share for interface in result.chain.interfaces])
-    return values / history.factor, history.shown
-
-
 def collision(result: Result, width: Width = "page") -> Figure:
     """Speeds, strokes, forces and energies of one collision over time, in four panels, stacked in a column."""
     chain = result.chain
@@ -42,12 +30,16 @@ def collision(result: Result, width: Width = "page") -> Figure:
         # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
         title = f"{result.scenario.heading}\n{result.scenario.subject}".replace("$", r"\$")
         figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
-        own, partner = range(chain.front, -1, -1), range(chain.n_moving, len(chain.vehicles))
+        own, partner = range(chain.n_moving), range(chain.n_moving, len(chain.vehicles))
+        unequal = len(places_of_sides(chain)) > len(chain.interfaces)  # then both trains' devices at the front
+        joints = range(chain.n_moving + unequal)
         _draw(axes[0], result, "velocity", "Speed", (own, "Blues_r", 0.1, 0.6), (partner, "Oranges_r", 0.1, 0.6))
         sides = axes[0].lines[: chain.n_moving], axes[0].lines[chain.n_moving :]
         _legend(axes[0], [_named(side, _MOST_VEHICLES) for side in sides])
         for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
-            _draw(panel, result, name, title, (own, "viridis", 0.0, 0.9))
+            shared = chain.interfaces[chain.front].equal_sides and name != "force"
+            said = f"{title} (front: of one train)" if shared else title
+            _draw(panel, result, name, said, (joints, "viridis", 0.0, 0.9))
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
         named = _named(axes[1].lines, _MOST_INTERFACES)
         half = (len(named) + 1) // 2
@@ -60,17 +52,17 @@ def collision(result: Result, width: Width = "page") -> Figure:
 
 
 def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range, str, float, float]) -> None:
-    """A history of vehicles or interfaces: for each side their indices, a scale of colours, its start and length."""
+    """A history: for each side of the collision its places in it, a scale of colours, its start and length."""
     from matplotlib import colormaps
 
-    named = result.chain.vehicles if HISTORIES[name].over == "vehicle" else result.chain.interfaces
-    values, unit = shown(result, name)
-    for indices, colours, start, length in sides:
-        for place, i in enumerate(indices):
-            colour = colormaps[colours](start + length * _part(place, len(indices)))
-            axes.plot(result.time, values[:, i], color=colour, label=named[i].name)
+    lines = list(result.shown(name).items())
+    for places, colours, start, length in sides:
+        for place, i in enumerate(places):
+            colour = colormaps[colours](start + length * _part(place, len(places)))
+            if name != "force" or i < result.chain.n_moving:  # that of both sides is one
+                axes.plot(result.time, lines[i][1], color=colour, label=lines[i][0])
     axes.set_title(title)
-    axes.set_ylabel(unit)
+    axes.set_ylabel(HISTORIES[name].shown)
 
 
 def _part(place: int, n: int) -> float:

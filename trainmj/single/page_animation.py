@@ -36,14 +36,15 @@ def add_animation(section: Section, result: Result) -> None:
 def animation_data(result: Result) -> dict[str, Any]:
     """What the script needs: names, and strokes, energies, speeds and the place of the impact at evenly spaced times.
 
-    An interface has the strokes of its left and its right device; between vehicles of one train the left one has all.
+    An interface has a stroke as a whole, and stroke and energy of each device: at the front one of either train.
     """
     chain = result.chain
     n = len(chain.vehicles)
     cars = range(max(0, chain.n_moving - _MOST_CARS), min(n, chain.n_moving + _MOST_CARS))
     joints = [k for k, i in enumerate(chain.interfaces) if i.left in cars and (i.right < 0 or i.right in cars)]
     frames = np.unique(np.linspace(0, len(result.time) - 1, _FRAMES).round().astype(int))
-    energy = result.energy[frames][:, joints] / KJ
+    devices = [_devices(result, k) for k in joints]
+    most = max(float(np.nan_to_num(energy).max(initial=0.0)) for sides in devices for _, energy in sides)
     return {
         "time": numbers(result.time[frames]),
         "vehicles": [chain.vehicles[i].name for i in cars],
@@ -51,20 +52,26 @@ def animation_data(result: Result) -> dict[str, Any]:
         "wall": chain.interfaces[chain.front].right < 0,
         "interfaces": [chain.interfaces[k].name for k in joints],
         "front": joints.index(chain.front),
-        "left": [numbers(_side(chain, k, result.stroke[frames, k])) for k in joints],
         "stroke": [numbers(result.stroke[frames, k] / MM) for k in joints],
-        "energy": [numbers(column, 4) for column in energy.T],
-        "largest_energy": float(f"{max(float(np.nan_to_num(energy).max(initial=0.0)), 1e-6):.4g}"),
+        "devices": [
+            [{"stroke": numbers(stroke[frames]), "energy": numbers(energy[frames], 4)} for stroke, energy in sides]
+            for sides in devices
+        ],
+        "largest_energy": float(f"{max(most, 1e-6):.4g}"),
         "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
         "impact": numbers(_impact(chain, result.position[frames]) / MM),
         "colours": VIRIDIS,
     }
 
 
-def _side(chain: Chain, k: int, stroke: Array) -> Array:
-    """(n,) stroke of the left device of an interface [mm], as far as it is pressed."""
-    interface = chain.interfaces[k]
-    return np.array([interface.side_stroke(max(0.0, float(u)), 0) for u in stroke]) / MM
+def _devices(result: Result, k: int) -> list[tuple[Array, Array]]:
+    """For each device of an interface, (n_sample,) strokes, as far as it is pressed [mm], and energies [kJ]."""
+    interface, stroke = result.chain.interfaces[k], result.stroke[:, k]
+    shares = interface.energy_shares(np.maximum.accumulate(np.maximum(stroke, 0.0)))
+    return [
+        (np.maximum(0.0, interface.side_history(stroke, side)) / MM, share * result.energy[:, k] / KJ)
+        for side, share in enumerate(shares)
+    ]
 
 
 def _impact(chain: Chain, position: Array) -> Array:

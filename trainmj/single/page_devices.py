@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel
 
-from trainmj.collision.chain import Chain, Interface
+from trainmj.collision.chain import Chain, Interface, name_of_side
 from trainmj.collision.device import Array, Device
-from trainmj.collision.measured import name_of_side
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import Trace, axes, line
@@ -59,7 +58,7 @@ class Place:
 
     def largest(self, result: Result) -> float:
         """Largest stroke [m]."""
-        return self.interface.side_stroke(max(0.0, float(result.tally.stroke_max[self.index])), self.side)
+        return float(self.interface.side_stroke(max(0.0, float(result.tally.stroke_max[self.index])), self.side))
 
     def path(self, result: Result) -> tuple[Array, Array]:
         """Strokes [mm] and forces [kN] while the interface is pressed."""
@@ -67,8 +66,7 @@ class Place:
         moved = np.append(True, np.hypot(np.diff(u) / 1e-5, np.diff(f) / 10.0) > 1.0)  # more than 0.01 mm or 10 N
         rows = np.flatnonzero((u > 0.0) & moved)
         rows = rows[:: -(-max(1, rows.size) // _MOST_POINTS)]
-        stroke = np.array([self.interface.side_stroke(float(x), self.side) for x in u[rows]])
-        return stroke / MM, f[rows] / KN
+        return self.interface.side_history(u, self.side)[rows] / MM, f[rows] / KN
 
 
 def _users(chain: Chain) -> dict[str, list[Place]]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, places_of_sides
 from trainmj.collision.device import Array
-from trainmj.collision.result import Result
+from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade
 from trainmj.output.style import BLUE, PURPLE, YELLOW
-from trainmj.single.figures import OF_INTERFACES, shown
+from trainmj.single.figures import OF_INTERFACES
 from trainmj.units import KJ
 
 MOST_LINES = 8
@@ -33,11 +33,11 @@ def add_histories(section: Section, result: Result) -> None:
         "double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        values, unit = shown(result, name)
-        _plot(section, axis + more, _vehicle_lines(chain, time, values[::step], unit), axis, unit)
+        unit = HISTORIES[name].shown
+        _plot(section, axis + more, _vehicle_lines(chain, time, result.shown(name), step, unit), axis, unit)
     for name, title in OF_INTERFACES.items():
-        values, unit = shown(result, name)
-        traces = _interface_lines(chain, joints, time, values[::step], unit)
+        unit = HISTORIES[name].shown
+        traces = _interface_lines(chain, joints, time, result.shown(name), step, unit)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
         _plot(section, title, traces, title, unit, " ".join(notes))
@@ -60,7 +60,7 @@ def _nearest(chain: Chain, n: int) -> list[int]:
     return [*own, *range(chain.front + 1, min(n, chain.front + MOST_LINES))]
 
 
-def _vehicle_lines(chain: Chain, time: Array, values: Array, unit: str) -> list[Trace]:
+def _vehicle_lines(chain: Chain, time: Array, shown: dict[str, Array], step: int, unit: str) -> list[Trace]:
     """A line for each vehicle: the moving train in blue, its partner in orange, paler towards the rear."""
     traces = []
     for i in _nearest(chain, len(chain.vehicles)):
@@ -68,18 +68,23 @@ def _vehicle_lines(chain: Chain, time: Array, values: Array, unit: str) -> list[
         away = chain.front - i if moving else i - chain.n_moving
         colour = shade(away / max(1, MOST_LINES - 2), _MOVING if moving else _PARTNER)
         more: Trace = {} if moving else {"line": {"dash": "4px,2px"}}
-        traces.append(line(chain.vehicles[i].name, time, values[:, i], unit, colour, **more))
+        name = chain.vehicles[i].name
+        traces.append(line(name, time, shown[name][::step], unit, colour, **more))
     return traces
 
 
-def _interface_lines(chain: Chain, joints: list[int], time: Array, values: Array, unit: str) -> list[Trace]:
-    """A line for each interface, in the same colour on both sides; those of the partner are hidden at first."""
+def _interface_lines(
+    chain: Chain, joints: list[int], time: Array, shown: dict[str, Array], step: int, unit: str
+) -> list[Trace]:
+    """A line for each interface, in the same colour on both sides; those behind the partner's head are hidden."""
     most = max(1, max(abs(k - chain.front) for k in joints))
     traces = []
-    for k in joints:
-        colour = shade(0.88 * abs(k - chain.front) / most, VIRIDIS)
-        more: Trace = {"line": {"dash": "dot"}, "visible": "legendonly"} if k > chain.front else {}
-        traces.append(line(chain.interfaces[k].name, time, values[:, k], unit, colour, **more))
+    for (k, side), (name, values) in zip(places_of_sides(chain), shown.items(), strict=True):
+        if k in joints:
+            colour = shade(0.88 * abs(k - chain.front) / most, VIRIDIS)
+            more: Trace = {"line": {"dash": "dot"}} if side or k > chain.front else {}
+            more |= {"visible": "legendonly"} if k > chain.front else {}
+            traces.append(line(name, time, values[::step], unit, colour, **more))
     return traces
 
 

@@ -74,7 +74,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
     const at = end > start ? ((time - start) / (end - start)) * span : 0;
     const j = Math.min(Math.floor(at), Math.max(span - 1, 0)), part = at - j, next = Math.min(j + 1, span);
     const mix = (values) => values[j] + part * (values[next] - values[j]);
-    const stroke = data.stroke.map(mix), left = data.left.map(mix), energy = data.energy.map(mix);
+    const stroke = data.stroke.map(mix);
+    const used = data.devices.map((sides) => sides.map((d) => ({ stroke: mix(d.stroke), energy: mix(d.energy) })));
     const width = stroke.map((u, k) => Math.min(length[k] - scale * u, length[k] + FAR));
     const whole = n * body + length.reduce((a, b) => a + b, 0) + (data.wall ? 20 : 0);
     let x = (WIDTH - whole) / 2;
@@ -83,17 +84,17 @@ document.querySelectorAll(".animation").forEach((figure) => {
     let car = 0;
     const place = (k) => {
       const gap = Math.max(0, -stroke[k]) * scale, solid = width[k] - Math.min(gap, FAR);
-      const d = devices[k];
-      if (d.parts.length === 2) {
-        const own = length[k] / 2 - scale * Math.max(0, left[k]);
-        fold(d.parts[0], x, own, energy[k]);
-        fold(d.parts[1], x + width[k] - (solid - own), solid - own, energy[k]);
-      } else fold(d.parts[0], x, solid, energy[k]);
+      const d = devices[k], [left, right] = used[k];
+      if (right) {
+        const own = length[k] / 2 - scale * left.stroke;
+        fold(d.parts[0], x, own, left.energy);
+        fold(d.parts[1], x + width[k] - (solid - own), solid - own, right.energy);
+      } else fold(d.parts[0], x, solid, left.energy);
       const middle = x + width[k] / 2;
       d.stroke.setAttribute("x", middle);
-      d.stroke.textContent = Math.max(0, stroke[k]).toFixed(0);
+      d.stroke.textContent = used[k].map((one) => one.stroke.toFixed(0)).join(" + ");
       d.energy.setAttribute("x", middle);
-      d.energy.textContent = energy[k].toFixed(0);
+      d.energy.textContent = used[k].map((one) => one.energy.toFixed(0)).join(" + ");
       x += width[k];
     };
     for (const { g, speed } of cars) {
