@@ -282,7 +282,7 @@ def test_a_response_that_does_not_exist_is_said_before_the_search(tmp_path):
 
 
 def test_start_values_that_cannot_be_simulated_are_refused(tmp_path):
-    given = values(parameters__c__bounds=[20, 1e6], parameters__c__start=1e6)
+    given = values(parameters__c__bounds=[20, 1e5], parameters__c__start=1e5)
     with pytest.raises(InputError, match=r"start values, the case .*step_ms = 0.5: must be at most"):
         plan(tmp_path, given)
 

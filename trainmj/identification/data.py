@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.parts import LARGEST
-from trainmj.files.tables import read_beside
+from trainmj.files.numbers import LARGEST
+from trainmj.files.tables import first_of_no_number, read_beside
 from trainmj.files.text import FORMULA
 from trainmj.identification.file import RowsData, TableData
 
@@ -43,7 +43,8 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
     Raises:
         InputError: without the place in the targets file, which the caller adds.
     """
-    rows = _chosen(part, _rows(part, folder))
+    rows, unclear = _rows(part, folder)
+    rows = _chosen(part, rows)
     heads = set(rows[0]) if rows else set()
     for column in part.cases:
         if column not in heads:
@@ -54,6 +55,13 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
             sums[target] = parse_sum(text, heads)
         except InputError as error:
             raise InputError(f"values.{target} = {text!r}: {error}") from None
+    for column in dict.fromkeys([*part.where, *part.leave_out, *(c for terms in sums.values() for c in terms)]):
+        if column in unclear:
+            raise InputError(f"column {column!r} is in several of the tables, with different values: rename it in one")
+    for column in dict.fromkeys(column for terms in sums.values() for column in terms):
+        words = first_of_no_number([row[column] for row in rows])
+        if words is not None:
+            _number(rows[words][column], f"row {words + 1}: {column}")
     found = []
     for n, row in enumerate(rows, start=1):
         case = {place: _value(row[column], f"row {n}: {column}") for column, place in part.cases.items()}
@@ -66,25 +74,26 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
     return found
 
 
-def _rows(part: TableData | RowsData, folder: Path) -> list[Row]:
+def _rows(part: TableData | RowsData, folder: Path) -> tuple[list[Row], set[str]]:
+    """The rows, and the columns for which several tables have different values."""
     if isinstance(part, RowsData):
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
-        return [{head: row.get(head) for head in heads} for row in part.rows]
+        return [{head: row.get(head) for head in heads} for row in part.rows], set()
     first, *others = [part.table] if isinstance(part.table, str) else part.table
-    rows = _read(first, folder)
+    rows, unclear = _read(first, folder), set[str]()
     for name in others:
-        rows = _joined(rows, _read(name, folder), list(part.cases), name)
-    return rows
+        rows = _joined(rows, _read(name, folder), list(part.cases), name, unclear)
+    return rows, unclear
 
 
 def _read(name: str, folder: Path) -> list[Row]:
     """Rows of a CSV file beside the targets file."""
-    table = read_beside(folder, name, f"table {name[:200]!a}")
-    return [dict(zip(map(str, table.columns), row, strict=True)) for row in table.itertuples(index=False, name=None)]
+    columns = read_beside(folder, name, f"table {name[:200]!a}").columns
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: str) -> list[Row]:
-    """Rows of two tables side by side, matched by the columns of the cases."""
+def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: str, unclear: set[str]) -> list[Row]:
+    """Rows of two tables side by side, matched by the columns of the cases; unclear gets those that disagree."""
     missing = [column for column in by if not right or column not in right[0]]
     if missing:
         raise InputError(f"table {name!r}: has no column {missing[0]!r}, by which tables are joined")
@@ -99,6 +108,10 @@ def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: 
         match = there.get(tuple(row[column] for column in by))
         if match is None:
             raise InputError(f"table {name!r}: has no row for the case {_said(row, by)}")
+        for column in match.keys() & row.keys():
+            both = match[column], row[column]
+            if not _same(*both) and not all(map(_is_empty, both)):
+                unclear.add(column)
         result.append(match | row)
     return result
 
@@ -158,7 +171,7 @@ def _number(cell: Any, said: str) -> float:
     if _is_empty(cell):
         return math.nan
     if not _is_number(cell):
-        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number")
+        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number, or empty where there is none")
     return float(cell)
 
 
