@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.numbers import bounded, read_number
+from trainmj.files.numbers import read_number
 from trainmj.files.text import HIDDEN, beside, read_text
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def read_back(file: Path) -> pd.DataFrame:
 def _column(texts: list[str]) -> list[Any]:
     """Whole numbers, or numbers with nan where a cell is empty, or text."""
     if any(texts):
-        for number in (lambda text: bounded(int(text)), lambda text: float(text) if text else math.nan):
+        for number in (int, lambda text: float(text) if text else math.nan):
             try:
                 return [number(text) for text in texts]
             except ValueError:

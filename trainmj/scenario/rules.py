@@ -72,7 +72,7 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
         if not broken:
             yield from _stage(at, stage, parts)
             stroke, _ = parts.curve_points(stage.curve)
-            count, end = count + len(stroke), end + stroke[-1]
+            count, end = count + len(stroke), end + max(stroke, default=0.0)
         if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
             yield Problem(
                 (*at, "empty_stroke_mm"),
