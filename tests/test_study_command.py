@@ -480,7 +480,10 @@ def test_a_wrong_study_file_is_refused_with_place_value_and_rule(tmp_path, path,
     ("text", "rule"),
     [
         ("M_t\n30\n99\n", "must lie in [30, 36] (got 99)"),
-        ("M\n30\nheavy\n", "column 'M'"),
+        ("M\n30\nheavy\n", "line 3: row 2: M = 'heavy': must be a number"),
+        ("M\n30\n3_1\n", "line 3: row 2: M = '3_1': must be a number"),
+        ("M\n30\n" + "9" * 400 + "\n", "line 3: row 2: M = '99999"),
+        ("M,M_t\n30,31\n31,31\n", "two columns for factor 'M': M and M_t"),
         ("V\n30\n31\n", "no column 'M'"),
     ],
 )

@@ -235,6 +235,37 @@ def wrong_bytes(draw: st.DrawFn, content: bytes) -> tuple[bytes, str]:
     return content, f"{what} at {a}"
 
 
+CELLS = [
+    "", " ", "9" * 400, "-" + "9" * 99, "0" * 400, "1e400", "1e99", "1e-400", "nan", "inf", "-inf", "1_000", "٣", "0x1F", "1d5",
+    "1,5", "1.5", "1.200", "1,200", "1.234,5", "1 200", "1'200", "1\u202f200", '"1,200"', '"1,5"', '"a, b"', '"a\nb"', '"', '""',
+    "1,2", "1;2", "1\t2", "#", "=1+1", "@x", "x" * 5000, "800000", "0.001", "link", "head", "M", "a,b,,,", ",", ";;;", "2\n\n#3",
+]  # fmt: skip
+
+
+@st.composite
+def wrong_cells(draw: st.DrawFn, content: bytes) -> tuple[bytes, str]:
+    """A table some of whose cells, rows or columns are wrong, and what was done."""
+    rows = [line.split(",") for line in content.decode().splitlines()]
+    row = draw(st.integers(0, len(rows) - 1))
+    column = draw(st.integers(0, len(rows[row]) - 1))
+    what = draw(st.sampled_from(["cell", "cell", "cell", "cell", "row", "columns", "many heads", "marks", "sep"]))
+    cell = draw(st.sampled_from(CELLS))
+    if what == "cell":
+        rows[row][column] = cell
+    elif what == "row":
+        rows[row] = draw(st.sampled_from([rows[row][:-1], [*rows[row], cell], rows[row] * 3000, [cell], []]))
+    elif what == "columns":
+        rows = [[*cells, cells[column % len(cells)]] for cells in rows]
+    elif what == "many heads":
+        rows = [[f"{cells[0]}{n}" for n in range(50_000)] for cells in rows[:2]]
+    text = "\n".join(",".join(cells) for cells in rows) + "\n"
+    if what == "marks":
+        text = text.replace(",", draw(st.sampled_from([";", "\t"]))).replace(".", ",")
+    elif what == "sep":
+        text = f"sep={draw(st.sampled_from(',;|'))}\n{text}"
+    return text.encode(), f"{what} at {row}, {column}"
+
+
 def _folder(path: Path) -> None:
     path.mkdir()
 
@@ -303,6 +334,8 @@ def mutants(draw: st.DrawFn, kind: Kind) -> Mutant:
     if way == "values" and not isinstance(values, bytes):
         wrong, said = draw(wrong_values(values))
         files[name] = written(name, wrong).encode("utf-8", "surrogatepass")
+    elif way == "values" and name.endswith(".csv") and kind.main.endswith(".yaml"):
+        files[name], said = draw(wrong_cells(files[name]))
     elif way == "special":
         files[name] = draw(st.sampled_from(SPECIALS))
         said = "special"

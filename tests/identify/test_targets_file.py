@@ -32,7 +32,8 @@ def folder(tmp_path_factory):
     (place / "other.csv").write_text("D,M,energy\n35,30,300\n20,30,100\n20,33,200\n")
     (place / "short.csv").write_text("D,M,energy\n35,30,300\n")
     (place / "no_case.csv").write_text("M,energy\n30,300\n")
-    (place / "bad.csv").write_text("D,M,force\n20,30,many\n")
+    (place / "bad.csv").write_text("D,M,force\n20,30,1.5\n20,33,many\n")
+    (place / "other_force.csv").write_text("D,M,force\n20,30,1\n20,33,2\n35,30,4\n")
     return place
 
 
@@ -184,7 +185,11 @@ def test_mistakes_are_said(folder, changes, message):
         ({"table": "../table.csv"}, "must be in the folder"),
         ({"table": ["table.csv", "short.csv"]}, "has no row for the case D = 20, M = 30"),
         ({"table": ["table.csv", "no_case.csv"]}, "has no column 'D', by which tables are joined"),
-        ({"table": "bad.csv", "values": {"s": "force"}}, "row 1: force = 'many': must be a number"),
+        ({"table": "bad.csv", "values": {"s": "force"}}, "row 2: force = 'many': must be a number"),
+        (
+            {"table": ["table.csv", "other_force.csv"], "values": {"s": "force"}},
+            "column 'force' has other values in a table before it",
+        ),
         ({"rows": [{"D": 20, "M": None, "force": 1}], "values": {"s": "force"}}, "row 1: M: is empty"),
         ({"rows": [{"D": 20, "M": [1], "force": 1}], "values": {"s": "force"}}, "row 1: M: must be a number or text"),
         (
@@ -282,7 +287,7 @@ def test_a_response_that_does_not_exist_is_said_before_the_search(tmp_path):
 
 
 def test_start_values_that_cannot_be_simulated_are_refused(tmp_path):
-    given = values(parameters__c__bounds=[20, 1e6], parameters__c__start=1e6)
+    given = values(parameters__c__bounds=[20, 1e5], parameters__c__start=1e5)
     with pytest.raises(InputError, match=r"start values, the case .*step_ms = 0.5: must be at most"):
         plan(tmp_path, given)
 

@@ -216,7 +216,8 @@ class Space:
         """Read points (n, d) from a table with a column for each factor, under its name or its head.
 
         Raises:
-            InputError: a factor without a column, a value that is not one of its levels, or a point outside the bounds.
+            InputError: a factor without a column or with two, a value that is not one of its levels, or a point outside
+                the bounds.
         """
         found = [str(column) for column in table.columns]
         columns = []
@@ -225,6 +226,8 @@ class Space:
             if not known:
                 either = " or ".join(repr(name) for name in dict.fromkeys((factor.name, factor.head)))
                 raise InputError(f"the table has no column {either}{close_match(factor.name, found)}")
+            if len(known) > 1:
+                raise InputError(f"the table has two columns for factor {factor.name!r}: {' and '.join(known)}")
             columns.append(factor.encode(list(table[known[0]])))
         return self.check(np.stack(columns, axis=1), name="table")
 

@@ -3,6 +3,7 @@
 Nothing here knows what is in them.
 
     text        text from outside, and which files it may name
+    numbers     how numbers are written, and how large they may be
     yaml        the same as plain values
     source      plain values with their places: checked, and refused in words
     parts       what input files are made of: groups, numbers, names, alternatives

@@ -22,6 +22,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from trainmj.errors import nearest
+from trainmj.files.numbers import LARGEST
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,13 @@ class Spelt:
         return handler(schema) | {"patternErrorMessage": self.rule}
 
 
-LARGEST = 1e100  # sums and squares stay finite
+@dataclass(frozen=True)
+class Above:
+    """Marks a number with an upper bound: what is probably wrong with one above it, for messages."""
+
+    cure: str
+
+
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]

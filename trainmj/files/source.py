@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from trainmj.errors import InputError, close_match, nearest
-from trainmj.files.parts import Either, Spelt, alternatives, base_of, is_group, keys_of
+from trainmj.files.parts import Above, Either, Spelt, alternatives, base_of, is_group, keys_of
 
 Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
@@ -105,7 +105,7 @@ _RULES = {
     "greater_than": "must be greater than {gt:g}",
     "greater_than_equal": "must be at least {ge:g}",
     "less_than": "must be less than {lt:g}",
-    "less_than_equal": "must be at most {le:g}",
+    "less_than_equal": "must be at most {le:.12g}",
     "finite_number": "must be a finite number",
     "float_type": "must be a number",
     "int_type": "must be a whole number",
@@ -135,6 +135,8 @@ def _from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Probl
             rule = place.unknown()
         elif e["type"] == "string_pattern_mismatch":
             rule = next((note.rule for note in _bare(place.type)[1] if isinstance(note, Spelt)), rule)
+        elif e["type"] == "less_than_equal":
+            rule = ": ".join([rule, *(note.cure for note in _bare(place.type)[1] if isinstance(note, Above))])
         elif e["type"].startswith("union_tag"):
             union, notes = _bare(place.type)
             either = next(note for note in notes if isinstance(note, Either))

@@ -16,6 +16,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError
+from trainmj.files.numbers import bounded
 from trainmj.files.source import Path, Source, dotted
 from trainmj.files.text import HIDDEN, printable, read_text
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 5_000_000
 _MOST_MARKS = 100_000  # characters that can separate values: each costs the YAML package about 0.1 ms
+_MOST_KEYS = 10_000  # each costs more than two others
 _MOST_VALUES = 100_000
 _DEEPEST = 30
 _DEEPER = {"[": 1, "{": 1, "]": -1, "}": -1}
@@ -106,6 +108,8 @@ def _measure(text: str, name: str) -> None:
         raise InputError(f"{name}: is nested too deeply")
     if len(marks) > _MOST_MARKS:
         raise InputError(f"{name}: has too many values: put long curves into CSV files")
+    if marks.count(":") > _MOST_KEYS:
+        raise InputError(f"{name}: has more than {_MOST_KEYS} keys: put long tables into CSV files")
 
 
 class _Reader:
@@ -156,6 +160,7 @@ class _Reader:
             )
         try:
             value = read(node)
+            value = bounded(value) if isinstance(value, int) else value
         except ValueError:
             raise InputError(f"{at}: {dotted(path)} = {ascii(node.value)[:60]}: cannot be read as a number") from None
         if isinstance(value, str):

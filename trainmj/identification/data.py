@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.parts import LARGEST
-from trainmj.files.tables import read_beside
+from trainmj.files.numbers import LARGEST
+from trainmj.files.tables import first_of_no_number, read_beside
 from trainmj.files.text import FORMULA
 from trainmj.identification.file import RowsData, TableData
 
@@ -24,6 +24,7 @@ Sum = dict[str, float]
 """Factor by name."""
 
 _MOST = 50  # terms
+_RULE = "must be a number, or empty where there is none"
 _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)\s*\*\s*)?([A-Za-z_][A-Za-z0-9_]*)\s*")
 
 
@@ -43,7 +44,8 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
     Raises:
         InputError: without the place in the targets file, which the caller adds.
     """
-    rows = _chosen(part, _rows(part, folder))
+    given = _given(part, folder)
+    rows = _chosen(part, given.rows)
     heads = set(rows[0]) if rows else set()
     for column in part.cases:
         if column not in heads:
@@ -54,6 +56,11 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
             sums[target] = parse_sum(text, heads)
         except InputError as error:
             raise InputError(f"values.{target} = {text!r}: {error}") from None
+    numbers = [column for terms in sums.values() for column in terms]
+    for columns, flaws in (([*part.where, *part.leave_out, *numbers], given.double), (numbers, given.words)):
+        for column in columns:
+            if column in flaws:
+                raise InputError(flaws[column])
     found = []
     for n, row in enumerate(rows, start=1):
         case = {place: _value(row[column], f"row {n}: {column}") for column, place in part.cases.items()}
@@ -66,25 +73,40 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
     return found
 
 
-def _rows(part: TableData | RowsData, folder: Path) -> list[Row]:
+@dataclass(frozen=True)
+class _Given:
+    """Rows as they were given, and columns that cannot be used, each with the reason."""
+
+    rows: list[Row]
+    words: Mapping[str, str] = field(default_factory=dict)  # not as numbers: some of their cells are none
+    double: Mapping[str, str] = field(default_factory=dict)  # not at all: tables that are joined disagree
+
+
+def _given(part: TableData | RowsData, folder: Path) -> _Given:
     if isinstance(part, RowsData):
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
-        return [{head: row.get(head) for head in heads} for row in part.rows]
+        return _Given([{head: row.get(head) for head in heads} for row in part.rows])
     first, *others = [part.table] if isinstance(part.table, str) else part.table
-    rows = _read(first, folder)
+    given = _read(first, folder)
     for name in others:
-        rows = _joined(rows, _read(name, folder), list(part.cases), name)
-    return rows
+        given = _joined(given, _read(name, folder), list(part.cases), name)
+    return given
 
 
-def _read(name: str, folder: Path) -> list[Row]:
+def _read(name: str, folder: Path) -> _Given:
     """Rows of a CSV file beside the targets file."""
-    table = read_beside(folder, name, f"table {name[:200]!a}")
-    return [dict(zip(map(str, table.columns), row, strict=True)) for row in table.itertuples(index=False, name=None)]
+    said = f"table {name[:200]!a}"
+    table = read_beside(folder, name, said)
+    words = {head: first_of_no_number(cells) for head, cells in table.columns.items()}
+    return _Given(
+        [dict(zip(table.columns, row, strict=True)) for row in zip(*table.columns.values(), strict=True)],
+        {head: f"{said}: {table.said(n, head)}: {_RULE}" for head, n in words.items() if n is not None},
+    )
 
 
-def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: str) -> list[Row]:
+def _joined(one: _Given, other: _Given, by: Sequence[str], name: str) -> _Given:
     """Rows of two tables side by side, matched by the columns of the cases."""
+    left, right = one.rows, other.rows
     missing = [column for column in by if not right or column not in right[0]]
     if missing:
         raise InputError(f"table {name!r}: has no column {missing[0]!r}, by which tables are joined")
@@ -94,13 +116,17 @@ def _joined(left: Sequence[Row], right: Sequence[Row], by: Sequence[str], name: 
         if key in there:
             raise InputError(f"table {name!r}: has two rows for the case {_said(row, by)}: it cannot be joined")
         there[key] = row
-    result = []
+    result, double = [], dict(one.double)
     for row in left:
         match = there.get(tuple(row[column] for column in by))
         if match is None:
             raise InputError(f"table {name!r}: has no row for the case {_said(row, by)}")
+        for column in match.keys() & row.keys():
+            both = match[column], row[column]
+            if not _same(*both) and not all(map(_is_empty, both)):
+                double[column] = f"table {name!r}: column {column!r} has other values in a table before it: rename one"
         result.append(match | row)
-    return result
+    return _Given(result, {**other.words, **one.words}, double)
 
 
 def _said(row: Row, by: Sequence[str]) -> str:
@@ -158,7 +184,7 @@ def _number(cell: Any, said: str) -> float:
     if _is_empty(cell):
         return math.nan
     if not _is_number(cell):
-        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number")
+        raise InputError(f"{said} = {ascii(cell)[:60]}: {_RULE}")
     return float(cell)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
@@ -11,10 +10,10 @@ from typing import Any
 from trainmj.errors import InputError, close_match
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source
-from trainmj.files.tables import find_table, rows_given
-from trainmj.files.text import beside, read_text
+from trainmj.files.tables import read_beside
+from trainmj.files.text import beside
 from trainmj.files.written import write_bytes
-from trainmj.files.yaml import MOST_BYTES, as_yaml, parse, read_yaml
+from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.parts import MAX_POINTS, Parts
 from trainmj.scenario.scenario import Scenario
 
@@ -157,7 +156,9 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
     source = read_yaml(path)
-    values = {key: _with_points(value, (key,), source) for key, value in source.values.items()}
+    origins = dict(source.origins)
+    values = {key: _with_points(value, (key,), source, origins) for key, value in source.values.items()}
+    source = replace(source, origins=origins)
     base = values.pop(BUILDS_ON, None)
     if base is None:
         return replace(source, values=values)
@@ -167,51 +168,37 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     return replace(source, values=_merged(below.values, values), origins={**below.origins, **source.origins})
 
 
-def _with_points(value: Any, path: Path, source: Source) -> Any:
-    """A value of a file, each curve in it that names a CSV file replaced by the points there."""
+def _with_points(value: Any, at: Path, source: Source, origins: dict[Path, str]) -> Any:
+    """A value of a file, each curve that names a CSV file replaced by the points there; origins gets their places."""
     if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-        return _read_curve(value["file"], source.folder, source.said(*path, "file"))
+        points, places = _read_curve(value["file"], at, source)
+        origins.update(places)
+        return points
     if isinstance(value, dict):
-        return {key: _with_points(inner, (*path, key), source) for key, inner in value.items()}
+        return {key: _with_points(inner, (*at, key), source, origins) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_with_points(inner, (*path, n), source) for n, inner in enumerate(value)]
+        return [_with_points(inner, (*at, n), source, origins) for n, inner in enumerate(value)]
     return value
 
 
-def _read_curve(name: str, folder: FilePath, said: str) -> dict[str, list[float]]:
-    """Points of a CSV file with columns stroke_mm and force_kN; others are ignored."""
-    path = find_table(folder, name, said)
-    try:
-        heads, *rows = rows_given(read_text(path, MOST_BYTES)) or [[]]
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    if not heads:
-        raise InputError(f"{path}: is empty; the first line must be {','.join(_COLUMNS)}")
-    missing = [column for column in _COLUMNS if column not in heads]
+def _read_curve(name: str, at: Path, source: Source) -> tuple[dict[str, list[float]], dict[Path, str]]:
+    """Points of a CSV file with columns stroke_mm and force_kN, and the place of each number; others are ignored."""
+    said = source.said(*at, "file")
+    table = read_beside(source.folder, name, said)
+    missing = [column for column in _COLUMNS if column not in table.columns]
     if missing:
-        there = ascii(", ".join(heads))[:_SHOWN]
+        there = ascii(", ".join(table.columns))[:_SHOWN]
         raise InputError(
-            f"{path}: has no column {missing[0]!r}; the first line must name {' and '.join(_COLUMNS)}, and is {there}"
+            f"{said}: has no column {missing[0]!r}; the first line must name {' and '.join(_COLUMNS)}, and is {there}"
         )
-    if len(rows) > MAX_POINTS:
-        raise InputError(f"{path}: has more than {MAX_POINTS} points")
-    places = {column: heads.index(column) for column in _COLUMNS}
-    return {
-        column: [
-            _number(row[k] if k < len(row) else "", f"{path}: point {n}: {column}") for n, row in enumerate(rows, 1)
-        ]
-        for column, k in places.items()
-    }
-
-
-def _number(cell: str, said: str) -> float:
+    if len(table.lines) > MAX_POINTS:
+        raise InputError(f"{said}: has more than {MAX_POINTS} points")
     try:
-        value = float(cell)
-    except ValueError:
-        raise InputError(f"{said} = {ascii(cell)[:60]}: must be a number") from None
-    if not math.isfinite(value):
-        raise InputError(f"{said} = {cell}: must be a finite number")
-    return value
+        points = {column: table.numbers(column) for column in _COLUMNS}
+    except InputError as error:
+        raise InputError(f"{said}: {error}") from None
+    places = {(*at, column, n): f"{table.file}:{line}" for column in _COLUMNS for n, line in enumerate(table.lines)}
+    return points, places
 
 
 def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from trainmj.files.parts import Either, Notes, Part, Positive, Spelt, Title
+from trainmj.files.parts import Above, Either, Notes, Part, Positive, Spelt, Title
 
 RIGID_WALL = "rigid_wall"
 DEVICE = "device"  # the name of the only stage of a device with one curve
@@ -20,14 +20,40 @@ MAX_DEVICE_POINTS = 4000
 MAX_NAMES = 1000
 MAX_STAGES = 20
 
-# Far beyond every vehicle and device: a wrong unit or a broken file exceeds these, and no number that is computed from
-# them overflows.
-Stroke = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
-Force = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
-Stiffness = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
-Damping = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
-Mass = Annotated[float, Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]")]
-Length = Annotated[float, Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]")]
+# Beyond every vehicle and device, but below almost all that is stated in a wrong unit. Car bodies are proved to 2000 kN
+# and whole ends crush at some 20 000 kN. A solid cube of steel with edges of 240 mm has 50 000 kN/mm; on half of that a
+# dashpot of 100 000 kN s/m damps 100 t critically. A crush zone of 10 m is half a car.
+Force = Annotated[
+    float,
+    Field(ge=0, le=50_000, allow_inf_nan=False),
+    Above("forces are in kN; divide by 1000 if it is in N"),
+]
+Stiffness = Annotated[
+    float,
+    Field(ge=1e-6, le=50_000, allow_inf_nan=False),
+    Above("stiffnesses are in kN/mm; divide by 1000 if it is in N/mm"),
+]
+Damping = Annotated[
+    float,
+    Field(ge=0, le=100_000, allow_inf_nan=False),
+    Above("dashpots are in kN s/m; divide by 1000 if it is in N s/m"),
+]
+Stroke = Annotated[
+    float,
+    Field(ge=0, le=10_000, allow_inf_nan=False),
+    Above("strokes are in mm; no device is longer than 10 m"),
+]
+Gap = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False), Above("gaps are in mm")]
+Mass = Annotated[
+    float,
+    Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]"),
+    Above("masses are in t; divide by 1000 if it is in kg"),
+]
+Length = Annotated[
+    float,
+    Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]"),
+    Above("lengths are in m; divide by 1000 if it is in mm"),
+]
 Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
 Key = Annotated[
@@ -183,7 +209,7 @@ class Collision(Part):
     partner: str = Field(description=f"another train, the same one, or {RIGID_WALL}")
     partner_speed_km_h: Speed = 0.0
     partner_end: Literal["front", "rear"] = Field(default="front", description="the end of the partner that is struck")
-    gap_mm: Stroke = Field(default=0.0, description="distance between the two sides at time 0 [mm]")
+    gap_mm: Gap = Field(default=0.0, description="distance between the two sides at time 0 [mm]")
     rail_friction: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
         default=0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
     )
@@ -196,9 +222,9 @@ class Simulation(Part):
     record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = Field(
         default=1.0, description="time between samples of the histories [ms], a whole multiple of step_ms"
     )
-    time_limit_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = Field(
-        default=3.0, description="when a collision that is not over is cut off [s]"
-    )
+    time_limit_s: Annotated[
+        float, Field(gt=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")
+    ] = Field(default=3.0, description="when a collision that is not over is cut off [s]")
     integrator: Literal["euler", "implicitfast", "implicit"] = Field(
         default="euler", description="as MuJoCo names them; each evaluates the forces once a step, as devices need"
     )

@@ -24,6 +24,7 @@ _MOST_STEPS = 5_000_000
 _MOST_RECORDS = 3_000_000  # of all vehicles together: 200 MB
 _MOST_POINTS = 20_000  # of all curves together, so that a scenario that was written can be read again
 _LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
+_LEAST_STROKE = 5.0  # at which the curves of a device end [mm]; no crush zone has 5 m
 
 
 def broken_rules(parts: Parts) -> Iterator[Problem]:
@@ -62,7 +63,7 @@ def _curve(path: Path, curve: Curve | CurveFile) -> Iterator[Problem]:
 def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
     if len({name.casefold() for name in device.all_stages()}) < len(device.all_stages()):
         yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
-    count = 0
+    count, end = 0, 0.0
     before: StageSpec | None = None
     for name, stage in device.all_stages().items():
         at = path if stage is device else (*path, "stages", name)
@@ -70,7 +71,8 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
         yield from broken
         if not broken:
             yield from _stage(at, stage, parts)
-            count += len(parts.curve_points(stage.curve)[0])
+            stroke, _ = parts.curve_points(stage.curve)
+            count, end = count + len(stroke), end + max(stroke, default=0.0)
         if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
             yield Problem(
                 (*at, "empty_stroke_mm"),
@@ -78,6 +80,9 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
                 "stage before it rises and drops at shear-off",
             )
         before = stage
+    if 0 < end < _LEAST_STROKE:
+        rule = f"has {end:g} mm of stroke in all, less than {_LEAST_STROKE:g} mm: multiply by 1000 if strokes are in m"
+        yield Problem(path, rule)
     if count > MAX_DEVICE_POINTS:
         yield Problem(path, f"has {count} points in all, more than {MAX_DEVICE_POINTS}")
 

@@ -179,8 +179,13 @@ def _checked(source: Source) -> Study:
     )
     if not isinstance(spec.design, GivenPoints):
         return study
+    import pandas as pd
+
+    of_numbers = {head for f in study.space.factors if f.kind != "choice" for head in (f.name, f.head)}
     try:
         table = read_beside(source.folder, spec.design.file, "file")
-        return replace(study, given=study.space.from_table(table).tolist())
+        points: dict[str, Any] = dict(table.columns)
+        points |= {head: table.numbers(head) for head in of_numbers & points.keys()}
+        return replace(study, given=study.space.from_table(pd.DataFrame(points)).tolist())
     except InputError as error:
         raise source.error(str(error).removeprefix("file: "), "design", "file") from None

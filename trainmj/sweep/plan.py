@@ -193,7 +193,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
     if spec.together:
         blocks.append(spec.together)
     if spec.cases is not None:
-        blocks.append(_table(source, spec.cases))
+        blocks.append(_table(source, spec.cases, scenario))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
     try:
@@ -210,17 +210,20 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
         raise InputError(f"{source.origins[()]}: {error}") from None
 
 
-def _table(source: Source, name: str) -> dict[str, list[Any]]:
-    """Columns of a CSV file of cases."""
+def _table(source: Source, name: str, scenario: Scenario) -> Mapping[str, list[Any]]:
+    """Columns of a CSV file of cases; what is a number in the scenario must be one there."""
     said = source.said("cases")
     table = read_beside(source.folder, name, said)
-    if table.size > MAX_VALUES:
-        raise InputError(f"{said}: has {table.size} cells, more than {MAX_VALUES}")
-    for column in table:
-        for row, value in enumerate(table[column], start=1):
-            if value == "" or value != value:
-                raise InputError(f"{said}: row {row}: {column} is empty")
-    return {str(column): table[column].tolist() for column in table}
+    try:
+        for head, cells in table.columns.items():
+            if all(isinstance(value, int | float) for value in scenario.locate(head)):
+                table.numbers(head)
+            for row, cell in enumerate(cells):
+                if cell == "" or cell != cell:
+                    raise InputError(f"{table.said(row, head)}: is empty")
+    except InputError as error:
+        raise InputError(f"{said}: {error}") from None
+    return table.columns
 
 
 def _check_values(name: str, values: Sequence[Any]) -> None:

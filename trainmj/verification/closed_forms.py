@@ -20,7 +20,7 @@ FINE = 1e-4
 def hooke_wall() -> Iterator[Check]:
     """1 t at 1 m/s onto 1 kN/mm: F = v sqrt(k m), u = v sqrt(m / k), contact pi sqrt(m / k), speed returned."""
     case = "Spring against a wall"
-    tally = run(scenario([(0, 0), (1000, 1e6)], 1.0, mass_t=[1.0], speed_m_s=1.0, time_limit_s=0.2)).tally
+    tally = run(scenario([(0, 0), (50, 50_000)], 1.0, mass_t=[1.0], speed_m_s=1.0, time_limit_s=0.2)).tally
     contact = float(tally.last_force_time[0] - tally.first_force_time[0])
     yield Check(case, "largest force", 31_622.777, float(tally.force_max[0]), FINE, unit="N")
     yield Check(case, "largest stroke", 31.622777, float(tally.stroke_max[0]) / MM, FINE, unit="mm")

@@ -1,0 +1,38 @@
+"""Numbers from outside: how they are written, and how large they may be. Tables and YAML share these rules."""
+
+from __future__ import annotations
+
+import re
+from typing import TypeVar
+
+N = TypeVar("N", int, float)
+
+LARGEST = 1e100  # sums and squares stay finite
+_LONGEST = 100  # characters
+_PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+
+
+def bounded(number: N) -> N:
+    """The same number, if it can be computed with.
+
+    Raises:
+        ValueError: if its magnitude is above LARGEST, or it is infinite or not a number.
+    """
+    if not abs(number) <= LARGEST:
+        raise ValueError(f"must be a finite number of at most {LARGEST:g}")
+    return number
+
+
+def read_number(text: str) -> int | float:
+    """The number that a text writes in ASCII digits, with a decimal point or an exponent if it is not whole.
+
+    Python reads more than people write on purpose: ``1_200``, ``nan``, digits of other scripts.
+
+    Raises:
+        ValueError: if it is written in another way, is longer than 100 characters, or is too large.
+    """
+    if len(text) > _LONGEST:
+        raise ValueError(f"must be a number of at most {_LONGEST} characters")
+    if not _PLAIN.fullmatch(text):
+        raise ValueError("must be a number")
+    return bounded(int(text) if text.lstrip("+-").isdecimal() else float(text))
