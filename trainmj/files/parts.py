@@ -58,6 +58,8 @@ def _whole(value: Any) -> Any:
 
 
 Whole = Annotated[int, BeforeValidator(_whole)]
+"""A whole number, however it is written."""
+
 Seed = Annotated[Whole, Field(ge=0, lt=2**32)]
 Title = Annotated[str, Field(max_length=200)]
 Notes = Annotated[str, Field(max_length=20_000)]
@@ -141,6 +143,15 @@ class Either:
         if mark:
             return f"does not go with {mark[0]}", "leave one of them out"
         return f"needs {one_of(keys[0] for keys in own.values() if keys)}", "add it, or leave this out"
+
+    def giving_way(self, under: Mapping[str, Any], over: Mapping[str, Any], members: Alternatives) -> list[str]:
+        """The keys of a group that do not go with the alternative which the values over it stand for."""
+        groups = _groups(members)
+        marks = {tag: own for tag, own in _own_keys(groups).items() if any(over.get(key) is not None for key in own)}
+        if len(marks) != 1:
+            return []
+        there = keys_of(groups[next(iter(marks))])
+        return [key for key in under if key not in there and any(key in keys_of(group) for group in groups.values())]
 
     def _by_kind(self, members: Alternatives) -> dict[Any, dict[str, Group]]:
         """The groups by the value of the key that tells them apart; None stands for a key that is not stated."""

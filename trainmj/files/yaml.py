@@ -31,6 +31,7 @@ _MOST_MARKS = 100_000  # characters that can separate values: each costs the YAM
 _MOST_VALUES = 100_000
 _DEEPEST = 30
 _DEEPER = {"[": 1, "{": 1, "]": -1, "}": -1}
+_SHOWN = 120  # characters of a command's option in a message
 _TAG = "tag:yaml.org,2002:"
 _VERSION = re.compile(r"\ufeff?(?:(?:[ \t]*(?:#[^\r\n]*)?|%(?!YAML\b)[^\r\n]*|\.\.\.[ \t]*)[\r\n])*%YAML[ \t]+(\S*)")
 """The version of YAML that a file states before its first value."""
@@ -85,8 +86,12 @@ def read_value(text: str, said: str) -> Any:
     Raises:
         InputError: if it is not valid YAML; said stands for the place.
     """
-    said = said[:200]
-    values = parse(f"value: {text}", said).values
+    said = said[:_SHOWN] + "..." * (len(said) > _SHOWN)
+    try:
+        values = parse(f"value: {text}", said).values
+    except InputError as error:
+        rule = re.sub(r"^(:\d+:\d+)?: (value[^:]*: )?", "", str(error).removeprefix(said))
+        raise InputError(f"{said}: {rule}") from None
     if set(values) != {"value"}:
         raise InputError(f"{said}: must be a single value")
     return values["value"]
@@ -97,7 +102,7 @@ def as_yaml(values: Mapping[str, Any]) -> str:
     text = io.StringIO()
     yaml = _yaml()
     yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.sort_base_mapping_type_on_output = False
     yaml.width = 120
     yaml.representer.ignore_aliases = lambda *_: True  # every value in full, without anchors
     yaml.dump(dict(values), text)
@@ -149,7 +154,7 @@ def _resolver() -> Any:
     from ruamel.yaml.resolver import VersionedResolver
     from ruamel.yaml.tag import Tag
 
-    class Core(VersionedResolver):  # type: ignore[misc]
+    class Core(VersionedResolver):
         processing_version = (1, 2)
 
         def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:

@@ -10,7 +10,7 @@ from typing import Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.resources import find_file, shipped_files
-from trainmj.files.source import Path, Problem, Source
+from trainmj.files.source import Path, Problem, Source, dotted, giving_way, inside, placed, put
 from trainmj.files.tables import find_table, rows_given
 from trainmj.files.text import beside, read_text
 from trainmj.files.written import write_bytes
@@ -156,26 +156,36 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
-    source = read_yaml(path)
-    values = {key: _with_points(value, (key,), source) for key, value in source.values.items()}
+    source = _with_points(read_yaml(path))
+    values = dict(source.values)
     base = values.pop(BUILDS_ON, None)
     if base is None:
         return replace(source, values=values)
     if not isinstance(base, str):
         raise source.error("must be the name of a scenario file", BUILDS_ON)
     below = _read_built(find_beside(source.folder, base, source.said(BUILDS_ON)), (*before, path.resolve()))
-    return replace(source, values=_merged(below.values, values), origins={**below.origins, **source.origins})
+    return _built(below, replace(source, values=values))
 
 
-def _with_points(value: Any, path: Path, source: Source) -> Any:
-    """A value of a file, each curve in it that names a CSV file replaced by the points there."""
-    if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-        return _read_curve(value["file"], source.folder, source.said(*path, "file"))
-    if isinstance(value, dict):
-        return {key: _with_points(inner, (*path, key), source) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_with_points(inner, (*path, n), source) for n, inner in enumerate(value)]
-    return value
+def _with_points(source: Source) -> Source:
+    """A file, each curve in it that names a CSV file replaced by the points there, which have their own places."""
+    origins = dict(source.origins)
+
+    def read(value: Any, path: Path) -> Any:
+        if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
+            curve = _read_curve(value["file"], source.folder, source.said(*path, "file"))
+            for column, numbers in curve.items():
+                file = f"{source.folder / value['file']}"
+                origins[(*path, column)] = file
+                origins.update({(*path, column, n): f"{file}: point {n + 1}" for n in range(len(numbers))})
+            return curve
+        if isinstance(value, dict):
+            return {key: read(inner, (*path, key)) for key, inner in value.items()}
+        if isinstance(value, list):
+            return [read(inner, (*path, n)) for n, inner in enumerate(value)]
+        return value
+
+    return replace(source, values=read(source.values, ()), origins=origins)
 
 
 def _read_curve(name: str, folder: FilePath, said: str) -> dict[str, list[float]]:
@@ -214,12 +224,34 @@ def _number(cell: str, said: str) -> float:
     return value
 
 
-def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Groups are merged key by key; everything else, such as lists and curves, is replaced."""
-    result = dict(under)
-    for key, value in over.items():
-        below = result.get(key)
-        if isinstance(below, dict) and isinstance(value, dict) and "stroke_mm" not in value:
-            value = _merged(below, value)
-        result[key] = value
-    return result
+def _built(below: Source, over: Source) -> Source:
+    """The values of a file over those of the file that it builds on.
+
+    Groups are merged key by key; everything else, such as lists and curves, is replaced. Null takes a value back. Keys
+    that do not go with the alternative that is stated over them give way, as a curve does to stages.
+    """
+    replaced: list[Path] = []
+    displaced: list[str] = []
+
+    def merged(under: Mapping[str, Any], values: Mapping[str, Any], path: Path, type_: Any) -> dict[str, Any]:
+        old = giving_way(type_, under, values)
+        if old:
+            displaced.append(f"{over.origin(*path)}: {dotted(path)}: {', '.join(old)} of {below.origin()} given up")
+        replaced.extend((*path, key) for key in old)
+        result = {key: value for key, value in under.items() if key not in old}
+        for key, value in values.items():
+            there, at = under.get(key), (*path, key)
+            if isinstance(there, dict) and isinstance(value, dict) and "stroke_mm" not in value:
+                result[key] = merged(there, value, at, inside(type_, key))
+            else:
+                replaced.append(at)
+                put(result, key, value, type_)
+        return result
+
+    values = merged(below.values, over.values, (), Parts)
+    return replace(
+        over,
+        values=values,
+        origins=placed(below.origins, replaced, over.origins),
+        displaced=(*below.displaced, *displaced),
+    )
