@@ -14,6 +14,7 @@ import click
 import trainmj
 from trainmj.cli.options import (
     going_on,
+    kind_of_input,
     parts_of,
     split_assignment,
     takes_figures,
@@ -91,16 +92,16 @@ def sweep(
     SCENARIO may also be a sweep file, which states the cases itself. Results are kept as they come, in
     results.sqlite and at the end results.csv; whatever stops a sweep, the same command goes on.
     """
+    from trainmj.files.kinds import SCENARIO
     from trainmj.output.console import Progress
-    from trainmj.sweep.plan import is_sweep_file
     from trainmj.sweep.screen import print_sweep
 
-    if not is_sweep_file(scenario):
+    if kind_of_input(scenario) is SCENARIO:
         cases = trainmj.grid_of(trainmj.load(scenario, changes), vary)
-    elif vary:
-        raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
     else:
         cases = trainmj.load_sweep(scenario, changes)
+        if vary:
+            raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
     if responses is not None:
         cases = replace(cases, responses=parts_of(responses))
     if histories is not None:
@@ -140,6 +141,7 @@ def study(
 
     Exit code: 0 when done, 1 if the chosen design does not keep its limits when simulated, 2 for wrong input.
     """
+    kind_of_input(study)
     plan = trainmj.load_study(study)
     from trainmj.study import screen
 
@@ -184,6 +186,7 @@ def identify(
 
     Exit code: 0 when done, 1 if a bar that the file states is not kept, 2 for wrong input.
     """
+    kind_of_input(targets)
     plan = trainmj.load_targets(targets)
     from trainmj.identification import page, screen
 

@@ -20,6 +20,7 @@ from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, window_p
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.errors import InputError, close_match
+from trainmj.files.arguments import listed
 from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
 
 T = TypeVar("T")
@@ -270,7 +271,7 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
     Raises:
         InputError: if one chooses none.
     """
-    patterns = list(patterns)
+    patterns = listed(patterns)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in columns):
             raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, columns)}")

@@ -13,6 +13,8 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from trainmj.errors import InputError, close_match, nearest
+from trainmj.files.arguments import group_given
+from trainmj.files.kinds import kind_of
 from trainmj.files.parts import Either, Spelt, alternatives, base_of, is_group, keys_of
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -55,6 +57,15 @@ def plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
+def source_of(values: Mapping[str, Any], folder: str | FilePath = ".") -> Source:
+    """Plain values that come from no file; folder is where the files that they name are.
+
+    Raises:
+        TypeError: if they are no mapping.
+    """
+    return Source(plain(group_given(values)), folder=FilePath(folder))
+
+
 def placed(origins: Mapping[Path, str], replaced: Iterable[Path], by: Mapping[Path, str]) -> dict[Path, str]:
     """The places of values of which some, and all inside them, were replaced by others with places of their own."""
     gone = set(replaced)
@@ -81,9 +92,12 @@ class Source:
             return model.model_validate(self.values)
         except ValidationError as error:
             kind, keys = model.model_config.get("title"), keys_of(model)
-            if kind and 2 * sum(key in keys for key in self.values) < len(self.values):
+            other = kind_of(self.values)
+            wrong = other is not None and other.name != kind
+            if kind and (wrong or 2 * sum(key in keys for key in self.values) < len(self.values)):
                 needed = ", ".join(key for key, field in keys.items() if field.is_required())
                 rule = f"is not a {kind}, which states {needed}"
+                rule += f", but a {other.name}: {other.takes} reads it" if other is not None and wrong else ""
                 raise InputError(f"{self.origins[()]}: {rule}" if () in self.origins else rule) from None
             raise self.refusal(_from_pydantic(error, model)) from None
 

@@ -58,6 +58,32 @@ def size(plan: Identification) -> str:
     return f"{len(plan.unknowns.free)} values sought from {len(plan.fitted)} in {len(plan.fitted.cases)} cases"
 
 
+def sought(plan: Identification) -> Table:
+    """The parameters, and where they may be."""
+    names = ("parameter", "unit", "start", "lower_bound", "upper_bound")
+    columns = {name: _PARAMETERS.get(name, Column("start")) for name in names} | {"sets": Column("sets", text=True)}
+    rows = [
+        {
+            "parameter": p.name,
+            "unit": p.unit,
+            "start": p.start,
+            "lower_bound": p.lower,
+            "upper_bound": p.upper,
+            "sets": ", ".join(s.path for s in p.settings),
+        }
+        for p in plan.unknowns.parameters
+    ]
+    return _table(columns, rows)
+
+
+def wanted(plan: Identification) -> Table:
+    """The targets, and how many values each has."""
+    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), Column("response", text=True)]
+    counts = [np.bincount(sample.target, minlength=len(plan.targets)) for sample in (plan.fitted, plan.held_out)]
+    rows = [[t.name, t.unit, int(m), int(n), t.part.response] for t, m, n in zip(plan.targets, *counts, strict=True)]
+    return Table(columns, rows)
+
+
 def fit(found: Found, role: str) -> Table:
     """How closely each target is met, by the values that were fitted or held out."""
     rows = [row | _bars(row) for row in rows_of(found.fit[found.fit["role"] == role])]

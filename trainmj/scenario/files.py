@@ -9,6 +9,8 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.arguments import given
+from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source, dotted, giving_way, inside, placed, put
 from trainmj.files.tables import find_table, rows_given
@@ -40,22 +42,33 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    scenario = Scenario.from_source(_read_built(find_file(file, ".yaml", "scenario"), ()))
+    scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
+    scenario.refuse(_lost_parameters(scenario))
     return scenario.with_values(changes) if changes else scenario
 
 
 def shipped() -> dict[str, FilePath]:
     """Names and paths of the scenarios that ship with trainmj."""
-    return shipped_files(".yaml")
+    return shipped_files(SCENARIO.ending)
 
 
-def save(scenario: Scenario, file: str | FilePath) -> None:
+def scenario_given(scenario: Scenario | str | FilePath) -> Scenario:
+    """A scenario, or the one that the path of a file or the name of a shipped one leads to.
+
+    Raises:
+        InputError: if the file cannot be read or breaks a rule.
+        TypeError: if it is something else.
+    """
+    return given(scenario, Scenario, load)
+
+
+def save(scenario: Scenario | str | FilePath, file: str | FilePath) -> None:
     """Write a scenario as one self-contained YAML file.
 
     Raises:
         OutputError: if the file cannot be written.
     """
-    write_bytes(file, to_yaml(scenario).encode())
+    write_bytes(file, to_yaml(scenario_given(scenario)).encode())
 
 
 def to_yaml(scenario: Scenario) -> str:
@@ -92,6 +105,15 @@ def _optional(part: Any) -> Any:
         return part
     kept = {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
     return {"anyOf" if k == "oneOf" else k: v for k, v in kept.items()}
+
+
+def _lost_parameters(scenario: Scenario) -> Iterator[Problem]:
+    """Parameters that stand for no value."""
+    for name in scenario.parameters:
+        try:
+            scenario.places(name)
+        except InputError as error:
+            yield Problem(("parameters", name), str(error))
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:

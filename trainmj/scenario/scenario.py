@@ -13,7 +13,8 @@ from typing import Any, Self
 from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put
+from trainmj.files.arguments import group_given
+from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put, source_of
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 
@@ -36,7 +37,7 @@ class Scenario(Parts):
         Raises:
             InputError: listing every key, value and rule that is broken.
         """
-        return cls.from_source(Source(plain(values)))
+        return cls.from_source(source_of(values))
 
     @classmethod
     def from_source(cls, source: Source) -> Self:
@@ -64,7 +65,7 @@ class Scenario(Parts):
         Raises:
             InputError: if a path leads nowhere or the changed scenario breaks a rule.
         """
-        return self.from_source(changed(self._source, self.parameters, changes))
+        return self.from_source(changed(self._source, self.parameters, group_given(changes)))
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.
@@ -133,8 +134,8 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
         InputError: if a path leads nowhere.
     """
     values, origins = dict(source.values), dict(source.origins)
-    for name, given in changes.items():
-        value = plain(given)
+    for name, new in changes.items():
+        value = plain(new)
         targets = parameters.get(name, name)
         for target in [targets] if isinstance(targets, str) else targets:
             path = _find(values, target, parameters)

@@ -62,6 +62,8 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.vehicles_of(chain))
     console.print()
     print_table(console, tables.interfaces_of(chain))
+    for note in scenario.displaced:
+        console.print(f"Note: {note}", soft_wrap=True)
     steep = [i.name for i in chain.interfaces if (i.envelope.slope > i.envelope.stiffness).any()]
     if steep:
         console.print(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from trainmj.cases.store import KEY, Store, remove_store
 from trainmj.collision.identity import identity
+from trainmj.files.arguments import given
 from trainmj.files.written import finite, held, remove
 from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
@@ -96,7 +97,7 @@ def run_study(
         OutputError: if a file cannot be written or another process writes there; finished steps and simulations are
             kept.
     """
-    study = study if isinstance(study, Study) else load_study(study)
+    study = given(study, Study, load_study)
     watch = watch or Watch()
     with held(folder) as path:
         files = Folder(path, figures, figure_width)
