@@ -62,15 +62,9 @@ def kind_of_input(file: str) -> Kind:
 
 def _formats(context: click.Context, parameter: click.Parameter, text: str) -> tuple[str, ...]:
     """The formats of --figures."""
-    from trainmj.output.style import FORMATS
+    from trainmj.output.style import formats_given
 
-    names = tuple(dict.fromkeys(parts_of(text.lower())))
-    if names == ("none",):
-        return ()
-    for name in names:
-        if name not in FORMATS:
-            raise InputError(f"--figures {text}: {name!r} is not a format of figures; known: {', '.join(FORMATS)}")
-    return names
+    return () if text.lower() == "none" else formats_given(parts_of(text.lower()))
 
 
 def _together(*options: Callable[[F], F]) -> Callable[[F], F]:

@@ -160,11 +160,11 @@ def result_given(result: Result | str | Path) -> Result:
         InputError: if there is none that can be read.
         TypeError: if it is something else.
     """
-    return given(result, Result, lambda file: load_result(find_result(file) or file))
+    return given(result, Result, load_result)
 
 
 def load_result(file: str | Path) -> Result:
-    """Read a result that :meth:`Result.save` wrote.
+    """Read a result that :meth:`Result.save` wrote, from its file or from the folder of a run.
 
     Raises:
         InputError: if the file is not there or not such a result.
@@ -172,7 +172,8 @@ def load_result(file: str | Path) -> Result:
     import h5py
     import xarray as xr
 
-    if not path_given(file).is_file():
+    file = find_result(path_given(file)) or file
+    if not Path(file).is_file():
         raise InputError(f"{file}: there is no such file")
     try:
         with h5py.File(file) as raw:

@@ -29,8 +29,9 @@ def given(thing: Any, kind: type[T], read: Callable[[Any], T] | None = None) -> 
         return thing
     if read is not None and isinstance(thing, (str, PathLike)):
         return read(thing)
-    needed = f"a {kind.__name__}{', or the path of its file' if read else ''}"
-    raise TypeError(f"needs {needed}, not {type(thing).__name__}: {_MADE_BY[kind.__name__]}")
+    name = kind.__name__
+    needed = f"{'an' if name[0] in 'AEIOU' else 'a'} {name}{', or the path of its file' if read else ''}"
+    raise TypeError(f"needs {needed}, not {type(thing).__name__}: {_MADE_BY[name]}")
 
 
 def group_given(thing: Any) -> Mapping[str, Any]:
@@ -46,7 +47,7 @@ def group_given(thing: Any) -> Mapping[str, Any]:
 
 
 def path_given(thing: Any) -> Path:
-    """An argument that must be the path of a file or folder; what left its files in a folder stands for that.
+    """An argument that must be the path of results; what left its files in a folder stands for that.
 
     Raises:
         TypeError: if it is something else.
@@ -54,9 +55,21 @@ def path_given(thing: Any) -> Path:
     found = getattr(thing, "folder", thing)
     if isinstance(found, (str, PathLike)):
         return Path(found)
-    needed = "the path of a file or folder, or what run_sweep, run_study or identify gave"
+    needed = "the path of a folder or of a file in it, or what run_sweep, run_study or identify gave"
     cure = ": its save writes it to a file" if type(thing).__name__ == "Result" else ""
     raise TypeError(f"needs {needed}, not {type(thing).__name__}{cure}")
+
+
+def file_given(thing: Any) -> Path:
+    """An argument that must be the path of an input file, or the name of a shipped one.
+
+    Raises:
+        TypeError: if it is something else.
+    """
+    if isinstance(thing, (str, PathLike)):
+        return Path(thing)
+    makers = "Scenario.from_values, sweep_of, study_of and targets_of take plain values"
+    raise TypeError(f"needs the path of a file, or the name of a shipped one, not {type(thing).__name__}: {makers}")
 
 
 def listed(names: Any) -> tuple[str, ...]:

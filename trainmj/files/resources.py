@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from trainmj.errors import EngineError, InputError, close_match
-from trainmj.files.arguments import path_given
+from trainmj.files.arguments import file_given
 from trainmj.files.kinds import KINDS, SCENARIO, Kind, kind_of
 from trainmj.files.yaml import read_yaml
 
@@ -37,7 +37,7 @@ def find_file(file: str | Path, ending: str, what: str) -> Path:
     Raises:
         InputError: if there is neither.
     """
-    path, known = path_given(file), shipped_files(ending)
+    path, known = file_given(file), shipped_files(ending)
     try:
         if path.is_file():
             return path

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from trainmj.errors import InputError, close_match, nearest
 from trainmj.files.arguments import group_given
 from trainmj.files.kinds import kind_of
-from trainmj.files.parts import Either, Spelt, alternatives, base_of, is_group, keys_of
+from trainmj.files.parts import LARGEST, Either, Spelt, alternatives, base_of, is_group, keys_of
 
 Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
@@ -25,6 +25,7 @@ _SHOWN = 60  # characters of a value in a message
 _LONGEST = 300  # characters of a path in a message
 _MOST = 20  # problems in one message
 _MOST_ERRORS = 200  # errors that are put into words; several can be one problem
+_MOST_BITS = int(LARGEST).bit_length()
 _MOST_OTHERS = 3  # other files and changes that a group has values from
 _POINT = re.compile(r":\d+:\d+$|: point \d+$")  # of a place in a file
 _TAKES_BACK = "null takes back what is stated there, and nothing is"
@@ -49,11 +50,17 @@ def dotted(path: Path) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Values as a YAML file gives them: numbers and arrays of numpy and pandas as Python's, tuples as lists."""
+    """Values as a YAML file gives them: numbers and arrays of numpy and pandas as Python's, tuples as lists.
+
+    Raises:
+        InputError: if a whole number is larger than any that a file can hold.
+    """
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(inner) for inner in value]
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        raise InputError(f"a whole number of {value.bit_length()} bits is too large: numbers go up to {LARGEST:g}")
     return value.tolist() if hasattr(value, "tolist") else value
 
 

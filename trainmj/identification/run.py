@@ -24,7 +24,7 @@ from trainmj.identification.plan import Identification, load_targets
 from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
-from trainmj.output.style import FORMATS, Format, Width, save, styled
+from trainmj.output.style import FORMATS, Format, Width, formats_given, save, styled
 from trainmj.scenario import to_yaml
 
 FILE = "trials.sqlite"
@@ -66,7 +66,7 @@ def identify(
         OutputError: if the folder or a file cannot be written, or another process writes there.
     """
     began = time.monotonic()
-    plan = given(targets, Identification, load_targets)
+    plan, formats = given(targets, Identification, load_targets), formats_given(figures)
     with held(folder) as folder:
         _check_start(plan, threads)
         if fresh:
@@ -88,7 +88,7 @@ def identify(
             simulated = trials.simulated
         seconds = time.monotonic() - began
         result = Found(plan, point, known, samples, tuple(way), folder, simulated, there, seconds)
-        _write(result, figures, figure_width)
+        _write(result, formats, figure_width)
         return result
 
 

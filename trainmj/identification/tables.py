@@ -89,6 +89,9 @@ def fit(found: Found, role: str) -> Table:
     rows = [row | _bars(row) for row in rows_of(found.fit[found.fit["role"] == role])]
     columns = {key: column for key, column in _FIT.items() if key != "bars" or any(row[key] for row in rows)}
     note = "Outside: beyond the tolerance, or the bar on each value where there is one."
+    lost = [f"{row['target']} ({row['without_number']})" for row in rows if row["without_number"]]
+    if lost:
+        note += f" Values without a number, in cases that are refused, unstable or end too early: {', '.join(lost)}."
     return _table(columns, rows, ROLES[role], note)
 
 

@@ -12,7 +12,7 @@ from trainmj.cases.store import KEY, Store, remove_store
 from trainmj.collision.identity import identity
 from trainmj.files.arguments import given
 from trainmj.files.written import finite, held, remove
-from trainmj.output.style import Format, Width
+from trainmj.output.style import Format, Width, formats_given
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs
@@ -98,9 +98,9 @@ def run_study(
             kept.
     """
     study = given(study, Study, load_study)
-    watch = watch or Watch()
+    watch, formats = watch or Watch(), formats_given(figures)
     with held(folder) as path:
-        files = Folder(path, figures, figure_width)
+        files = Folder(path, formats, figure_width)
         if fresh:
             files.start_over()
             remove_store(path / FILE, [STATE, "report.html"])

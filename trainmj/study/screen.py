@@ -19,7 +19,6 @@ from trainmj.study.plan import Study
 from trainmj.study.run import StudyResult, Watch
 from trainmj.study.steps import design_of
 
-
 _SEARCHED = {"surrogate": "surrogates", "simulator": "simulator", "both": "surrogates and on the simulator"}
 
 

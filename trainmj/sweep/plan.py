@@ -17,7 +17,7 @@ from typing import Any
 from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
-from trainmj.files.arguments import group_given, listed
+from trainmj.files.arguments import given, group_given, listed
 from trainmj.files.kinds import SWEEP
 from trainmj.files.resources import find_file
 from trainmj.files.source import Source, plain, source_of
@@ -57,6 +57,7 @@ class Sweep:
 
     def __post_init__(self) -> None:
         """Check names, values and numbers."""
+        given(self.scenario, Scenario)
         if not self.names:
             raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
         double = [name for name, count in Counter(map(str.casefold, self.names)).items() if count > 1]
