@@ -50,8 +50,8 @@ def print_plan(plan: Identification) -> None:
     held_out = f"; {len(plan.held_out)} more are held out" if len(plan.held_out) else ""
     method = plan.spec.method
     explored = f"at most {method.explore.trials} trials in each of {method.explore.searches} searches"
-    console.print(f"Identification: {tables.size(plan)}{held_out}", soft_wrap=True)
-    console.print(f"Method: {explored}, then {method.refine.iterations} iterations by least squares", soft_wrap=True)
+    console.print(f"Identification: {tables.size(plan)}{held_out}")
+    console.print(f"Method: {explored}, then {method.refine.iterations} iterations by least squares")
     for table in (tables.sought(plan), tables.wanted(plan)):
         console.print()
         print_table(console, table)

@@ -71,7 +71,7 @@ def print_plan(study: Study) -> None:
     part = study.spec.design
     n = part.n if isinstance(part, (LatinHypercube, SobolSequence)) else len(design_of(study).points)
     where = _SEARCHED[study.spec.optimiser.on]
-    console.print(f"Study: {n} points ({part.kind}), then a search on the {where}", soft_wrap=True)
+    console.print(f"Study: {n} points ({part.kind}), then a search on the {where}")
     for table in (tables.factors_of(study), tables.responses_of(study)):
         console.print()
         print_table(console, table)
