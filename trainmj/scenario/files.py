@@ -98,13 +98,23 @@ def schema() -> dict[str, Any]:
 
 
 def _optional(part: Any) -> Any:
-    """A schema that requires no key; several of the alternatives may fit then."""
+    """A schema that requires no key and takes null for each; several of the alternatives may fit then."""
     if isinstance(part, list):
         return [_optional(p) for p in part]
     if not isinstance(part, dict):
         return part
     kept = {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
+    for key, values in kept.items():
+        if key in ("properties", "patternProperties"):
+            kept[key] = {name: _or_null(value) for name, value in values.items()}
+        elif key == "additionalProperties" and isinstance(values, dict):
+            kept[key] = _or_null(values)
     return {"anyOf" if k == "oneOf" else k: v for k, v in kept.items()}
+
+
+def _or_null(part: dict[str, Any]) -> dict[str, Any]:
+    about: dict[str, Any] = {key: part[key] for key in ("title", "description") if key in part}
+    return {"anyOf": [part, {"type": "null"}], **about}
 
 
 def _lost_parameters(scenario: Scenario) -> Iterator[Problem]:
