@@ -468,6 +468,12 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
         ("factors.E", {"sets": "mass_t", "bounds": [30, 36]}, ["factors.E.sets", "already set by the factor M"]),
         ("factors.a b", {"sets": "speed_km_h", "bounds": [20, 36]}, ["factors.a b", "letters, digits"]),
         ("set.mass_t", 33, ["factors.M.sets", "fixed under set"]),
+        ("set", {"trains.b_type.mass_t": 33}, ["factors.M.sets", "fixed under set"]),
+        (
+            "factors.E",
+            {"sets": "trains.b_type.mass_t", "bounds": [30, 36]},
+            ["factors.E.sets", "already set by the factor M"],
+        ),
         ("factors.D", {"sets": "mass_t", "levels": ["=1", "b"]}, ["factors.D.levels.0 = '=1'", "formulas"]),
         ("factors.D", {"sets": "mass_t", "levels": [1, [2]]}, ["factors.D.levels.1", "must be text"]),
         ("factors.test", COUPLER, ["factors.test", "second column 'test'"]),

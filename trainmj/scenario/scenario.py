@@ -109,6 +109,13 @@ class Scenario(Parts):
             found.append(here)
         return found
 
+    def overlap(self, name: str, other: str) -> bool:
+        """Whether two names lead to the same value, or one into what the other leads to; never if one leads nowhere."""
+        try:
+            return self.twice((name, other)) is not None
+        except InputError:
+            return False
+
     def twice(self, names: Iterable[str]) -> tuple[str, str] | None:
         """Two names that lead to the same value, or one into what the other leads to; None if all are apart."""
         owner: dict[Path, str] = {}

@@ -90,11 +90,11 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 yield Problem((*at, "levels", k), rule)
         yield from nowhere([(sets, target) for target in part.targets], scenario)
         for target in part.targets:
-            for path in scenario.paths(target):
-                if path in owner:
-                    yield Problem(sets, f"is already set by the factor {owner[path]}")
-                owner[path] = name
-            if target in spec.set:
+            twice = next((owner[other] for other in owner if scenario.overlap(target, other)), None)
+            if twice is not None:
+                yield Problem(sets, f"is already set by the factor {twice}")
+            owner[target] = name
+            if any(scenario.overlap(target, fixed) for fixed in spec.set):
                 yield Problem(sets, "is fixed under set: leave it out there")
 
 
