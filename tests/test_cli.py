@@ -214,6 +214,106 @@ def test_check_prints_what_would_run():
     assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
 
 
+@pytest.mark.parametrize(
+    ("file", "words"),
+    [
+        (
+            "examples/sweep/speeds.yaml",
+            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "15 of 148", "All cases"],
+        ),
+        ("scenarios/paper/b_type.study.yaml", ["Study: 10 points", "empty_stroke_mm", "20 to 50 mm", "<= 265 mm"]),
+        ("b_type.study.yaml", ["Study: 10 points"]),
+        ("examples/study/plateaus.study.yaml", ["Study: 20 points", "minimise", "head_kN"]),
+        (
+            "b_type.targets.yaml",
+            ["10 values sought from 196 in 17 cases; 52 more", "1600 trials in each of 10", "t_M3"],
+        ),
+    ],
+)
+def test_check_takes_every_kind_of_input_file(file, words):
+    """Breaks if check calls a right file of another kind wrong, or says nothing of what it would do."""
+    text = works("check", str(ROOT / file) if "/" in file else file)
+    for word in (*words, "Vehicles along the track", "Step 0."):
+        assert word in text
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
+
+
+SMALL = {
+    "scenario": "scenario: b_type",
+    "sweep": "vary: {mass_t: '30,33'}",
+    "study": "factors: {M: {sets: mass_t, bounds: [30, 33]}}\nobjectives: {TS: minimise}",
+    "targets": "targets: {}\ndata: {}",
+}
+TAKES = {"run": "scenario", "export": "scenario", "sweep": "sweep", "study": "study", "identify": "targets"}
+
+
+@pytest.mark.parametrize("command", TAKES)
+@pytest.mark.parametrize("kind", ["scenario", "sweep", "study", "targets"])
+def test_a_file_of_another_kind_is_named_in_one_message(tmp_path, command, kind):
+    """Breaks if a study that is given to sweep is refused key by key."""
+    file = tmp_path / "mine.yaml"
+    file.write_text("builds_on: b_type\n" if kind == "scenario" else f"{SMALL['scenario']}\n{SMALL[kind]}\n")
+    out = ("--out", str(tmp_path / "out"))
+    if kind == TAKES[command] or (command, kind) == ("sweep", "scenario"):
+        return
+    message = fails(command, str(file), *out)
+    assert re.fullmatch(
+        rf"Error: {re.escape(str(file))}: is not a {TAKES[command]} file, which states .*, but a {kind} file: "
+        r"trainmj \w+ or trainmj\.load\w* reads it\n",
+        message,
+    )
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("my.sweep.yaml", "scenario: b_type\n", "nothing is varied"),
+        ("my.yaml", "vary: {mass_t: '30,33'}\n", "my.yaml: scenario: is missing"),
+        ("my.yaml", "scenario: b_type\nvary: {mas_t: '30,33'}\n", "did you mean 'mass_t'"),
+        ("my.study.yaml", "scenario: b_type\nfactors: {M: {sets: mass_t, bounds: [3, 1]}}\n", "3 is not below 1"),
+        ("my.yaml", "title: \xe9\n", "is not UTF-8 text (line 1): save it as UTF-8"),
+        ("result.nc", "", "is a saved result, for trainmj run, report and render"),
+    ],
+)
+def test_check_says_what_is_wrong_with_every_kind_of_file(tmp_path, name, text, said):
+    (tmp_path / name).write_text(text, encoding="latin-1")
+    assert said in fails("check", str(tmp_path / name))
+
+
+def test_check_of_a_sweep_says_how_many_cases_would_be_refused(tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text(
+        "scenario: wagon_80t\nvary: {simulation.step_ms: [0.1, 0.3, 100]}\nresponses: [TS_mm]\nhistories: [0]\n"
+    )
+    text = works("check", str(file))
+    assert "Responses: 1 of " in text
+    assert "Histories: of the cases 0" in text
+    assert "Note: 2 of 3 cases would be refused; the first, case 1: change: " not in text
+    assert "Note: 2 of 3 cases would be refused; the first, case 1: " in text
+
+
+def test_check_says_what_gave_way_to_stages(tmp_path):
+    file = tmp_path / "my.yaml"
+    file.write_text(
+        "builds_on: wagon_80t\n"
+        "devices: {wagon_buffers: {stages: {only: {curve: {stroke_mm: [0, 500], force_kN: [500, 900]}}}}}\n"
+    )
+    assert f"Note: {file}:2:11: devices.wagon_buffers: curve" in works("check", str(file))
+
+
+def test_a_value_is_set_once():
+    assert "--set mass_t=33: mass_t is set twice" in fails(
+        "check", "b_type", "--set", "mass_t=30", "--set", "mass_t=33"
+    )
+
+
+def test_set_of_a_file_that_states_its_values_is_refused():
+    assert "--set: the study file b_type.study.yaml states its values" in fails(
+        "check", "b_type.study.yaml", "--set", "a=1"
+    )
+
+
 def test_scenarios_lists_what_ships_with_title_and_parameters():
     text = works("scenarios")
     for name in shipped():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -12,12 +14,19 @@ from builders import values
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
+from pydantic import BaseModel
 from ruamel.yaml import YAML
 
+import trainmj
 from trainmj.collision.chain import largest_step
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError, OutputError, TrainmjError
+from trainmj.files.yaml import as_yaml, parse, read_value
+from trainmj.identification.file import TargetsFile
 from trainmj.scenario import Scenario, from_yaml, load, save, schema, shipped, to_yaml
+from trainmj.scenario.parts import Parts
+from trainmj.study.file import StudyFile
+from trainmj.sweep.file import SweepFile
 
 GOOD = """\
 title: A small case
@@ -202,13 +211,13 @@ def test_changes_by_path_and_by_parameter(good):
     assert good.with_values({"both": 25}).trains["t"].length_m == 25, "a parameter may move several values"
 
 
-def test_changes_reach_into_lists_by_position_and_by_name():
+def test_changes_reach_into_lists_by_position_and_by_name(good):
     standard = load("b_type")
     by_position = standard.with_values({"trains.b_type.vehicles.0.mass_t": 40})
-    by_name = standard.with_values({"trains.b_type.vehicles.Tc.mass_t": 40})
     others = [c.mass_t for c in standard.trains["b_type"].cars()][1:]
     assert [c.mass_t for c in by_position.trains["b_type"].cars()] == [40, *others]
-    assert shape(by_name) == shape(by_position)
+    named = good.with_values({"trains.t.vehicles": [{"name": "A"}, {"name": "B"}]})
+    assert [c.mass_t for c in named.with_values({"trains.t.vehicles.B.mass_t": 40}).trains["t"].cars()] == [33, 40]
     forces = standard.curves["buffer"].force_kN
     last = len(forces) - 1
     point = standard.with_values({f"curves.buffer.force_kN.{last}": 810})
@@ -240,6 +249,200 @@ def test_changes_come_one_upon_the_other(good):
 def test_changes_that_lead_nowhere_are_refused(good, changes, said):
     with pytest.raises(InputError, match=said):
         good.with_values(changes)
+
+
+@pytest.mark.parametrize(
+    ("names", "path", "said"),
+    [
+        (
+            "ABA",
+            "A",
+            r"2 entries are called 'A': say which by its position, trains\.t\.vehicles\.0 or trains\.t\.vehicles\.2",
+        ),
+        ("AAA", "A", r"3 entries .* trains\.t\.vehicles\.0, trains\.t\.vehicles\.1 or trains\.t\.vehicles\.2"),
+        ("10", "0", r"'0' is both a position in trains\.t\.vehicles and the name of another entry"),
+    ],
+)
+def test_a_name_that_several_vehicles_have_is_refused_wherever_a_path_is_resolved(good, tmp_path, names, path, said):
+    """Breaks if a change, a case or a parameter moves one of two vehicles of a name, and nobody says which."""
+    several = good.with_values({"trains.t.vehicles": [{"name": name} for name in names]})
+    path = f"trains.t.vehicles.{path}.mass_t"
+    save(several, tmp_path / "base.yaml")
+    parameter = written(tmp_path, f"builds_on: base.yaml\nparameters: {{m: {path}}}\n")
+    for use in (
+        lambda: several.with_values({path: 40}),
+        lambda: several.locate(path),
+        lambda: load(parameter),
+        lambda: trainmj.grid_of(several, {path: [30, 33]}),
+        lambda: trainmj.run_cases(several, {path: [30, 33]}),
+        lambda: trainmj.sweep_of({"scenario": "base.yaml", "together": {path: [30, 33]}}, tmp_path),
+    ):
+        with pytest.raises(InputError, match=said):
+            use()
+
+
+def test_null_takes_a_value_back(good, tmp_path):
+    """Breaks if a file or a change cannot go back to a default, or takes back what is not there in silence."""
+    assert good.with_values({"devices.head.stroke_limit_mm": None}).devices["head"].stroke_limit_mm is None
+    with_gap = good.with_values({"collision.gap_mm": 5, "limits.TS_mm": 900})
+    assert with_gap.with_values({"collision.gap_mm": None, "limits.TS_mm": None}).values() == {
+        **good.values(),
+        "limits": {},
+    }
+    assert good.with_values({"collision.gap_mm": None}).collision.gap_mm == 0, "stated or not, the default applies"
+    save(with_gap, tmp_path / "base.yaml")
+    over = "builds_on: base.yaml\n"
+    taken = load(
+        written(tmp_path, over + "collision: {gap_mm: ~}\nlimits: null\ndevices: {head: {stroke_limit_mm: }}\n")
+    )
+    assert (taken.collision.gap_mm, taken.limits, taken.devices["head"].stroke_limit_mm) == (0, {}, None)
+    written(tmp_path, over + "limits: {TS_mm: null}\n", "middle.yaml")
+    again = written(tmp_path, "builds_on: middle.yaml\nlimits: {TAMA_g: 5}\n")
+    assert load(again).limits == {"TAMA_g": 5}
+    for text, said in (
+        ("collision: {speed_km_h: null}", r"my\.yaml:2:13: collision\.speed_km_h: is missing"),
+        ("collision: {gap: null}", r"my\.yaml:2:13: collision\.gap = None: unknown key; did you mean 'gap_mm'"),
+        ("limits: {TSS_mm: null}", r"my\.yaml:2:10: .*null takes back what is stated there, and nothing is"),
+        ("devices: {head: {curve: null}}", r"my\.yaml.*devices\.head: needs curve or stages"),
+    ):
+        with pytest.raises(InputError, match=said):
+            load(written(tmp_path, over + text + "\n"))
+
+
+def test_stages_over_a_curve_replace_what_does_not_go_with_them(tmp_path):
+    """Breaks if the keys of the device below make the stated stages wrong, or go, or stay, without a word."""
+    written(
+        tmp_path, GOOD.replace("{curve: tube,", "{curve: tube, damping_kN_s_per_m: 7, empty_stroke_mm: 5,"), "base.yaml"
+    )
+    stages = "devices: {head: {stages: {a: {curve: tube}, b: {curve: tube, empty_stroke_mm: 9}}}}\n"
+    path = written(tmp_path, "builds_on: base.yaml\n" + stages, "staged.yaml")
+    staged = load(path)
+    assert list(staged.devices["head"].all_stages()) == ["a", "b"]
+    assert staged.devices["head"].stiffness_kN_per_mm == 100
+    assert staged.devices["head"].damping_kN_s_per_m == 7, "a dashpot goes with stages as well"
+    (note,) = staged.displaced
+    gone = f"devices.head: curve, empty_stroke_mm, stroke_limit_mm of {tmp_path / 'base.yaml'} given up"
+    assert note == f"{path}:2:11: {gone}"
+    back = load(written(tmp_path, "builds_on: staged.yaml\ndevices: {head: {curve: tube}}\n"))
+    assert list(back.devices["head"].all_stages()) == ["device"]
+    assert back.displaced == (note, f"{tmp_path / 'my.yaml'}:2:11: devices.head: stages of {path} given up")
+    with pytest.raises(InputError, match="stages: does not go with curve: leave one of them out"):
+        load(written(tmp_path, "builds_on: base.yaml\n" + stages.replace("{stages", "{curve: tube, stages")))
+
+
+def test_numbers_of_numpy_are_numbers(good):
+    """Breaks if a scenario with a value from numpy's linspace or arange can be run, but not saved."""
+    changes = {
+        "mass_t": np.float64(40),
+        "trains.t.length_m": np.int64(20),
+        "curves.tube.force_kN": np.array([1.0, 2, 3]),
+        "curves.tube.stroke_mm": (0, 10, 500),
+    }
+    changed = good.with_values(changes)
+    assert shape(from_yaml(to_yaml(changed))) == shape(changed)
+
+
+# where a wrong value stands
+
+
+REPLACED = [
+    ("devices: {d: {curve: {file: c.csv}}}", {}, "DIR/c.csv: point 3", "d.curve.stroke_mm.2 = 50.0: must be more"),
+    ("curves: {t: {file: c.csv}}", {}, "DIR/c.csv: point 3", "curves.t.stroke_mm.2 = 50.0: must be more"),
+    (
+        "curves: {t: {file: late.csv}}",
+        {},
+        "DIR/late.csv: point 1",
+        "curves.t.stroke_mm.0 = 1.0: the curve of devices.e",
+    ),
+    (
+        "devices: {d: {curve: {stroke_mm: [0, 9, 5], force_kN: [0, 1, 1]}}}",
+        {},
+        "DIR/s.yaml:2:41",
+        "devices.d.curve.stroke_mm.2 = 5: must be more",
+    ),
+    (
+        "trains: {t: {vehicles: [{name: A}, {name: B, mass_t: 999}]}}",
+        {},
+        "DIR/s.yaml:2:46",
+        "trains.t.vehicles.1.mass_t = 999: must be at most",
+    ),
+    (
+        "title: x",
+        {"devices.d.curve.stroke_mm": [0, 900, 40]},
+        "change devices.d.curve.stroke_mm=[0, 900, 40]",
+        "devices.d.curve.stroke_mm.2 = 40: must be more than the 900 mm",
+    ),
+    (
+        "title: x",
+        {"devices.d.curve.stroke_mm": [0, 900]},
+        "DIR/base.yaml:5:5 with change devices.d.curve.stroke_mm=[0, 900]",
+        "devices.d.curve: needs as many strokes as forces",
+    ),
+    (
+        "title: x",
+        {"devices.d": {"curve": "t", "stiffness_kN_per_mm": -1}},
+        "change devices.d={'curve': 't', 'stiffness_kN_per_mm': -1}",
+        "devices.d.stiffness_kN_per_mm = -1: must be at least",
+    ),
+    (
+        "title: x",
+        {"trains.t.mass_t": None},
+        "DIR/base.yaml:9:3 with change trains.t.mass_t=null",
+        "trains.t: has no mass_t",
+    ),
+    ("title: x", {"mass": -1}, "change mass=-1", "trains.t.mass_t = -1: must be at least 1"),
+    ("title: x", {"collision.gap_mm": -1}, "change", "collision.gap_mm = -1: must be at least 0"),
+]
+
+
+@pytest.mark.parametrize("levels", [1, 3])
+@pytest.mark.parametrize(("over", "changes", "place", "words"), REPLACED)
+def test_a_message_names_the_place_where_the_wrong_value_stands(tmp_path, over, changes, place, words, levels):
+    """Breaks if a message leads to the line of a value that was replaced, which is right."""
+    written(tmp_path, PLACED, "base.yaml")
+    written(tmp_path, "stroke_mm,force_kN\n0,0\n50,800\n50,900\n", "c.csv")
+    written(tmp_path, "stroke_mm,force_kN\n1,0\n50,800\n", "late.csv")
+    base = "base"
+    for n in range(1, levels):
+        written(tmp_path, f"builds_on: {base}.yaml\ntitle: level {n}\n", f"level{n}.yaml")
+        base = f"level{n}"
+    file = written(tmp_path, f"builds_on: {base}.yaml\n{over}\n", "s.yaml")
+    with pytest.raises(InputError) as caught:
+        load(file, changes)
+    at = place.replace("DIR", str(tmp_path))
+    assert re.match(rf"{re.escape(at)}: \S*{re.escape(words)}", str(caught.value)), caught.value
+
+
+PLACED = """\
+parameters: {mass: trains.t.mass_t}
+curves: {t: {stroke_mm: [0, 500], force_kN: [1, 1]}}
+devices:
+  d:
+    curve: {stroke_mm: [0, 50, 1500], force_kN: [0, 800, 1200]}
+    stiffness_kN_per_mm: 100
+  e: {curve: t, stiffness_kN_per_mm: 100}
+trains:
+  t: {vehicles: 2, mass_t: 30, front: d, coupler: e}
+collision: {train: t, speed_km_h: 15, partner: t}
+"""
+
+
+@pytest.mark.parametrize("key", ["set", "study"])
+def test_a_change_of_another_file_is_placed_there(tmp_path, key):
+    """Breaks if the line of the scenario is named for a value that a sweep or a study sets."""
+    written(tmp_path, PLACED, "base.yaml")
+    wrong = {"scenario": "base.yaml", "set": {"devices.d.curve.stroke_mm": [0, 900, 40]}}
+    sweep = written(tmp_path, f"# a sweep\n{json.dumps(wrong | {'vary': {'mass': [30, 33]}})}\n", "s.sweep.yaml")
+    study = {
+        "factors": {"M": {"sets": "mass", "bounds": [30, 36]}},
+        "responses": {"TS": "TS_mm"},
+        "objectives": {"TS": "minimise"},
+        "design": {"n": 5},
+    }
+    file = sweep if key == "set" else written(tmp_path, f"# a study\n{json.dumps(wrong | study)}\n", "s.study.yaml")
+    read = trainmj.load_sweep if key == "set" else trainmj.load_study
+    with pytest.raises(InputError, match=rf"^{re.escape(str(file))}:2:\d+: set.*stroke_mm\.2 = 40: must be more"):
+        read(file)
 
 
 # what is refused: a change of one line of GOOD, and what the message says
@@ -324,7 +527,10 @@ def said_of(old: str, new: str, *said: str) -> Any:
         said_of("  tube:", "  1tube:", r"curves\.1tube.*letters, digits and _"),
         said_of("title: A small case", "title: &a [*a]", r"must be|deep|valid"),
         said_of("title: A small case", "title: !!python/object:os.system x", r"."),
-        said_of("title: A small case", "title: 2026-11-22", r"title: must be"),
+        said_of("mass_t: 33", "mass_t: 2026-11-22", r"mass_t = '2026-11-22': must be a number"),
+        said_of("vehicles: 3", "vehicles: 1e2000", r"vehicles = 1e2000: is too large: numbers go up to 1e\+100"),
+        said_of("parameters: {mass_t: trains.t.mass_t,", "parameters: {mass_t: trains.u.mass_t,",
+                r":2:14: parameters\.mass_t = 'trains\.u\.mass_t': .*there is no 'u' in trains; known: t"),
         said_of("trains:", "trains: [", r":\d+:\d+: is not valid YAML"),
         said_of("trains:", "\ttrains:", r":\d+:\d+: is not valid YAML"),
         said_of("devices:", "Devices:", r"Devices: unknown key; did you mean 'devices'", r"devices: is missing"),
@@ -517,6 +723,112 @@ def test_no_value_ends_in_anything_but_a_scenario_or_trainmjs_own_error(good, pa
     except InputError:
         return
     line_up(changed)
+
+
+# YAML means one thing
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("040", 40), ("-040", -40), ("0o17", 15), ("0x1F", 31), ("+12", 12),
+        (".5", 0.5), ("-.5", -0.5), ("5.", 5.0), ("1e3", 1000.0), ("1.0e+3", 1000.0), ("1E-2", 0.01),
+        (".inf", float("inf")), ("-.INF", float("-inf")),
+        ("true", True), ("FALSE", False), ("~", None), ("null", None), ("", None),
+        ("yes", "yes"), ("no", "no"), ("on", "on"), ("Off", "Off"), ("y", "y"),
+        ("1_000", "1_000"), ("1:30", "1:30"), ("0b11", "0b11"), ("1e", "1e"), (".", "."), ("2026-11-22", "2026-11-22"),
+        ("<<", "<<"), ("=", "="), ("'5'", "5"), ('"true"', "true"), ("!!str 5", "5"), ("!!float 040", 40.0),
+    ],
+)  # fmt: skip
+def test_a_scalar_is_what_yaml_1_2_says(text, value):
+    """Breaks if 040 becomes 32, 1:30 becomes 90 or yes becomes true, as YAML 1.1 has it."""
+    found = parse(f"a: {text}", "my.yaml").values["a"]
+    assert (found, type(found)) == (value, type(value))
+    again = parse(as_yaml({"a": value}), "my.yaml").values["a"]
+    assert (again, type(again)) == (value, type(value)), "and what is written is read again"
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("%YAML 1.1\n---\n", 1),
+        ("# a comment\n\n%YAML 1.1\n---\n", 3),
+        ("%TAG ! tag:yaml.org,2002:\n%YAML 1.1\n---\n", 2),
+        ("\ufeff%YAML 1.1\n---\n", 1),
+        ("# one\r%YAML 1.1\n---\n", 1),
+        ("...\n%YAML 1.3\n---\n", 2),
+        ("%YAML 2.0\n---\n", 1),
+    ],
+)
+def test_a_file_in_another_yaml_is_refused(text, line):
+    """Breaks if a line at the top of a file changes what its numbers mean, in silence."""
+    with pytest.raises(
+        InputError, match=rf"^my\.yaml:{line}:1: states YAML \d\.\d: files are read as YAML 1\.2; remove"
+    ):
+        parse(text + "a: 040\n", "my.yaml")
+
+
+def test_a_file_may_state_yaml_1_2():
+    assert parse("# a comment\n%YAML 1.2\n---\na: 040\n", "my.yaml").values == {"a": 40}
+
+
+@pytest.mark.parametrize("text", ["!!bool yes", "!!null 5", "!!int 1.5", "!!int 1_0", "!!float 1:30"])
+def test_a_tag_does_not_make_a_value_of_another_one(text):
+    with pytest.raises(InputError, match=r"my\.yaml:1:1: a = .*: is not a YAML (bool|null|int|float)"):
+        parse(f"a: {text}", "my.yaml")
+
+
+@pytest.mark.parametrize("text", ["9" * 150, "9" * 5000, "-" + "9" * 400, "0x" + "f" * 400, "1e400", "-1e101"])
+def test_numbers_beyond_all_measure_are_refused_wherever_they_are_written(tmp_path, text):
+    """Breaks if hundreds of digits end in a traceback, in infinity, or in minutes of work."""
+    said = (
+        r"is too large: numbers go up to 1e\+100|two numbers and a whole number|whole number of \d+ bits is too large"
+    )
+    with pytest.raises(InputError, match=said):
+        load(written(tmp_path, GOOD.replace("mass_t: 33", f"mass_t: {text}")))
+    with pytest.raises(InputError, match=said):
+        read_value(text, "--set mass_t=")
+    for text_of in (f"1:{text}:3", f"30,{text}"):
+        with pytest.raises(InputError, match=said):
+            trainmj.grid_of("b_type", {"mass_t": text_of})
+    with pytest.raises(InputError, match=said):
+        load("b_type", {"mass_t": 10**5000})
+    assert parse("a: " + "0" * 5000 + "7", "my.yaml").values == {"a": 7}
+
+
+# whole numbers
+
+
+def models_below(type_: Any, seen: set[Any]) -> Iterator[type[BaseModel]]:
+    for inner in get_args(type_):
+        yield from models_below(inner, seen)
+    if isinstance(type_, type) and issubclass(type_, BaseModel) and type_ not in seen:
+        seen.add(type_)
+        yield type_
+        for field in type_.model_fields.values():
+            yield from models_below(field.annotation, seen)
+
+
+@pytest.mark.parametrize("model", [Parts, SweepFile, StudyFile, TargetsFile])
+def test_every_whole_number_may_be_written_as_2_0(model):
+    """Breaks if a new key is refused because a spreadsheet, pandas or --vary writes 2 as 2.0."""
+    for part in models_below(model, set()):
+        for name, field in part.model_fields.items():
+            text = repr(field.annotation) + repr(field.metadata)
+            assert len(re.findall(r"\bint\b", text)) in (0, text.count("_whole"), name == "levels"), (part, name)
+
+
+@pytest.mark.parametrize("vehicles", [2, 2.0, np.float64(2.0), np.int64(2)])
+def test_a_whole_number_is_taken_as_it_is_written(good, vehicles):
+    scenario = good.with_values({"trains.t.vehicles": vehicles})
+    assert shape(scenario) == shape(good.with_values({"trains.t.vehicles": 2}))
+    assert type(scenario.trains["t"].vehicles) is int
+
+
+@pytest.mark.parametrize("vehicles", [2.5, True, "2", float("nan"), float("inf")])
+def test_what_is_no_whole_number_is_refused(good, vehicles):
+    with pytest.raises(InputError, match=r"vehicles = .*must be"):
+        good.with_values({"trains.t.vehicles": vehicles})
 
 
 # the step that a scenario may ask for

@@ -15,6 +15,7 @@ from ruamel.yaml import YAML
 import trainmj
 from trainmj.cases.store import Store
 from trainmj.cli import main
+from trainmj.study.designs import Designs
 
 SMALL = {
     "scenario": "b_type",
@@ -350,6 +351,43 @@ def test_too_few_cases_are_refused_with_the_first_reason(tmp_path):
         run(study, tmp_path / "out")
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "where"),
+    [
+        ("set", {"simulation.step_ms": 0.5, "simulation.record_every_ms": 5}, "cfc60"),
+        ("factors.R", {"sets": "simulation.record_every_ms", "bounds": [1, 5]}, "with R = 5.0: cfc60"),
+        ("factors.R", {"sets": "simulation.record_every_ms", "levels": [1, 4, 5]}, "with R = 4: cfc60"),
+        ("check", {"set": {"simulation.record_every_ms": 5}}, "in the check: cfc60"),
+        (
+            "factors.N",
+            {"sets": "trains.b_type.vehicles", "bounds": [2, 4], "kind": "integer"},
+            "with N = 2.0: the scenario has no",
+        ),
+    ],
+)
+def test_a_response_without_a_number_is_refused_before_anything_is_computed(path, value, where):
+    """Breaks if the cases of a design cannot be used, and only their count says so, when all are computed."""
+    couple = {"set": {"simulation.step_ms": 0.5, "trains.b_type.coupler": "coupler_c_d", "trains.b_type.mass_t": 33}}
+    wanted = {"factors.M": None, "responses.C": "cfc60_peak_M1_g", "responses.S34": "stroke_M3_M4_mm"}
+    if path != "factors.N":
+        wanted.pop("responses.S34")
+    study = SMALL | couple
+    for key, new in (*wanted.items(), (path, value)):
+        study = changed(study, key, new)
+    study["design"] = {"n": 10}
+    said = rf"responses\.{'S34' if path == 'factors.N' else 'C'} = .*{where}"
+    with pytest.raises(trainmj.InputError, match=said):
+        trainmj.study_of(study)
+
+
+def test_a_simulation_without_a_number_is_said_with_the_name_of_the_response():
+    study = small()
+    points = np.array([[20.0, 30.0]])
+    lost = Designs(study, points, np.array([[1.0, np.nan, 2.0]]), ["over"], [""])
+    assert lost.first_failure == "over: TAMA came to no number"
+    assert Designs(study, points, np.full((1, 3), np.nan), ["refused"], ["mass"]).first_failure == "refused: mass"
+
+
 def test_limits_that_no_design_keeps_are_named(tmp_path, again):
     with pytest.raises(trainmj.InputError, match=r"constraints.*no point.*S_anti <= 100 mm"):
         run(small(constraints={"S_anti": {"at_most": 100}}), again)
@@ -430,6 +468,12 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
         ("factors.E", {"sets": "mass_t", "bounds": [30, 36]}, ["factors.E.sets", "already set by the factor M"]),
         ("factors.a b", {"sets": "speed_km_h", "bounds": [20, 36]}, ["factors.a b", "letters, digits"]),
         ("set.mass_t", 33, ["factors.M.sets", "fixed under set"]),
+        ("set", {"trains.b_type.mass_t": 33}, ["factors.M.sets", "fixed under set"]),
+        (
+            "factors.E",
+            {"sets": "trains.b_type.mass_t", "bounds": [30, 36]},
+            ["factors.E.sets", "already set by the factor M"],
+        ),
         ("factors.D", {"sets": "mass_t", "levels": ["=1", "b"]}, ["factors.D.levels.0 = '=1'", "formulas"]),
         ("factors.D", {"sets": "mass_t", "levels": [1, [2]]}, ["factors.D.levels.1", "must be text"]),
         ("factors.test", COUPLER, ["factors.test", "second column 'test'"]),

@@ -136,6 +136,33 @@ def test_a_wrong_sweep_file_is_refused_with_place_and_rule(tmp_path, text, words
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize("text", ["2:4:3", "2,3,4", "2.0,3.0,4.0"])
+def test_a_grid_of_whole_numbers_is_computed(tmp_path, text):
+    """Breaks if --vary of a number of vehicles, which makes 2.0, 3.0 and 4.0, is refused in every case."""
+    file = tmp_path / "few.yaml"
+    file.write_text("builds_on: b_type\ntrains: {b_type: {vehicles: 2, coupler: coupler_c_d, mass_t: 30}}\n")
+    vary = ["--vary", f"trains.b_type.vehicles={text}", "--responses", "TS_mm"]
+    done = trainmj_sweep(file, "--set", "simulation.time_limit_s=0.05", *vary, "--out", tmp_path / "out")
+    assert "3 cases, 0 failed" in done.stdout, done.stderr
+    table = trainmj.read_table(tmp_path / "out")
+    changes = {"simulation.time_limit_s": 0.05}
+    alone = [trainmj.load(file, changes | {"trains.b_type.vehicles": n}) for n in (2, 3, 4)]
+    assert table["TS_mm"].tolist() == [trainmj.summarise(trainmj.run(scenario)).TS_mm for scenario in alone]
+
+
+def test_a_response_that_is_a_number_in_no_case_is_refused_before_anything_is_computed(tmp_path):
+    """Breaks if hours of a sweep end in a column of empty cells."""
+    coarse = ["--set", "simulation.record_every_ms=5"]
+    vary = ["b_type", *FAST, *coarse, "--vary", "mass_t=30,33", "--out", tmp_path / "out", "--responses"]
+    for names in ("cfc60_peak_M1_g", "TS_mm,cfc60_*"):
+        assert said_no(trainmj_sweep(*vary, names), "cfc60_peak_M", "is not a number", "take at most 1.6")
+    assert not (tmp_path / "out").exists()
+    recorded = ["--vary", "simulation.record_every_ms=5,1", "--set", "simulation.time_limit_s=0.05"]
+    vary = ["b_type", *FAST, *recorded, "--out", tmp_path / "out", "--responses", "cfc60_peak_M1_g"]
+    assert trainmj_sweep(*vary).returncode == 0
+    assert trainmj.read_table(tmp_path / "out")["cfc60_peak_M1_g"].isna().tolist() == [True, False]
+
+
 @pytest.mark.parametrize("text", ["1:2", "1:2:x", "1:2:1", "::", "1,,2", "1:2:3.5"])
 def test_wrong_values_of_a_grid_are_refused(text):
     with pytest.raises(trainmj.InputError, match="mass_t"):

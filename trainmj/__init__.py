@@ -21,6 +21,7 @@ from trainmj.errors import EngineError, InputError, OutputError, TrainmjError
 if TYPE_CHECKING:
     from trainmj.cases.reader import read_table as read_table
     from trainmj.cases.table import run_cases as run_cases
+    from trainmj.cli.report import write_report as write_report
     from trainmj.collision.comparison import Comparison as Comparison
     from trainmj.collision.comparison import compare as compare
     from trainmj.collision.convergence import Convergence as Convergence
@@ -58,6 +59,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "cases.reader": "read_table",
     "cases.table": "run_cases",
+    "cli.report": "write_report",
     "collision.comparison": "Comparison compare",
     "collision.convergence": "Convergence converge",
     "collision.kernel": "installed",

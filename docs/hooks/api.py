@@ -14,6 +14,10 @@ result = trainmj.run(trainmj.load("b_type", {"empty_stroke_mm": 50}))
 print(trainmj.summarise(result).TS_mm)
 ```
 
+Where a scenario or a result is needed, the path of its file does as well, and so does the name of a scenario that
+ships: `trainmj.run("b_type")`. What cannot be meant is a `TypeError` that says what is needed. `None` for a value takes
+it back.
+
 Values inside are in SI. Other units appear at the edges only, in the names. Names that are not on these pages may
 change.
 """
@@ -30,6 +34,7 @@ _GROUPS = {
     "Sweeps": ["run_cases", "load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
     "Identification": ["load_targets", "targets_of", "Identification", "identify", "Found"],
+    "Reports": ["write_report"],
     "Errors": ["TrainmjError", "InputError", "OutputError", "EngineError"],
 }
 

@@ -178,6 +178,13 @@ def test_a_part_of_a_device_may_be_changed_in_a_file_that_builds_on_another() ->
     changed = {"builds_on": "base.yaml", "devices": {"head": {"damping_kN_s_per_m": 5}}}
     assert not list(schema_of("scenario").iter_errors(changed))
     assert list(schema_of("scenario").iter_errors(replaced(changed, ("builds_on",), lambda _: 5)))
+    back = {
+        "builds_on": "base.yaml",
+        "limits": {"TS_mm": None},
+        "devices": {"head": {"damping_kN_s_per_m": None}},
+    }
+    assert not list(schema_of("scenario").iter_errors(back))
+    assert list(schema_of("scenario").iter_errors(BASE | {"limits": {"TS_mm": None}}))
 
 
 def result_of(loaded: Any) -> str:

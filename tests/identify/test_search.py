@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from twins import AREA_KJ, KNOWN, plan, scenario, values
 
 from trainmj.identification.file import AreaPart, ExplorePart, SetPart
-from trainmj.identification.misfit import Misfit
+from trainmj.identification.misfit import REFUSED, Misfit
 from trainmj.identification.search import explore, refine
 from trainmj.identification.sought import Area, Rise, Unknown
 from trainmj.identification.unknowns import Unknowns
@@ -238,6 +238,30 @@ def test_residuals_count_tolerance_weight_and_bar(tmp_path):
     np.testing.assert_allclose(inside, [[15.0] * 5 + [0.0] * 5])
     eighth = Misfit(line_plan(tmp_path), Line(), None, norm=8.0, size=5.0)
     np.testing.assert_allclose(eighth.cost([unit]), 0.5 * 5 * 3.0**8)
+
+
+def test_a_trial_without_a_value_that_counts_is_refused_and_one_that_is_only_reported_takes_nothing_away(tmp_path):
+    """Breaks if a target of weight 0 that comes to no number makes every trial as bad as any other."""
+
+    class Partly(Line):
+        def __call__(self, trials, step=None, places=None):
+            found = np.repeat(super().__call__(trials), 2, axis=2)
+            found[:, 2, lost] = np.nan
+            return found
+
+    given = values(constraints={}, parameters={"k": values()["parameters"]["k"] | {"scale": "linear"}})
+    given["targets"] = {
+        "s1": {"response": "stroke_S1_M1_mm", "tolerance": 2},
+        "s12": {"response": "stroke_M1_M2_mm", "tolerance": 2, "weight": 0},
+    }
+    given["data"]["tests"]["values"] = {"s1": "s1", "s12": "s12"}
+    given["data"]["tests"]["rows"] = [row | {"s1": 100.0} for row in given["data"]["tests"]["rows"]]
+    mine, unit = plan(tmp_path, given), np.array([(130 - 20) / 380])
+    assert mine.columns == ("stroke_M1_M2_mm", "stroke_S1_M1_mm")
+    lost = 0
+    np.testing.assert_allclose(Misfit(mine, Partly(), None).residuals([unit]), [[15.0] * 5])
+    lost = 1
+    np.testing.assert_array_equal(Misfit(mine, Partly(), None).residuals([unit]), [[REFUSED] * 5])
 
 
 def test_derivatives_look_to_the_other_side_of_what_cannot_be_simulated(tmp_path):

@@ -1,6 +1,7 @@
 """Targets files: what they mean, and that each mistake is said with place, value, rule and cure."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from pydantic import TypeAdapter
 from twins import plan, rows, scenario, values
 
 from trainmj.errors import InputError
-from trainmj.identification import load_targets, targets_of
+from trainmj.identification import identify, load_targets, tables, targets_of
 from trainmj.identification.data import observations, parse_sum
 from trainmj.identification.file import DataPart, TableData
 from trainmj.scenario import save
@@ -284,6 +285,75 @@ def test_a_response_that_does_not_exist_is_said_before_the_search(tmp_path):
         InputError, match=r"targets.s1.response = 'stroke_S1_M1': there is no response.*'stroke_S1_M1_mm'"
     ):
         plan(tmp_path, values(targets__s1__response="stroke_S1_M1"))
+
+
+def shorter(**changes):
+    """Targets of which one is of an interface that the shorter of two trains does not have."""
+    given = values(constraints={}, method={"explore": {"trials": 0}, "refine": {"iterations": 1}}, **changes)
+    short = [{"n": 2, "s12": 100.0}]
+    given["data"]["short"] = {"rows": short, "cases": {"n": "trains.t.vehicles"}, "values": {"s12": "s12"}}
+    return given
+
+
+def test_a_response_that_a_case_lacks_and_no_value_asks_for_is_no_mistake(tmp_path):
+    """Breaks if data of trains of different length cannot be used together, or one empties the other's values."""
+    mine = plan(tmp_path, shorter())
+    found = identify(mine, tmp_path / "out", figures=())
+    assert np.isfinite(found.residuals["found"]).all()
+    assert found.fit["without_number"].tolist() == [0] * len(mine.targets)
+    lacking = shorter()
+    lacking["data"]["short"]["rows"][0]["s23"] = 5.0
+    lacking["data"]["short"]["values"]["s23"] = "s23"
+    with pytest.raises(
+        InputError, match=r"targets\.s23\.response.*there is no response 'stroke_M2_M3_mm' in the case .*: 2"
+    ):
+        plan(tmp_path, lacking)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            {"set": {"simulation.record_every_ms": 5}},
+            r"targets\.c\.response = 'TS_mm - 2 \* cfc60_peak_M1_g': cfc60.*at most 1\.6",
+        ),
+        (
+            {"data__tests__set": {"simulation.record_every_ms": 2}},
+            r"targets\.c\.response.*record_every_ms = 2.*in the case",
+        ),
+        ({"method__explore__step_ms": 2}, r"method\.explore\.step_ms = 2: targets\.c: cfc60_peak_M1_g is not a number"),
+        (
+            {"method__refine__step_ms": 1.5, "parameters__c__bounds": [20, 9000], "parameters__c__start": 9000},
+            r"method\.refine\.step_ms = 1\.5: at the start values, in the case .*must be at most",
+        ),
+    ],
+)
+def test_a_response_without_a_number_is_refused_before_anything_is_computed(tmp_path, change, said):
+    """Breaks if a search goes through trials of which none can ever be compared with what is wanted."""
+    given = values(**change)
+    given["targets"]["c"] = {"response": "TS_mm - 2 * cfc60_peak_M1_g", "tolerance": 1}
+    given["data"]["tests"]["values"]["c"] = "s1"
+    with pytest.raises(InputError, match=said):
+        plan(tmp_path, given)
+
+
+def test_a_value_without_a_number_stays_by_itself_and_is_said(tmp_path):
+    """Breaks if one target that comes to no number in a case takes the numbers of others with it, or goes unsaid."""
+    mine = plan(tmp_path, values(method={"explore": {"trials": 0}, "refine": {"iterations": 0}}))
+    found = identify(mine, tmp_path / "out", figures=())
+    responses = np.ones((len(mine.fitted.cases), len(mine.columns)))
+    responses[1, mine.columns.index("stroke_S1_M1_mm")] = np.nan
+    lost = mine.found(mine.fitted, responses)
+    of = [(mine.targets[k].name, case) for k, case in zip(mine.fitted.target, mine.fitted.case, strict=True)]
+    assert {of[n] for n in np.flatnonzero(np.isnan(lost))} == {("s1", 1), ("both", 1)}, (
+        "both is TS_mm - stroke_S1_M1_mm"
+    )
+    partly = replace(found, samples={"fitted": (mine.fitted, lost)})
+    fit = partly.fit.set_index("target")
+    assert fit["without_number"].to_dict() == {name: int(name in ("s1", "both")) for name in fit.index}
+    assert fit["rms"].isna().to_dict() == {name: name in ("s1", "both") for name in fit.index}
+    assert "end too early: s1 (1), both (1)." in tables.fit(partly, "fitted").note
+    assert "too early" not in tables.fit(found, "fitted").note
 
 
 def test_start_values_that_cannot_be_simulated_are_refused(tmp_path):

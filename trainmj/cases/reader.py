@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from trainmj.cases.store import CASE, FILE, PATIENCE, in_order, read_columns
 from trainmj.errors import InputError
+from trainmj.files.arguments import path_given
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ def read_table(folder: str | Path) -> pd.DataFrame:
     """The results of a sweep, finished or not, a row for each case.
 
     Args:
-        folder: where the sweep wrote, or is writing.
+        folder: where the sweep wrote, or is writing; or what run_sweep gave.
 
     Returns:
         The rows so far. ``table.attrs["columns"]`` says of each response by column name what it is: title, unit,
@@ -28,7 +29,7 @@ def read_table(folder: str | Path) -> pd.DataFrame:
     Raises:
         InputError: if there is no sweep, its file is damaged, or another process keeps it locked.
     """
-    return read_sweep(Path(folder))[0]
+    return read_sweep(path_given(folder))[0]
 
 
 def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:

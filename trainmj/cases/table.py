@@ -12,12 +12,16 @@ with its status and reason; the others go on.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence, Sized
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.cases.engine import Local, Row
 from trainmj.collision.quantities import Column, matching, ordered
-from trainmj.scenario import Scenario
+from trainmj.errors import InputError
+from trainmj.files.arguments import listed
+from trainmj.scenario import Scenario, scenario_given
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,13 +31,18 @@ STATUS = ("status", "reason")
 
 
 def run_cases(
-    scenario: Scenario, cases: pd.DataFrame, *, threads: int = 0, responses: Sequence[str] = ("*",)
+    scenario: Scenario | str | Path,
+    cases: pd.DataFrame | Mapping[str, Any] | Sequence[Mapping[str, Any]],
+    *,
+    threads: int = 0,
+    responses: Sequence[str] = ("*",),
 ) -> pd.DataFrame:
     """Compute every case of a table and return the table with its responses beside it.
 
     Args:
-        scenario: what the cases vary.
-        cases: a row for each case, a column for each parameter or path.
+        scenario: what the cases vary, or the path of its file.
+        cases: a row for each case, a column for each parameter or path: a table, lists by column, or a list of dicts.
+            A case with an empty cell is refused.
         threads: native threads; 0 for all cores. The numbers do not depend on it.
         responses: the columns wanted, as names or patterns such as ``"stroke_*"``.
 
@@ -43,16 +52,20 @@ def run_cases(
         :class:`trainmj.collision.quantities.Column`.
 
     Raises:
-        InputError: if a column is not a value of the scenario, or no response has a name asked for.
+        InputError: if a column is not a value of the scenario, two columns set the same one, or no response has a name
+            asked for.
+        TypeError: if the scenario or the cases are something else.
     """
     import pandas as pd
 
-    for name in cases.columns:
-        scenario.locate(str(name))  # refuses a name before any case runs
+    scenario, cases = scenario_given(scenario), _table(cases)
+    if pair := scenario.twice(map(str, cases.columns)):  # refuses a name before any case runs
+        raise InputError(f"cases: {pair[0]} and {pair[1]} set the same value: leave one of them out")
     rows: dict[int, Row] = {}
     columns: dict[str, Column] = {}
     records: Any = cases.rename(columns=str).to_dict("records")  # plain Python values
-    for number, row, of_row in Local(scenario, threads)(enumerate(records)):
+    made = ({name: math.nan if value is None else value for name, value in record.items()} for record in records)
+    for number, row, of_row in Local(scenario, threads)(enumerate(made)):
         rows[number] = row
         columns.update(of_row)
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})
@@ -62,7 +75,30 @@ def run_cases(
     return table
 
 
+def _table(cases: Any) -> pd.DataFrame:
+    """Cases as a table, from one, from lists by column, or from a list of dicts."""
+    import pandas as pd
+
+    if isinstance(cases, pd.DataFrame):
+        return cases
+    rows = [cases] if isinstance(cases, Mapping) else list(cases) if isinstance(cases, Iterable) else [cases]
+    if isinstance(cases, str) or not all(isinstance(row, Mapping) for row in rows):
+        kind = type(cases).__name__
+        raise TypeError(f"needs a pandas table, lists by column in a dict, or a list of dicts, not {kind}")
+    if not isinstance(cases, Mapping) or not any(map(_is_list, cases.values())):
+        return pd.DataFrame(rows)
+    lengths = {name: len(values) for name, values in cases.items() if _is_list(values)}
+    if len(set(lengths.values())) > 1:
+        said = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise InputError(f"cases: needs lists of equal length; these have {said}")
+    return pd.DataFrame(dict(cases))
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sized) and not isinstance(value, (str, Mapping))
+
+
 def chosen(patterns: Sequence[str], columns: Mapping[str, Column]) -> list[str]:
     """Status and reason, then the responses that names or patterns choose; no responses if every case was refused."""
-    asked = [pattern for pattern in patterns if pattern not in STATUS]
+    asked = [pattern for pattern in listed(patterns) if pattern not in STATUS]
     return [*STATUS, *(matching(asked, columns) if columns else ())]

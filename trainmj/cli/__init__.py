@@ -48,7 +48,7 @@ def main() -> None:
 
 for command in (
     collision.run,
-    collision.check,
+    inputs.check,
     inputs.scenarios,
     inputs.schema,
     tasks.sweep,

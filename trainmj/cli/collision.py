@@ -114,16 +114,6 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
 
 @click.command()
 @takes_scenario
-def check(scenario: str, changes: dict[str, Any]) -> None:
-    """Check a scenario and print what would run."""
-    loaded = trainmj.load(scenario, changes)
-    from trainmj.single.screen import print_chain
-
-    print_chain(loaded, trainmj.line_up(loaded))
-
-
-@click.command()
-@takes_scenario
 @click.option("--out", type=click.Path(path_type=Path), help="MJCF file to write; without it the text is printed.")
 def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     """Write the MuJoCo model of a scenario as MJCF.

@@ -1,4 +1,4 @@
-"""Commands about input files: scenarios, schema."""
+"""Commands about input files: check, scenarios, schema."""
 
 from __future__ import annotations
 
@@ -8,6 +8,54 @@ from typing import Any
 import click
 
 import trainmj
+from trainmj.cli.options import kind_of_input, takes_changes
+from trainmj.errors import InputError
+
+
+@click.command()
+@click.argument("file")
+@takes_changes
+def check(file: str, changes: dict[str, Any]) -> None:
+    """Check an input file and print what would run.
+
+    FILE is a scenario, sweep, study or targets file, or the name of a shipped one, such as b_type or
+    b_type.study.yaml. Nothing is computed.
+    """
+    from trainmj.files.kinds import SCENARIO, STUDY, SWEEP
+    from trainmj.single.screen import print_chain
+
+    kind = kind_of_input(file)
+    if kind is SCENARIO:
+        loaded = trainmj.load(file, changes)
+    elif kind is SWEEP:
+        from trainmj.sweep import screen as of_sweep
+
+        sweep = trainmj.load_sweep(file, changes)
+        of_sweep.print_plan(sweep)
+        loaded = sweep.scenario
+    elif changes:
+        raise InputError(f"--set: the {kind.name} {file} states its values: change them there, under set")
+    elif kind is STUDY:
+        from trainmj.study import screen as of_study
+
+        study = trainmj.load_study(file)
+        of_study.print_plan(study)
+        loaded = study.scenario
+    else:
+        from trainmj.identification import screen as of_targets
+
+        targets = trainmj.load_targets(file)
+        of_targets.print_plan(targets)
+        loaded = targets.start
+    try:
+        chain = trainmj.line_up(loaded)
+    except InputError as error:
+        if kind is not SWEEP:
+            raise
+        click.echo(f"Note: the scenario as it stands: {error}")  # its cases may mend it
+    else:
+        click.echo("" if kind is SCENARIO else "\n", nl=False)
+        print_chain(loaded, chain)
 
 
 @click.command()

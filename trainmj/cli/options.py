@@ -6,11 +6,14 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from trainmj.errors import InputError
+
+if TYPE_CHECKING:
+    from trainmj.files.kinds import Kind
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -34,24 +37,34 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
         return {}
     from trainmj.files.yaml import read_value
 
-    changes = {}
+    changes: dict[str, Any] = {}
     for text in texts:
         path, value = split_assignment("--set", text, "mass_t=33")
+        if path in changes:
+            raise InputError(f"--set {text}: {path} is set twice")
         changes[path] = read_value(value, f"--set {text}")
     return changes
 
 
+def kind_of_input(file: str) -> Kind:
+    """The kind of an input file, by its path or the name of a shipped one.
+
+    Raises:
+        InputError: if it is a saved result, or cannot be read.
+    """
+    from trainmj.collision.result import find_result
+    from trainmj.files.resources import kind_at
+
+    if find_result(file) is not None:
+        raise InputError(f"{file}: is a saved result, for trainmj run, report and render, not an input file")
+    return kind_at(file)
+
+
 def _formats(context: click.Context, parameter: click.Parameter, text: str) -> tuple[str, ...]:
     """The formats of --figures."""
-    from trainmj.output.style import FORMATS
+    from trainmj.output.style import formats_given
 
-    names = tuple(dict.fromkeys(parts_of(text.lower())))
-    if names == ("none",):
-        return ()
-    for name in names:
-        if name not in FORMATS:
-            raise InputError(f"--figures {text}: {name!r} is not a format of figures; known: {', '.join(FORMATS)}")
-    return names
+    return () if text.lower() == "none" else formats_given(parts_of(text.lower()))
 
 
 def _together(*options: Callable[[F], F]) -> Callable[[F], F]:
@@ -65,19 +78,19 @@ def _together(*options: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
-takes_scenario = _together(
-    click.argument("scenario"),
-    click.option(
-        "--set",
-        "changes",
-        multiple=True,
-        metavar="PATH=VALUE",
-        callback=_changes,
-        help="Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50). "
-        "May be repeated.",
-    ),
+takes_changes = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="PATH=VALUE",
+    callback=_changes,
+    help="Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50); null takes it "
+    "back. May be repeated.",
 )
-"""The argument SCENARIO and the option --set, given as a dict of changes."""
+"""The option --set, given as a dict of changes."""
+
+takes_scenario = _together(click.argument("scenario"), takes_changes)
+"""The argument SCENARIO and the option --set."""
 
 takes_threads = click.option(
     "--threads",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from trainmj.errors import InputError
+from trainmj.files.arguments import path_given
 from trainmj.files.text import printable
 from trainmj.files.written import is_held
 
@@ -77,7 +78,8 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
     """Write the report of a run, a sweep or a study.
 
     Args:
-        results: its folder, or a file in it: result.nc (or another saved result), results.sqlite, steps.json.
+        results: its folder, or a file in it: result.nc (or another saved result), results.sqlite, steps.json; or what
+            run_sweep or run_study gave.
         out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc.
 
     Returns:
@@ -87,7 +89,8 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
         OutputError: if the file cannot be written.
     """
-    kind, source = _found(Path(results))
+    results = path_given(results)
+    kind, source = _found(results)
     if kind.page is None:
         cure = kind.cure.format(folder=quote(str(source.parent)))
         raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}, which computes nothing again")

@@ -14,6 +14,7 @@ import click
 import trainmj
 from trainmj.cli.options import (
     going_on,
+    kind_of_input,
     parts_of,
     split_assignment,
     takes_fail_on_limit,
@@ -97,16 +98,16 @@ def sweep(
     Exit code: 0 when done, 1 if no case could be computed, or with --fail-on-limit if one failed or passed a limit; 2
     for wrong input.
     """
+    from trainmj.files.kinds import SCENARIO
     from trainmj.output.console import Progress
-    from trainmj.sweep.plan import is_sweep_file
     from trainmj.sweep.screen import print_sweep
 
-    if not is_sweep_file(scenario):
+    if kind_of_input(scenario) is SCENARIO:
         cases = trainmj.grid_of(trainmj.load(scenario, changes), vary)
-    elif vary:
-        raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
     else:
         cases = trainmj.load_sweep(scenario, changes)
+        if vary:
+            raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
     if responses is not None:
         cases = replace(cases, responses=parts_of(responses))
     if histories is not None:
@@ -148,6 +149,7 @@ def study(
 
     Exit code: 0 when done, 1 if the chosen design does not keep its limits when simulated, 2 for wrong input.
     """
+    kind_of_input(study)
     plan = trainmj.load_study(study)
     from trainmj.study import screen
 
@@ -192,6 +194,7 @@ def identify(
 
     Exit code: 0 when done, 1 if a bar that the file states is not kept, 2 for wrong input.
     """
+    kind_of_input(targets)
     plan = trainmj.load_targets(targets)
     from trainmj.identification import page, screen
 

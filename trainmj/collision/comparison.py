@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from trainmj.collision.identity import changes
-from trainmj.collision.result import Result
+from trainmj.collision.result import Result, result_given
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,9 @@ class Comparison:
         return f"{line}\n{others}"
 
 
-def compare(before: Result, after: Result) -> Comparison:
+def compare(before: Result | str | Path, after: Result | str | Path) -> Comparison:
     """Hold a result against an earlier one, number by number."""
+    before, after = result_given(before), result_given(after)
     found = {}
     for name, old in before.numbers().items():
         new = after.numbers()[name]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from trainmj.collision.quantities import Column, columns_of, matching, no_number
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
 from trainmj.files.written import finite
-from trainmj.scenario import Scenario
+from trainmj.scenario import Scenario, scenario_given
 from trainmj.units import MS
 
 SETTLED = 1e-4
@@ -98,17 +99,18 @@ class Convergence:
         return plain
 
 
-def converge(scenario: Scenario, responses: Sequence[str] = CRITERIA) -> Convergence:
+def converge(scenario: Scenario | str | Path, responses: Sequence[str] = CRITERIA) -> Convergence:
     """Halve the step of a collision until its responses settle, or seven times.
 
     Args:
-        scenario: what to collide; the first step is its own.
+        scenario: what to collide, or the path of its file; the first step is its own.
         responses: what is to settle, as names of columns or patterns such as ``"peak_device_*"``.
 
     Raises:
         InputError: if its own step is too large, or so small that it cannot be halved three times; or if no response
             has a name that is asked for.
     """
+    scenario = scenario_given(scenario)
     first = line_up(scenario)
     columns = matching(responses, columns_of(first))
     for column in columns.values():

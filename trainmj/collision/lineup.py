@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -10,21 +11,22 @@ from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, check_step
 from trainmj.collision.device import Device, Envelope, Stage, in_series
 from trainmj.collision.quantities import columns_of, no_number, of_each
 from trainmj.files.source import Problem, no_such
-from trainmj.scenario import Scenario
+from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
 
 
-def line_up(scenario: Scenario) -> Chain:
+def line_up(scenario: Scenario | str | Path) -> Chain:
     """The chain of vehicles and interfaces that a scenario describes.
 
     Args:
-        scenario: a checked scenario.
+        scenario: a scenario, or the path of its file.
 
     Raises:
         InputError: if its step is too large for the stiffest device and the lightest vehicle, or a limit is stated for
             what this chain does not have.
     """
+    scenario = scenario_given(scenario)
     c = scenario.collision
     devices = {name: _device(name, spec, scenario) for name, spec in scenario.devices.items()}
     train = scenario.trains[c.train]

@@ -20,6 +20,7 @@ from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc6
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side
 from trainmj.errors import InputError, close_match
+from trainmj.files.arguments import listed
 from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
 
 T = TypeVar("T")
@@ -284,7 +285,7 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
     Raises:
         InputError: if one chooses none.
     """
-    patterns = list(patterns)
+    patterns = listed(patterns)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in columns):
             raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, columns)}")

@@ -13,6 +13,7 @@ from trainmj.collision.chain import Chain, name_of_side, order_of_vehicles, plac
 from trainmj.collision.device import Array
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
+from trainmj.files.arguments import given, path_given
 from trainmj.files.text import printable
 from trainmj.files.written import write_bytes
 from trainmj.scenario import Scenario, from_yaml, to_yaml
@@ -169,8 +170,18 @@ def find_result(file: str | Path) -> Path | None:
         return None
 
 
+def result_given(result: Result | str | Path) -> Result:
+    """A result, or the one that the path of a file or of the folder of a run leads to.
+
+    Raises:
+        InputError: if there is none that can be read.
+        TypeError: if it is something else.
+    """
+    return given(result, Result, load_result)
+
+
 def load_result(file: str | Path) -> Result:
-    """Read a result that :meth:`Result.save` wrote.
+    """Read a result that :meth:`Result.save` wrote, from its file or from the folder of a run.
 
     Raises:
         InputError: if the file is not there or not such a result.
@@ -178,6 +189,7 @@ def load_result(file: str | Path) -> Result:
     import h5py
     import xarray as xr
 
+    file = find_result(path_given(file)) or file
     if not Path(file).is_file():
         raise InputError(f"{file}: there is no such file")
     try:

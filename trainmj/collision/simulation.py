@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
 
@@ -14,26 +16,29 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.model import build, split_sensors
 from trainmj.collision.result import Result
 from trainmj.errors import EngineError
-from trainmj.scenario import Scenario
+from trainmj.scenario import Scenario, scenario_given
 
 LAW_NOT_CALLED = "the device law was not called: something replaced MuJoCo's passive callback"
 
 
-def run(scenario: Scenario) -> Result:
+def run(scenario: Scenario | str | Path) -> Result:
     """Compute one collision.
 
     The run ends when no device carries force and none comes closer, or all vehicles stand, or at the time limit.
 
     Args:
-        scenario: what to collide.
+        scenario: what to collide: a scenario, the path of its file, or the name of one that ships.
 
     Returns:
         Histories at the recorded times and the tally of every step.
 
     Raises:
-        InputError: if the step is too large for the stiffest device and the lightest vehicle.
+        InputError: if the file breaks a rule, or the step is too large for the stiffest device and the lightest
+            vehicle.
+        TypeError: if it is something else.
         EngineError: if the running MuJoCo cannot carry the device law, or something replaced it.
     """
+    scenario = scenario_given(scenario)
     chain = line_up(scenario)
     layout = Layout.of(chain)
     with kernel.installed():

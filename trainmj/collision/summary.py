@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from trainmj.collision.quantities import (
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
 from trainmj.collision.remarks import remarks
-from trainmj.collision.result import Result
+from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status
 from trainmj.files.written import finite
 from trainmj.units import KJ, MM
@@ -109,8 +110,9 @@ def _of(values: Mapping[str, float], quantities: Iterable[Quantity[Any]]) -> dic
     return {q.name: values[q.name] for q in quantities}
 
 
-def summarise(result: Result) -> Summary:
+def summarise(result: Result | str | Path) -> Summary:
     """The numbers of one computed collision."""
+    result = result_given(result)
     return measure(result.chain, result.tally, result.time, result.velocity)
 
 

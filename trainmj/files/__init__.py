@@ -6,8 +6,10 @@ Nothing here knows what is in them.
     numbers     how numbers are written, and how large they may be
     yaml        the same as plain values
     source      plain values with their places: checked, and refused in words
+    kinds       which kind of input file has which keys
     parts       what input files are made of: groups, numbers, names, alternatives
     tables      CSV files: from outside, and written by trainmj to the last digit
     written     files replaced whole, folders that one process holds, values as JSON holds them
+    arguments   what a public function takes for what it needs
     resources   what ships with trainmj
 """

@@ -16,7 +16,15 @@ from dataclasses import dataclass
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+)
 from pydantic.fields import FieldInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -49,7 +57,17 @@ NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 Name = Annotated[
     str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=40), Spelt("must be a letter, then letters, digits and _")
 ]
-Seed = Annotated[int, Field(ge=0, lt=2**32)]
+
+
+def _whole(value: Any) -> Any:
+    """2.0 stands for 2, as YAML, CSV and pandas write it; true and text for no number."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+WHOLE = BeforeValidator(_whole)
+"""Marks a whole number, behind its bounds: ``Annotated[int, Field(ge=1), WHOLE]``."""
+
+Seed = Annotated[int, Field(ge=0, lt=2**32), WHOLE]
 Title = Annotated[str, Field(max_length=200)]
 Notes = Annotated[str, Field(max_length=20_000)]
 
@@ -132,6 +150,15 @@ class Either:
         if mark:
             return f"does not go with {mark[0]}", "leave one of them out"
         return f"needs {one_of(keys[0] for keys in own.values() if keys)}", "add it, or leave this out"
+
+    def giving_way(self, under: Mapping[str, Any], over: Mapping[str, Any], members: Alternatives) -> list[str]:
+        """The keys of a group that do not go with the alternative which the values over it stand for."""
+        groups = _groups(members)
+        marks = {tag: own for tag, own in _own_keys(groups).items() if any(over.get(key) is not None for key in own)}
+        if len(marks) != 1:
+            return []
+        there = keys_of(groups[next(iter(marks))])
+        return [key for key in under if key not in there and any(key in keys_of(group) for group in groups.values())]
 
     def _by_kind(self, members: Alternatives) -> dict[Any, dict[str, Group]]:
         """The groups by the value of the key that tells them apart; None stands for a key that is not stated."""

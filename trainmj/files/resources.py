@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from trainmj.errors import EngineError, InputError, close_match
+from trainmj.files.arguments import file_given
+from trainmj.files.kinds import KINDS, SCENARIO, Kind, kind_of
+from trainmj.files.yaml import read_yaml
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -34,7 +37,7 @@ def find_file(file: str | Path, ending: str, what: str) -> Path:
     Raises:
         InputError: if there is neither.
     """
-    path, known = Path(file), shipped_files(ending)
+    path, known = file_given(file), shipped_files(ending)
     try:
         if path.is_file():
             return path
@@ -46,3 +49,19 @@ def find_file(file: str | Path, ending: str, what: str) -> Path:
         return known[name]
     missing = f"is a folder, not a {what} file" if folder else f"there is no such file or shipped {what}"
     raise InputError(f"{file}: {missing}{close_match(path.name.removesuffix(ending), known)}")
+
+
+def kind_at(file: str) -> Kind:
+    """The kind of the input file at a path, or of the shipped one of a name: a scenario file where nothing tells.
+
+    Raises:
+        InputError: if there is a file that cannot be read as YAML.
+    """
+    try:
+        there = Path(file).is_file()
+    except (OSError, ValueError):
+        return SCENARIO  # the search for a scenario of this name reports it
+    if there and (kind := kind_of(read_yaml(Path(file)).values)):
+        return kind
+    named = (kind for kind in KINDS if kind is not SCENARIO and file.endswith(kind.ending))
+    return next((k for k in named if there or file.removesuffix(k.ending) in shipped_files(k.ending)), SCENARIO)

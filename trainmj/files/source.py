@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
@@ -12,6 +13,9 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from trainmj.errors import InputError, close_match, nearest
+from trainmj.files.arguments import group_given
+from trainmj.files.kinds import kind_of
+from trainmj.files.numbers import LARGEST
 from trainmj.files.parts import Above, Either, Spelt, alternatives, base_of, is_group, keys_of
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -22,6 +26,10 @@ _SHOWN = 60  # characters of a value in a message
 _LONGEST = 300  # characters of a path in a message
 _MOST = 20  # problems in one message
 _MOST_ERRORS = 200  # errors that are put into words; several can be one problem
+_MOST_BITS = int(LARGEST).bit_length()
+_MOST_OTHERS = 3  # other files and changes that a group has values from
+_POINT = re.compile(r":\d+:\d+$|: point \d+$")  # of a place in a file
+_TAKES_BACK = "null takes back what is stated there, and nothing is"
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,37 @@ def dotted(path: Path) -> str:
     return ".".join(str(key) for key in path)
 
 
+def plain(value: Any) -> Any:
+    """Values as a YAML file gives them: numbers and arrays of numpy and pandas as Python's, tuples as lists.
+
+    Raises:
+        InputError: if a whole number is larger than any that a file can hold.
+    """
+    if isinstance(value, Mapping):
+        return {key: plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner) for inner in value]
+    if isinstance(value, int) and value.bit_length() > _MOST_BITS:
+        raise InputError(f"a whole number of {value.bit_length()} bits is too large: numbers go up to {LARGEST:g}")
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def source_of(values: Mapping[str, Any], folder: str | FilePath = ".") -> Source:
+    """Plain values that come from no file; folder is where the files that they name are.
+
+    Raises:
+        TypeError: if they are no mapping.
+    """
+    return Source(plain(group_given(values)), folder=FilePath(folder))
+
+
+def placed(origins: Mapping[Path, str], replaced: Iterable[Path], by: Mapping[Path, str]) -> dict[Path, str]:
+    """The places of values of which some, and all inside them, were replaced by others with places of their own."""
+    gone = set(replaced)
+    kept = {path: o for path, o in origins.items() if not any(path[:n] in gone for n in range(1, len(path) + 1))}
+    return kept | dict(by)
+
+
 @dataclass(frozen=True)
 class Source:
     """Plain values, and where they come from."""
@@ -49,6 +88,7 @@ class Source:
     values: Mapping[str, Any]  # nested dicts, lists, strings and numbers, as a YAML file gives them
     origins: Mapping[Path, str] = field(default_factory=dict, repr=False)  # "my.yaml:12:5" or "change mass_t=33"
     folder: FilePath = FilePath()  # where the files that the values name are
+    displaced: tuple[str, ...] = field(default=(), repr=False)  # what gave way to values over it, in words
 
     def checked(self, model: type[Model]) -> Model:
         """The values as a model.
@@ -60,9 +100,12 @@ class Source:
             return model.model_validate(self.values)
         except ValidationError as error:
             kind, keys = model.model_config.get("title"), keys_of(model)
-            if kind and 2 * sum(key in keys for key in self.values) < len(self.values):
+            other = kind_of(self.values)
+            wrong = other is not None and other.name != kind
+            if kind and (wrong or 2 * sum(key in keys for key in self.values) < len(self.values)):
                 needed = ", ".join(key for key, field in keys.items() if field.is_required())
                 rule = f"is not a {kind}, which states {needed}"
+                rule += f", but a {other.name}: {other.takes} reads it" if other is not None and wrong else ""
                 raise InputError(f"{self.origins[()]}: {rule}" if () in self.origins else rule) from None
             raise self.refusal(_from_pydantic(error, model)) from None
 
@@ -86,9 +129,15 @@ class Source:
         """The error that says what is wrong with a value."""
         return self.refusal([Problem(path, rule)])
 
+    def origin(self, *path: str | int) -> str:
+        """Where a value comes from; of a group also which other files and changes have a part in it."""
+        at = next((self.origins[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self.origins), "")
+        inside = (o for p, o in self.origins.items() if path and p[: len(path)] == path)
+        others = [other for other in dict.fromkeys(_POINT.sub("", o) for o in inside) if other != _POINT.sub("", at)]
+        return at + (f" with {', '.join(others[:_MOST_OTHERS])}" if others else "")
+
     def said(self, *path: str | int) -> str:
         """Place, key and value, to begin a message with: ``my.yaml:1:1: scenario = 'b_typ'``."""
-        origin = next((self.origins[path[:n]] for n in range(len(path), -1, -1) if path[:n] in self.origins), "")
         value: Any = self.values
         try:
             for key in path:
@@ -97,7 +146,16 @@ class Source:
         except (KeyError, IndexError, TypeError):
             text = ""
         shown = f" = {text[:_SHOWN]}{'...' if len(text) > _SHOWN else ''}" if text else ""
+        origin = self.origin(*path)
+        if origin == change(dotted(path), value):
+            origin = "change"  # the rest says the same
         return f"{f'{origin}: ' if origin else ''}{dotted(path)[:_LONGEST] or 'file'}{shown}"
+
+
+def change(name: str, value: Any) -> str:
+    """A change of a value, as the place of what it changes."""
+    text = "null" if value is None else str(value)
+    return f"change {name}={text[:_SHOWN]}{'...' if len(text) > _SHOWN else ''}"
 
 
 _RULES = {
@@ -131,6 +189,8 @@ def _from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Probl
             place = place.below(key)
         path, rule = place.path, _RULES.get(e["type"], "{msg}").format(**e.get("ctx", {}), msg=e["msg"])
         rule = rule.replace(" 1 entries", " 1 entry")
+        if e["input"] is None and e["type"].endswith("_type"):
+            rule = f"{rule}; {_TAKES_BACK}"
         if e["type"] == "extra_forbidden":
             rule = place.unknown()
         elif e["type"] == "string_pattern_mismatch":
@@ -165,13 +225,7 @@ class _Place:
             return replace(self, type=get_args(outer)[0])
         if members := alternatives(bare):
             return replace(self, type=members.get(str(key)), union=self.type)
-        inner: Any = None
-        if is_group(bare):
-            field = keys_of(bare).get(str(key))
-            inner = None if field is None else _annotated(field)
-        elif base_of(bare) in (dict, list) and get_args(bare):
-            inner = get_args(bare)[-1]
-        return _Place((*self.path, key), inner, self)
+        return _Place((*self.path, key), inside(bare, key), self)
 
     def unknown(self) -> str:
         """The rule for a key that is not known at this place."""
@@ -185,6 +239,39 @@ class _Place:
             return f"{reason[0]}: {home or reason[1]}"
         known = keys_of(group)
         return f"unknown key; {home}" if home and not nearest(key, known) else f"unknown key{close_match(key, known)}"
+
+
+def inside(type_: Any, key: str | int) -> Any:
+    """The type of what a key or position leads to, in an alternative that has it; None if nothing is known."""
+    bare, _ = _bare(type_)
+    if members := alternatives(bare):
+        return next((found for member in members.values() if (found := inside(member, key)) is not None), None)
+    if is_group(bare):
+        field = keys_of(bare).get(str(key))
+        return None if field is None else _annotated(field)
+    return get_args(bare)[-1] if base_of(bare) in (dict, list) and get_args(bare) else None
+
+
+def _has_key(type_: Any, key: str | int) -> bool:
+    """Whether a key is one that a group has; the keys of other mappings are the user's."""
+    bare, _ = _bare(type_)
+    groups = filter(is_group, alternatives(bare).values() or [bare])
+    return any(key in keys_of(group) for group in groups)
+
+
+def put(group: dict[Any, Any], key: str | int, value: Any, type_: Any) -> None:
+    """Put a value into a group of a type; None takes back the value that is there, so that the default applies."""
+    if value is None and (key in group or _has_key(type_, key)):
+        group.pop(key, None)
+    else:
+        group[key] = value
+
+
+def giving_way(type_: Any, under: Mapping[str, Any], over: Mapping[str, Any]) -> list[str]:
+    """The keys of a group that do not go with the alternative which the values over it stand for."""
+    union, notes = _bare(type_)
+    either = next((note for note in notes if isinstance(note, Either)), None)
+    return either.giving_way(under, over, alternatives(union)) if either else []
 
 
 def _ways(key: str, type_: Any, way: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:

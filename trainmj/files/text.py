@@ -41,7 +41,8 @@ def read_text(path: Path, most_bytes: int) -> str:
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        raise InputError(f"is not UTF-8 text (byte {error.start}): save it as UTF-8") from None
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"is not UTF-8 text (line {line}): save it as UTF-8") from None
 
 
 def beside(folder: Path, name: str, said: str) -> Path | None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from trainmj.errors import OutputError
+from trainmj.files.arguments import path_given
 
 try:
     import fcntl
@@ -83,7 +84,7 @@ def held(folder: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: if it cannot be made, or something else holds it.
     """
-    folder = Path(folder)
+    folder = path_given(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

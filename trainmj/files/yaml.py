@@ -1,22 +1,25 @@
 """YAML as plain values: numbers, text, lists and groups, and the place of each. Nothing in a file can make an object.
 
-The YAML package only composes the text to nodes, which are read here: of its constructors, only those of numbers run.
-Length, depth and number of values are bounded, including what anchors expand to.
+The YAML package only composes the text to nodes; what a scalar means is said here, by the core schema of YAML 1.2
+(https://yaml.org/spec/1.2.2/#103-core-schema) and nothing else: 040 is 40, and yes, 1:30 and 1_000 are text. Length,
+depth, number and size of values are bounded, including what anchors expand to.
 """
 
 from __future__ import annotations
 
 import io
+import math
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache
 from itertools import accumulate
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from trainmj.errors import InputError
-from trainmj.files.numbers import bounded
+from trainmj.files.numbers import LARGEST
 from trainmj.files.source import Path, Source, dotted
 from trainmj.files.text import HIDDEN, printable, read_text
 
@@ -29,7 +32,40 @@ _MOST_KEYS = 10_000  # each costs more than two others
 _MOST_VALUES = 100_000
 _DEEPEST = 30
 _DEEPER = {"[": 1, "{": 1, "]": -1, "}": -1}
+_SHOWN = 120  # characters of a command's option in a message
 _TAG = "tag:yaml.org,2002:"
+_VERSION = re.compile(r"\ufeff?(?:(?:[ \t]*(?:#[^\r\n]*)?|%(?!YAML\b)[^\r\n]*|\.\.\.[ \t]*)[\r\n])*%YAML[ \t]+(\S*)")
+"""The version of YAML that a file states before its first value."""
+
+
+class _Kind(NamedTuple):
+    """A kind of scalar: how it is written, and read."""
+
+    pattern: re.Pattern[str]
+    read: Callable[[str], Any]
+
+
+def _int(text: str) -> int | float:
+    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+    digits = text.lstrip("+-0ox")
+    if len(digits) > len(f"{LARGEST:.0f}"):  # Python does not convert thousands of them
+        return math.inf
+    return int(digits or "0", base) * (-1 if text.startswith("-") else 1)
+
+
+_KINDS = {
+    f"{_TAG}null": _Kind(re.compile(r"null|Null|NULL|~|"), lambda text: None),
+    f"{_TAG}bool": _Kind(re.compile(r"true|True|TRUE|false|False|FALSE"), lambda text: text.lower() == "true"),
+    f"{_TAG}int": _Kind(re.compile(r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+"), _int),
+    f"{_TAG}float": _Kind(
+        re.compile(
+            r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN)"
+        ),
+        lambda text: float(re.sub(r"\.(?=[in])", "", text.lower())),
+    ),
+    f"{_TAG}str": _Kind(re.compile(r"(?s:.*)"), str),
+}
+"""The core schema: a plain scalar is of the first kind that it is written as."""
 
 
 def read_yaml(path: FilePath) -> Source:
@@ -51,8 +87,12 @@ def read_value(text: str, said: str) -> Any:
     Raises:
         InputError: if it is not valid YAML; said stands for the place.
     """
-    said = said[:200]
-    values = parse(f"value: {text}", said).values
+    said = said[:_SHOWN] + "..." * (len(said) > _SHOWN)
+    try:
+        values = parse(f"value: {text}", said).values
+    except InputError as error:
+        rule = re.sub(r"^(:\d+:\d+)?: (value[^:]*: )?", "", str(error).removeprefix(said))
+        raise InputError(f"{said}: {rule}") from None
     if set(values) != {"value"}:
         raise InputError(f"{said}: must be a single value")
     return values["value"]
@@ -60,12 +100,10 @@ def read_value(text: str, said: str) -> Any:
 
 def as_yaml(values: Mapping[str, Any]) -> str:
     """Plain values as the text of a YAML file."""
-    from ruamel.yaml import YAML
-
     text = io.StringIO()
-    yaml = YAML(typ="safe", pure=True)
+    yaml = _yaml()
     yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.sort_base_mapping_type_on_output = False
     yaml.width = 120
     yaml.representer.ignore_aliases = lambda *_: True  # every value in full, without anchors
     yaml.dump(dict(values), text)
@@ -78,15 +116,17 @@ def parse(text: str, name: str) -> Source:
     Raises:
         InputError: with file, line and column.
     """
-    from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning, YAMLError
 
     _measure(text, name)
-    yaml = YAML(typ="safe", pure=True)
+    stated = _VERSION.match(text)
+    if stated and stated[1] != "1.2":
+        at = f"{name}:{text.count(chr(10), 0, stated.start(1)) + 1}:1"
+        raise InputError(f"{at}: states YAML {printable(stated[1])[:20]}: files are read as YAML 1.2; remove this line")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ReusedAnchorWarning)  # YAML allows it: the last one before counts
-            root = yaml.compose(text)
+            root = _yaml().compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark
         place = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
@@ -96,8 +136,34 @@ def parse(text: str, name: str) -> Source:
         raise InputError(f"{name}: is not valid YAML: {printable(reason)[:200]}") from None
     if root is None or root.tag != f"{_TAG}map":
         raise InputError(f"{name}: must be a group of keys and values such as 'devices:'")
-    reader = _Reader(name, yaml.constructor)
+    reader = _Reader(name)
     return Source(reader.group(root, ()), reader.origins)
+
+
+def _yaml() -> Any:
+    """The YAML package, with the core schema instead of its own."""
+    from ruamel.yaml import YAML
+
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Resolver = _resolver()
+    return yaml
+
+
+@cache
+def _resolver() -> Any:
+    from ruamel.yaml.nodes import ScalarNode
+    from ruamel.yaml.resolver import VersionedResolver
+    from ruamel.yaml.tag import Tag
+
+    class Core(VersionedResolver):
+        processing_version = (1, 2)
+
+        def resolve(self, kind: Any, value: Any, implicit: Any) -> Any:
+            if kind is ScalarNode and implicit[0]:
+                return Tag(suffix=next(tag for tag, of in _KINDS.items() if of.pattern.fullmatch(value)))
+            return super().resolve(kind, value, (False, implicit[1]) if kind is ScalarNode else implicit)
+
+    return Core
 
 
 def _measure(text: str, name: str) -> None:
@@ -115,17 +181,9 @@ def _measure(text: str, name: str) -> None:
 class _Reader:
     """Reads the nodes of a file."""
 
-    def __init__(self, name: str, constructor: Any) -> None:
+    def __init__(self, name: str) -> None:
         self.origins: dict[Path, str] = {(): name}  # file, line and column of each value
         self._name = name
-        self._scalars = {
-            f"{_TAG}null": lambda node: None,
-            f"{_TAG}bool": lambda node: node.value.lower() == "true",
-            f"{_TAG}int": constructor.construct_yaml_int,
-            f"{_TAG}float": constructor.construct_yaml_float,
-            f"{_TAG}str": lambda node: str(node.value),
-            f"{_TAG}value": lambda node: str(node.value),
-        }
 
     def group(self, node: Node, path: Path) -> dict[str, Any]:
         """A mapping as a dict."""
@@ -133,7 +191,7 @@ class _Reader:
         for key_node, value_node in node.value:
             at = self._place(key_node)
             key = key_node.value
-            if key_node.tag not in (f"{_TAG}str", f"{_TAG}merge"):
+            if key_node.tag != f"{_TAG}str":
                 shown = printable(key)[:60] if isinstance(key, str) else "in brackets"
                 raise InputError(f"{at}: key {shown} must be text")
             self._check_text(key, at, "key")
@@ -151,18 +209,20 @@ class _Reader:
         if node.tag == f"{_TAG}seq":
             return [self._value(item, (*path, i), self._place(item)) for i, item in enumerate(node.value)]
         tag = str(node.tag)
-        read = self._scalars.get(tag)
-        if read is None or not isinstance(node.value, str):
-            kind = tag.removeprefix(_TAG)
-            raise InputError(
-                f"{at}: {dotted(path)}: must be a number, text, list or group, not a YAML {ascii(kind)[1:-1][:60]}"
-                + (": write it in quotes" if kind == "timestamp" else "")
-            )
-        try:
-            value = read(node)
-            value = bounded(value) if isinstance(value, int) else value
-        except ValueError:
-            raise InputError(f"{at}: {dotted(path)} = {ascii(node.value)[:60]}: cannot be read as a number") from None
+        kind = _KINDS.get(tag)
+        if kind is None or not isinstance(node.value, str):
+            said = ascii(tag.removeprefix(_TAG))[1:-1][:60]
+            raise InputError(f"{at}: {dotted(path)}: must be a number, text, list or group, not a YAML {said}")
+        shown = f"{at}: {dotted(path)} = {ascii(node.value)[1:-1][:60]}{'...' * (len(node.value) > 60)}"
+        if not kind.pattern.fullmatch(node.value):
+            raise InputError(f"{shown}: is not a YAML {tag.removeprefix(_TAG)}")
+        value = kind.read(node.value)
+        if (
+            type(value) in (int, float)
+            and not abs(value) <= LARGEST
+            and not node.value.lower().endswith((".inf", ".nan"))
+        ):
+            raise InputError(f"{shown}: is too large: numbers go up to {LARGEST:g}")
         if isinstance(value, str):
             self._check_text(value, at, dotted(path))
         return value

@@ -10,7 +10,20 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from trainmj.files.parts import Bounds, Either, Name, Notes, NotNegative, Number, Part, Positive, Seed, Spelt, Title
+from trainmj.files.parts import (
+    WHOLE,
+    Bounds,
+    Either,
+    Name,
+    Notes,
+    NotNegative,
+    Number,
+    Part,
+    Positive,
+    Seed,
+    Spelt,
+    Title,
+)
 from trainmj.files.source import Path
 from trainmj.scenario.parts import Step
 
@@ -155,11 +168,13 @@ DataPart = Annotated[TableData | RowsData, Either()]
 class ExplorePart(Part):
     """The search everywhere between the bounds: a covariance matrix adaptation evolution strategy (CMA-ES)."""
 
-    trials: Annotated[int, Field(ge=0, le=10_000_000, description="most trials of each search; 0 for none")] = 2000
+    trials: Annotated[int, Field(ge=0, le=10_000_000, description="most trials of each search; 0 for none"), WHOLE] = (
+        2000
+    )
     searches: Annotated[
-        int, Field(ge=1, le=100, description="searches side by side, each with random numbers of its own")
+        int, Field(ge=1, le=100, description="searches side by side, each with random numbers of its own"), WHOLE
     ] = 1
-    population: Annotated[int, Field(ge=4, le=10_000)] | None = Field(
+    population: Annotated[int, Field(ge=4, le=10_000), WHOLE] | None = Field(
         default=None, description="trials of a generation, one batch; by default from the number of parameters"
     )
     spread: Annotated[float, Field(gt=0, le=1, description="first standard deviation, as part of the range")] = 0.25
@@ -171,7 +186,7 @@ class ExplorePart(Part):
         description="ratio of neighbouring slopes of a curve that counts as one standard deviation while exploring; "
         "by default any ratio is as good",
     )
-    cases: Annotated[int, Field(ge=1, le=MAX_VALUES)] | None = Field(
+    cases: Annotated[int, Field(ge=1, le=MAX_VALUES), WHOLE] | None = Field(
         default=None, description="how many cases are simulated while exploring, spread over all; by default all"
     )
     step_ms: Step | None = Field(default=None, description="step while exploring [ms]; by default the scenario's")
@@ -180,8 +195,8 @@ class ExplorePart(Part):
 class RefinePart(Part):
     """The refinement: least squares by a trust region, derivatives by differences."""
 
-    iterations: Annotated[int, Field(ge=0, le=10_000, description="most iterations; 0 for none")] = 30
-    starts: Annotated[int, Field(ge=1, le=100, description="how many searches are refined, the best first")] = 1
+    iterations: Annotated[int, Field(ge=0, le=10_000, description="most iterations; 0 for none"), WHOLE] = 30
+    starts: Annotated[int, Field(ge=1, le=100, description="how many searches are refined, the best first"), WHOLE] = 1
     difference: Annotated[float, Field(ge=1e-6, le=0.1, description="for derivatives, as part of the range")] = 2e-3
     step_ms: Step | None = Field(default=None, description="step of the refinement [ms]; by default the scenario's")
 
@@ -190,7 +205,7 @@ class FinishPart(Part):
     """A second refinement in a higher norm, which makes the largest deviations smaller and all others larger."""
 
     norm: Annotated[float, Field(gt=2, le=32, description="exponent of the deviations")] = 8.0
-    iterations: Annotated[int, Field(ge=1, le=10_000, description="most iterations")] = 20
+    iterations: Annotated[int, Field(ge=1, le=10_000, description="most iterations"), WHOLE] = 20
 
 
 class MethodPart(Part):

@@ -226,6 +226,7 @@ def _fit(role: str, target: Target, of: pd.DataFrame) -> dict[str, Any]:
         "target": target.name,
         "unit": target.unit,
         "values": len(of),
+        "without_number": int(np.isnan(off).sum()),
         "rms": float(np.sqrt(np.mean(off**2))),
         "bias": float(np.mean(off)),
         "largest": _furthest(off),

@@ -18,7 +18,7 @@ from trainmj.cases.store import Store, key_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.device import Array
 from trainmj.collision.status import FAILED
-from trainmj.identification.plan import Identification
+from trainmj.identification.plan import Identification, at_step
 from trainmj.identification.unknowns import Point
 from trainmj.scenario import Scenario
 
@@ -55,10 +55,10 @@ class Trials:
             places: of the cases that are simulated, m of them; all if None.
 
         Returns:
-            (n_trial, m, n_column) responses; all NaN for a trial that breaks a rule or is unstable in some case.
+            (n_trial, m, n_column) responses; NaN in a case that breaks a rule or is unstable, or lacks the response.
         """
         cases = self.cases if places is None else [self.cases[k] for k in places]
-        fine = {} if step is None else _step(self.scenario, step)
+        fine = {} if step is None else at_step(self.scenario, step)
         wanted: dict[str, Case] = {}
         keys = []
         for changes in trials:
@@ -80,15 +80,8 @@ class Trials:
     def _responses(self, rows: Sequence[Mapping[str, Any]]) -> Array:
         """The responses (m, n_column) of one trial."""
         found = np.array([[row.get(column, np.nan) for column in self.columns] for row in rows])
-        if any(row["status"] in FAILED for row in rows) or not np.isfinite(found).all():
-            found[:] = np.nan
-        return found
-
-
-def _step(scenario: Scenario, step: float) -> dict[str, float]:
-    """Another step [ms], and as many of them between records as come nearest to the interval of the scenario."""
-    n = max(1, round(scenario.simulation.record_every_ms / step))
-    return {"simulation.step_ms": step, "simulation.record_every_ms": n * step}
+        found[[row["status"] in FAILED for row in rows]] = np.nan
+        return np.where(np.isfinite(found), found, np.nan)
 
 
 @dataclass
@@ -135,6 +128,7 @@ class Misfit:
         plan, sample = self.plan, self._sample
         responses = self.trials([plan.unknowns.changes(p.value) for p in points], self.step, self._cases)
         off = plan.found(sample, responses) - sample.wanted
+        off[np.isnan(off[:, self._counted]).any(axis=1)] = np.nan  # a trial that lacks a value is refused as a whole
         beyond = np.maximum(0.0, np.abs(off[:, self._barred]) / sample.bar[self._barred] - _INSIDE)
         missed = np.array([p.missed for p in points]).reshape(len(points), -1)
         parts = [

@@ -10,12 +10,14 @@ from typing import Any, Self
 
 import numpy as np
 
+from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, no_number
 from trainmj.errors import InputError, close_match
+from trainmj.files.kinds import TARGETS
 from trainmj.files.resources import find_file
-from trainmj.files.source import Problem, Source
+from trainmj.files.source import Problem, Source, source_of
 from trainmj.files.yaml import read_yaml
 from trainmj.identification.data import Observation, Sum, cases_of, observations, parse_sum
 from trainmj.identification.file import TargetPart, TargetsFile, absolute
@@ -23,8 +25,6 @@ from trainmj.identification.rules import broken_rules
 from trainmj.identification.unknowns import Unknowns
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
-
-_ENDING = ".targets.yaml"
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,12 @@ class Identification:
     held_out: Sample
     source: Source = field(repr=False)
 
+    @cached_property
+    def start(self) -> Scenario:
+        """The scenario with the start values, in the first case that is fitted."""
+        values = self.unknowns.changes(self.unknowns.start().value)
+        return self.scenario.with_values({**values, **self.fitted.cases[0]})
+
     @property
     def title(self) -> str:
         """What is identified."""
@@ -131,8 +137,8 @@ class Identification:
         for k, t in enumerate(self.targets):
             for column, factor in t.terms.items():
                 mix[k, self.columns.index(column)] = factor
-        rows = np.asarray(responses)[..., sample.case, :]
-        return np.asarray(np.sum(rows * mix[sample.target], axis=-1))
+        rows, used = np.asarray(responses)[..., sample.case, :], mix[sample.target]
+        return np.asarray(np.sum(np.where(used != 0, rows * used, 0.0), axis=-1))  # NaN is that of its own target
 
 
 def load_targets(file: str | Path) -> Identification:
@@ -144,7 +150,7 @@ def load_targets(file: str | Path) -> Identification:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_yaml(find_file(file, _ENDING, "targets file")))
+    return _checked(read_yaml(find_file(file, TARGETS.ending, "targets file")))
 
 
 def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identification:
@@ -157,7 +163,7 @@ def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identific
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    return _checked(Source(values, folder=Path(folder)))
+    return _checked(source_of(values, folder))
 
 
 def _checked(source: Source) -> Identification:
@@ -174,25 +180,65 @@ def _checked(source: Source) -> Identification:
     source.refuse([*problems, *broken_rules(spec, scenario, fitted, held_out)])
     unknowns = Unknowns.of(spec, scenario)
     start = scenario.with_values(unknowns.changes(unknowns.start().value))
-    targets = tuple(_target(name, part, [*fitted, *held_out], start, source) for name, part in spec.targets.items())
+    chains = _chains([*fitted, *held_out], start)
+    targets = tuple(_target(name, part, chains, source) for name, part in spec.targets.items())
     samples = Sample.of(fitted, targets), Sample.of(held_out, targets)
+    _check_steps(spec, targets, samples[0], start, source)
     return Identification(spec, scenario, unknowns, targets, *samples, source)
 
 
-def _target(name: str, part: TargetPart, found: Sequence[Observation], start: Scenario, source: Source) -> Target:
-    """A target, its response looked up in the first case that has a value for it."""
-    terms = parse_sum(part.response)
-    case = next(o.case for o in found if o.target == name)
+def at_step(scenario: Scenario, step: float) -> dict[str, float]:
+    """Another step [ms], and as many of them between records as come nearest to the interval of the scenario."""
+    n = max(1, round(scenario.simulation.record_every_ms / step))
+    return {"simulation.step_ms": step, "simulation.record_every_ms": n * step}
+
+
+Chains = Mapping[str, Sequence[tuple[Mapping[str, Any], Chain]]]
+"""The cases that have a value for a target, by its name, each lined up with the start values."""
+
+
+def _chains(found: Sequence[Observation], start: Scenario) -> Chains:
+    cases, place = cases_of(found)
+    chains = [_lined_up(start, case) for case in cases]
+    used: dict[str, dict[int, tuple[Mapping[str, Any], Chain]]] = {}
+    for o, k in zip(found, place, strict=True):
+        used.setdefault(o.target, {})[k] = cases[k], chains[k]
+    return {target: list(of.values()) for target, of in used.items()}
+
+
+def _lined_up(start: Scenario, case: Mapping[str, Any]) -> Chain:
     try:
-        chain = line_up(start.with_values(case))
+        return line_up(start.with_values(case))
     except InputError as error:
         raise InputError(f"start values, the case {dict(case)}: {error}") from None
-    columns = columns_of(chain)
-    for column in terms:
-        if column not in columns:
-            rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, columns)}"
-        else:
-            rule = no_number(columns[column], chain)
-        if rule:
-            raise source.error(rule, "targets", name, "response")
+
+
+def _target(name: str, part: TargetPart, chains: Chains, source: Source) -> Target:
+    """A target, its response looked up in every case that has a value for it."""
+    terms = parse_sum(part.response)
+    for case, chain in chains[name]:
+        columns = columns_of(chain)
+        for column in terms:
+            if column not in columns:
+                rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, columns)}"
+                raise source.error(rule, "targets", name, "response")
+            if reason := no_number(columns[column], chain):
+                raise source.error(f"{reason}, in the case {dict(case)}", "targets", name, "response")
     return Target(name, terms, columns[next(iter(terms))].unit, part)
+
+
+def _check_steps(spec: TargetsFile, targets: Sequence[Target], fitted: Sample, start: Scenario, source: Source) -> None:
+    """Refuse steps of the search with which no trial could be simulated, or a target is no number."""
+    for key, step in (("explore", spec.method.explore.step_ms), ("refine", spec.method.refine.step_ms)):
+        for case in fitted.cases if step is not None else ():
+            assert step is not None
+            try:
+                chain = line_up(start.with_values({**case, **at_step(start, step)}))
+            except InputError as error:
+                rule = f"at the start values, in the case {dict(case)}: {error}"
+                raise source.error(rule, "method", key, "step_ms") from None
+            columns = columns_of(chain)
+            for target in targets:
+                for column in target.terms:
+                    if target.part.weight > 0 and column in columns and (reason := no_number(columns[column], chain)):
+                        raise source.error(f"targets.{target.name}: {reason}", "method", key, "step_ms")

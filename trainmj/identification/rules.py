@@ -117,7 +117,7 @@ def _set_twice(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         key = "curve" if isinstance(part, CurvePart) else "sets"
         for path in _paths(part, scenario):
             for other, owner in owners.items():
-                if _overlap(path, other):
+                if scenario.overlap(path, other):
                     twice = f"is set by {owner} too" if path == other else f"overlaps {other}, which {owner} sets"
                     yield Problem(("parameters", name, key), f"{path} {twice}: leave one of them out")
             owners[path] = f"the parameter {name}"
@@ -126,11 +126,6 @@ def _set_twice(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
 def _paths(part: ParameterPart | CurvePart, scenario: Scenario) -> list[str]:
     """The paths that a parameter sets."""
     return [part.curve] if isinstance(part, CurvePart) else [s.path for s in settings_of(part, scenario)]
-
-
-def _overlap(path: str, other: str) -> bool:
-    """Whether one of two paths is, or leads into, the other."""
-    return f"{path}.".startswith(f"{other}.") or f"{other}.".startswith(f"{path}.")
 
 
 def _starts(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
@@ -221,7 +216,7 @@ def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         places += [((*at, "set", place), place) for place in part.set]
         yield from nowhere(places, scenario)
         for where, place in places:
-            taken = [sought[s] for path in scenario.paths(place) for s in sought if _overlap(path, s)]
+            taken = [sought[s] for s in sought if scenario.overlap(place, s)]
             if taken:
                 yield Problem(where, f"is set by the parameter {taken[0]}, which is sought: a case cannot set it too")
         for place in set(part.cases.values()) & set(part.set):

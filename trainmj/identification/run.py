@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,7 +14,8 @@ from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store, remove_store
 from trainmj.collision.status import FAILED
-from trainmj.errors import InputError, close_match
+from trainmj.errors import InputError
+from trainmj.files.arguments import given
 from trainmj.files.written import held, remove, write_bytes
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
@@ -22,7 +24,7 @@ from trainmj.identification.plan import Identification, load_targets
 from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
-from trainmj.output.style import FORMATS, Format, Width, save, styled
+from trainmj.output.style import FORMATS, Format, Width, formats_given, save, styled
 from trainmj.scenario import to_yaml
 
 FILE = "trials.sqlite"
@@ -64,7 +66,7 @@ def identify(
         OutputError: if the folder or a file cannot be written, or another process writes there.
     """
     began = time.monotonic()
-    plan = targets if isinstance(targets, Identification) else load_targets(targets)
+    plan, formats = given(targets, Identification, load_targets), formats_given(figures)
     with held(folder) as folder:
         _check_start(plan, threads)
         if fresh:
@@ -86,7 +88,7 @@ def identify(
             simulated = trials.simulated
         seconds = time.monotonic() - began
         result = Found(plan, point, known, samples, tuple(way), folder, simulated, there, seconds)
-        _write(result, figures, figure_width)
+        _write(result, formats, figure_width)
         return result
 
 
@@ -109,19 +111,21 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
 
 
 def _check_start(plan: Identification, threads: int) -> None:
-    """Refuse start values that cannot be simulated in every case, and responses that do not exist."""
+    """Refuse start values that cannot be simulated in every case, and targets that come to no number there."""
     changes = plan.unknowns.changes(plan.unknowns.start().value)
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     made = ({**changes, **case} for case in cases)
-    for number, row, columns in sorted(Local(plan.scenario, threads)(enumerate(made)), key=lambda case: case.key):
-        said = f"the case {dict(cases[number])}"
+    rows = [row for _, row, _ in sorted(Local(plan.scenario, threads)(enumerate(made)), key=lambda case: case.key)]
+    for case, row in zip(cases, rows, strict=True):
         if row["status"] in FAILED:
-            raise InputError(f"start values, {said}: {row['status']}: {row['reason']}")
-        for target in plan.targets:
-            for column in target.terms:
-                if column not in columns:
-                    rule = f"there is no response {column!r} in {said}{close_match(column, columns)}"
-                    raise plan.source.error(rule, "targets", target.name, "response")
+            raise InputError(f"start values, the case {dict(case)}: {row['status']}: {row['reason']}")
+    for k, target in zip(plan.fitted.case, plan.fitted.target, strict=True):
+        wanted = plan.targets[target]
+        for column in wanted.terms:
+            if wanted.part.weight > 0 and not math.isfinite(rows[k][column]):
+                where = f"at the start values, in the case {dict(cases[k])} ({rows[k]['status']})"
+                rule = f"{column} comes to no number {where}"
+                raise plan.source.error(rule, "targets", wanted.name, "response")
 
 
 def _final(plan: Identification, place: Place) -> Point:

@@ -1,4 +1,4 @@
-"""What ``trainmj identify`` prints: how it gets on, and the closing summary, at most 80 columns wide."""
+"""What is printed of an identification: what would run, how it gets on, and what was found, at most 80 columns wide."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from rich.text import Text
 
 from trainmj.identification import tables
 from trainmj.identification.found import FOUND, Found
+from trainmj.identification.plan import Identification
 from trainmj.identification.search import Progress
 from trainmj.output.console import new_console, print_table
 
@@ -40,6 +41,20 @@ class Screen(Status):
         """Count trials."""
         self._trials += finished
         self.update(f"{self._said}; {self._trials} trials in {time.monotonic() - self._began:.0f} s")
+
+
+def print_plan(plan: Identification) -> None:
+    """What an identification would seek: parameters, targets, and how long."""
+    console = new_console()
+    console.print(Text(plan.title, style="bold"))
+    held_out = f"; {len(plan.held_out)} more are held out" if len(plan.held_out) else ""
+    method = plan.spec.method
+    explored = f"at most {method.explore.trials} trials in each of {method.explore.searches} searches"
+    console.print(f"Identification: {tables.size(plan)}{held_out}")
+    console.print(f"Method: {explored}, then {method.refine.iterations} iterations by least squares")
+    for table in (tables.sought(plan), tables.wanted(plan)):
+        console.print()
+        print_table(console, table)
 
 
 def print_found(found: Found) -> None:

@@ -58,11 +58,40 @@ def size(plan: Identification) -> str:
     return f"{len(plan.unknowns.free)} values sought from {len(plan.fitted)} in {len(plan.fitted.cases)} cases"
 
 
+def sought(plan: Identification) -> Table:
+    """The parameters, and where they may be."""
+    names = ("parameter", "unit", "start", "lower_bound", "upper_bound")
+    columns = {name: _PARAMETERS.get(name, Column("start")) for name in names} | {"sets": Column("sets", text=True)}
+    rows = [
+        {
+            "parameter": p.name,
+            "unit": p.unit,
+            "start": p.start,
+            "lower_bound": p.lower,
+            "upper_bound": p.upper,
+            "sets": ", ".join(s.path for s in p.settings),
+        }
+        for p in plan.unknowns.parameters
+    ]
+    return _table(columns, rows)
+
+
+def wanted(plan: Identification) -> Table:
+    """The targets, and how many values each has."""
+    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), Column("response", text=True)]
+    counts = [np.bincount(sample.target, minlength=len(plan.targets)) for sample in (plan.fitted, plan.held_out)]
+    rows = [[t.name, t.unit, int(m), int(n), t.part.response] for t, m, n in zip(plan.targets, *counts, strict=True)]
+    return Table(columns, rows)
+
+
 def fit(found: Found, role: str) -> Table:
     """How closely each target is met, by the values that were fitted or held out."""
     rows = [row | _bars(row) for row in rows_of(found.fit[found.fit["role"] == role])]
     columns = {key: column for key, column in _FIT.items() if key != "bars" or any(row[key] for row in rows)}
     note = "Outside: beyond the tolerance, or the bar on each value where there is one."
+    lost = [f"{row['target']} ({row['without_number']})" for row in rows if row["without_number"]]
+    if lost:
+        note += f" Values without a number, in cases that are refused, unstable or end too early: {', '.join(lost)}."
     return _table(columns, rows, ROLES[role], note)
 
 

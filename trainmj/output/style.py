@@ -19,6 +19,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from trainmj.errors import InputError
+from trainmj.files.arguments import listed
 from trainmj.files.written import write_bytes
 
 if TYPE_CHECKING:
@@ -85,6 +87,18 @@ def styled(width: Width = "page") -> Iterator[None]:
     size = (WIDTHS[width] * _MM, WIDTHS[width] * _MM * 0.62)
     with mpl.rc_context(_STYLE | {"figure.figsize": size, "axes.prop_cycle": cycler(color=PALETTE)}):
         yield
+
+
+def formats_given(names: str | Sequence[str]) -> tuple[Format, ...]:
+    """Formats of figures by name, each once; a single name stands for a list of it.
+
+    Raises:
+        InputError: if there is no such format.
+    """
+    for name in listed(names):
+        if name not in FORMATS:
+            raise InputError(f"figures: {name!r} is not a format of figures; known: {', '.join(FORMATS)}")
+    return tuple(form for form in dict.fromkeys(listed(names)) if form in FORMATS)
 
 
 def figure(width: Width | None = None, height: float | None = None) -> Figure:

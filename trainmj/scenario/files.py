@@ -8,14 +8,16 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.arguments import given
+from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
-from trainmj.files.source import Path, Problem, Source
+from trainmj.files.source import Path, Problem, Source, dotted, giving_way, inside, placed, put
 from trainmj.files.tables import read_beside
 from trainmj.files.text import beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.parts import MAX_POINTS, Parts
-from trainmj.scenario.scenario import Scenario
+from trainmj.scenario.scenario import Scenario, marked
 
 BUILDS_ON = "builds_on"
 JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
@@ -39,22 +41,33 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    scenario = Scenario.from_source(_read_built(find_file(file, ".yaml", "scenario"), ()))
+    scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
+    scenario.refuse(_lost_parameters(scenario))
     return scenario.with_values(changes) if changes else scenario
 
 
 def shipped() -> dict[str, FilePath]:
     """Names and paths of the scenarios that ship with trainmj."""
-    return shipped_files(".yaml")
+    return shipped_files(SCENARIO.ending)
 
 
-def save(scenario: Scenario, file: str | FilePath) -> None:
+def scenario_given(scenario: Scenario | str | FilePath) -> Scenario:
+    """A scenario, or the one that the path of a file or the name of a shipped one leads to.
+
+    Raises:
+        InputError: if the file cannot be read or breaks a rule.
+        TypeError: if it is something else.
+    """
+    return given(scenario, Scenario, load)
+
+
+def save(scenario: Scenario | str | FilePath, file: str | FilePath) -> None:
     """Write a scenario as one self-contained YAML file.
 
     Raises:
         OutputError: if the file cannot be written.
     """
-    write_bytes(file, to_yaml(scenario).encode())
+    write_bytes(file, to_yaml(scenario_given(scenario)).encode())
 
 
 def to_yaml(scenario: Scenario) -> str:
@@ -84,13 +97,32 @@ def schema() -> dict[str, Any]:
 
 
 def _optional(part: Any) -> Any:
-    """A schema that requires no key; several of the alternatives may fit then."""
+    """A schema that requires no key and takes null for each; several of the alternatives may fit then."""
     if isinstance(part, list):
         return [_optional(p) for p in part]
     if not isinstance(part, dict):
         return part
     kept = {k: _optional(v) for k, v in part.items() if not (k == "required" and isinstance(v, list))}
+    for key, values in kept.items():
+        if key in ("properties", "patternProperties"):
+            kept[key] = {name: _or_null(value) for name, value in values.items()}
+        elif key == "additionalProperties" and isinstance(values, dict):
+            kept[key] = _or_null(values)
     return {"anyOf" if k == "oneOf" else k: v for k, v in kept.items()}
+
+
+def _or_null(part: dict[str, Any]) -> dict[str, Any]:
+    about: dict[str, Any] = {key: part[key] for key in ("title", "description") if key in part}
+    return {"anyOf": [part, {"type": "null"}], **about}
+
+
+def _lost_parameters(scenario: Scenario) -> Iterator[Problem]:
+    """Parameters that stand for no value."""
+    for name in scenario.parameters:
+        try:
+            scenario.places(name)
+        except InputError as error:
+            yield Problem(("parameters", name), str(error))
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
@@ -155,30 +187,33 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
-    source = read_yaml(path)
-    origins = dict(source.origins)
-    values = {key: _with_points(value, (key,), source, origins) for key, value in source.values.items()}
-    source = replace(source, origins=origins)
+    source = _with_points(read_yaml(path))
+    values = dict(source.values)
     base = values.pop(BUILDS_ON, None)
     if base is None:
         return replace(source, values=values)
     if not isinstance(base, str):
         raise source.error("must be the name of a scenario file", BUILDS_ON)
     below = _read_built(find_beside(source.folder, base, source.said(BUILDS_ON)), (*before, path.resolve()))
-    return replace(source, values=_merged(below.values, values), origins={**below.origins, **source.origins})
+    return _built(below, replace(source, values=values))
 
 
-def _with_points(value: Any, at: Path, source: Source, origins: dict[Path, str]) -> Any:
-    """A value of a file, each curve that names a CSV file replaced by the points there; origins gets their places."""
-    if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-        points, places = _read_curve(value["file"], at, source)
-        origins.update(places)
-        return points
-    if isinstance(value, dict):
-        return {key: _with_points(inner, (*at, key), source, origins) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_with_points(inner, (*at, n), source, origins) for n, inner in enumerate(value)]
-    return value
+def _with_points(source: Source) -> Source:
+    """A file, each curve in it that names a CSV file replaced by the points there, which have their own places."""
+    origins = dict(source.origins)
+
+    def read(value: Any, path: Path) -> Any:
+        if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
+            points, places = _read_curve(value["file"], path, source)
+            origins.update(places)
+            return points
+        if isinstance(value, dict):
+            return {key: read(inner, (*path, key)) for key, inner in value.items()}
+        if isinstance(value, list):
+            return [read(inner, (*path, n)) for n, inner in enumerate(value)]
+        return value
+
+    return replace(source, values=read(source.values, ()), origins=origins)
 
 
 def _read_curve(name: str, at: Path, source: Source) -> tuple[dict[str, list[float]], dict[Path, str]]:
@@ -197,16 +232,47 @@ def _read_curve(name: str, at: Path, source: Source) -> tuple[dict[str, list[flo
         points = {column: table.numbers(column) for column in _COLUMNS}
     except InputError as error:
         raise InputError(f"{said}: {error}") from None
-    places = {(*at, column, n): f"{table.file}:{line}" for column in _COLUMNS for n, line in enumerate(table.lines)}
+    places: dict[Path, str] = {(*at, column): str(table.file) for column in _COLUMNS}
+    for n, line in enumerate(table.lines):
+        places |= {(*at, column, n): f"{table.file}:{line}: point {n + 1}" for column in _COLUMNS}
     return points, places
 
 
-def _merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Groups are merged key by key; everything else, such as lists and curves, is replaced."""
-    result = dict(under)
-    for key, value in over.items():
-        below = result.get(key)
-        if isinstance(below, dict) and isinstance(value, dict) and "stroke_mm" not in value:
-            value = _merged(below, value)
-        result[key] = value
-    return result
+def _built(below: Source, over: Source) -> Source:
+    """The values of a file over those of the file that it builds on.
+
+    Groups are merged key by key; everything else, such as lists and curves, is replaced. Null takes a value back. Keys
+    that do not go with the alternative that is stated over them give way, as a curve does to stages.
+    """
+    replaced: list[Path] = []
+    new: set[str] = set()
+    displaced: list[str] = []
+
+    def merged(under: Mapping[str, Any], values: Mapping[str, Any], path: Path, type_: Any) -> dict[str, Any]:
+        old = giving_way(type_, under, values)
+        if old:
+            displaced.append(f"{over.origin(*path)}: {dotted(path)}: {', '.join(old)} of {below.origin()} given up")
+        replaced.extend((*path, key) for key in old)
+        result = {key: value for key, value in under.items() if key not in old}
+        for key, value in values.items():
+            there, at = under.get(key), (*path, key)
+            if isinstance(there, dict) and isinstance(value, dict) and "stroke_mm" not in value:
+                result[key] = merged(there, value, at, inside(type_, key))
+            else:
+                replaced.append(at)
+                new.update([dotted(at)] if value != there else [])
+                put(result, key, value, type_)
+        return result
+
+    values = merged(below.values, over.values, (), Parts)
+    built = replace(
+        over,
+        values=values,
+        origins=placed(below.origins, replaced, over.origins),
+        displaced=(*below.displaced, *displaced),
+    )
+    if "title" in over.values:  # what is below it is its own
+        stated = {"changed": over.values["changed"]} if "changed" in over.values else {}
+        return replace(built, values={key: v for key, v in values.items() if key != "changed"} | stated)
+    before = values.get("changed")
+    return marked(built, new | set(before if isinstance(before, list) else []))

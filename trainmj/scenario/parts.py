@@ -10,7 +10,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from trainmj.files.parts import Above, Either, Notes, Part, Positive, Spelt, Title
+from trainmj.files.parts import WHOLE, Above, Either, Notes, Part, Positive, Spelt, Title
 
 RIGID_WALL = "rigid_wall"
 DEVICE = "device"  # the name of the only stage of a device with one curve
@@ -176,7 +176,7 @@ class TrainSpec(Part):
     """A train, with its vehicles from the front end; a wagon is a train of one vehicle."""
 
     vehicles: Annotated[
-        Annotated[int, Field(ge=1, le=MAX_VEHICLES)]
+        Annotated[int, Field(ge=1, le=MAX_VEHICLES), WHOLE]
         | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES)],
         Either(said="a list of vehicles, or how many"),
     ] = Field(description="the vehicles from the front end, or only how many")

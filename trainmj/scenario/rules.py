@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
-from trainmj.files.source import Path, Problem, no_such
+from trainmj.files.source import Path, Problem, dotted, no_such
 from trainmj.scenario.parts import (
     MAX_DEVICE_POINTS,
     MAX_VEHICLES,
@@ -103,7 +103,10 @@ def _stage(path: Path, stage: StageSpec, parts: Parts) -> Iterator[Problem]:
         yield Problem((*path, "curve"), "needs two or more points")
         return
     if stroke[0] != 0:
-        yield Problem((*path, "curve"), f"must start at a stroke of 0, not {stroke[0]:g} mm")
+        at, first = listed(stage.curve)[0]
+        start = ("curves", first) if isinstance(first, str) else (*path, "curve", *at)
+        rule = f"the curve of {dotted(path)} must start at a stroke of 0, not {stroke[0]:g} mm"
+        yield Problem((*start, "stroke_mm", 0), rule)
     yield from _joints((*path, "curve"), stage.curve, parts)
     if stage.stroke_limit_mm is not None and stage.stroke_limit_mm > stroke[-1]:
         yield Problem(

@@ -13,11 +13,14 @@ from typing import Any, Self
 from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.source import Path, Problem, Source, dotted
+from trainmj.files.arguments import group_given
+from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put, source_of
 from trainmj.scenario.parts import RIGID_WALL, Parts
 from trainmj.scenario.rules import broken_rules
 
 _NOWHERE = Source({})
+_DIGITS = 10  # of a position: longer ones are none
+_UNSAID = ("title", "notes", "parameters", "changed")  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 
@@ -37,7 +40,7 @@ class Scenario(Parts):
         Raises:
             InputError: listing every key, value and rule that is broken.
         """
-        return cls.from_source(Source(values))
+        return cls.from_source(source_of(values))
 
     @classmethod
     def from_source(cls, source: Source) -> Self:
@@ -59,16 +62,17 @@ class Scenario(Parts):
         """A copy with some values changed.
 
         Args:
-            changes: new values by path (``"devices.front.stiffness_kN_per_mm"``) or parameter (``"mass_t"``).
+            changes: new values by path (``"devices.front.stiffness_kN_per_mm"``) or parameter (``"mass_t"``); None
+                takes a value back, so that its default applies.
 
         Raises:
             InputError: if a path leads nowhere or the changed scenario breaks a rule.
         """
+        changes = group_given(changes)
         source = changed(self._source, self.parameters, changes)
         if "title" not in changes:
-            new = {name for name, value in changes.items() if any(old != value for old in self.locate(name))}
-            if names := sorted({*self.changed, *new} - {"notes"}):
-                source = replace(source, values={**source.values, "changed": names})
+            new = {name for name, value in changes.items() if any(old != plain(value) for old in self.locate(name))}
+            source = marked(source, {*self.changed, *new})
         return self.from_source(source)
 
     def refuse(self, problems: Iterable[Problem]) -> None:
@@ -118,14 +122,27 @@ class Scenario(Parts):
         paths = self.parameters.get(name, name)
         return (paths,) if isinstance(paths, str) else tuple(paths)
 
+    @property
+    def displaced(self) -> tuple[str, ...]:
+        """What the files that build on each other gave up, because it does not go with what is stated over it."""
+        return self._source.displaced
+
+    def places(self, name: str) -> list[Path]:
+        """The keys and positions to which a path or parameter leads.
+
+        Raises:
+            InputError: if it leads nowhere, or not to one value.
+        """
+        return [_find(self._source.values, path, self.parameters) for path in self.paths(name)]
+
     def locate(self, name: str) -> list[Any]:
         """The present values at a path or parameter; None for a key that only has a default.
 
         Raises:
-            InputError: if it leads nowhere.
+            InputError: if it leads nowhere, or not to one value.
         """
         found = []
-        for path in changed(Source(self._source.values), self.parameters, {name: None}).origins:
+        for path in self.places(name):
             here: Any = self._source.values
             for key in path:
                 here = here.get(key) if isinstance(here, dict) else here[key]
@@ -133,6 +150,34 @@ class Scenario(Parts):
                     break
             found.append(here)
         return found
+
+    def overlap(self, name: str, other: str) -> bool:
+        """Whether two names lead to the same value, or one into what the other leads to; never if one leads nowhere."""
+        try:
+            return self.twice((name, other)) is not None
+        except InputError:
+            return False
+
+    def twice(self, names: Iterable[str]) -> tuple[str, str] | None:
+        """Two names that lead to the same value, or one into what the other leads to; None if all are apart."""
+        owner: dict[Path, str] = {}
+        ways: dict[Path, str] = {}
+        for name in names:
+            for path in self.places(name):
+                for n in range(1, len(path) + 1):
+                    if path[:n] in owner:
+                        return owner[path[:n]], name
+                if path in ways:
+                    return ways[path], name
+                owner[path] = name
+                ways |= {path[:n]: name for n in range(1, len(path))}
+        return None
+
+
+def marked(source: Source, names: set[str]) -> Source:
+    """A source that says which values were changed after its title was written."""
+    said = sorted(name for name in names if name.partition(".")[0] not in _UNSAID)
+    return replace(source, values={**source.values, "changed": said}) if said else source
 
 
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
@@ -144,28 +189,46 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
         InputError: if a path leads nowhere.
     """
     values, origins = dict(source.values), dict(source.origins)
-    for name, value in changes.items():
+    for name, new in changes.items():
+        value = plain(new)
         targets = parameters.get(name, name)
         for target in [targets] if isinstance(targets, str) else targets:
-            path = _replace(values, target, value, parameters)
-            origins[path] = f"change {name}={value}" if name != target else "change"
+            path = _find(values, target, parameters)
+            before = _replace(values, path, value)
+            if isinstance(before, (dict, list)):
+                origins = placed(origins, [path], {})
+            origins[path] = change(name, value)
     return replace(source, values=values, origins=origins)
 
 
-def _replace(values: dict[str, Any], target: str, value: Any, parameters: Mapping[str, object]) -> Path:
-    """Put a value at a path, copying each container on the way; return the path with list positions resolved."""
+def _replace(values: dict[str, Any], path: Path, value: Any) -> Any:
+    """Put a value at a path, copying each container on the way; return what was there."""
+    here: Any = values
+    for key in path[:-1]:
+        within = here.get(key, {}) if isinstance(here, dict) else here[key]
+        here[key] = here = within.copy()
+    last = path[-1]
+    before = here.get(last) if isinstance(here, dict) else here[last]
+    if value is None and isinstance(here, dict):
+        group: Any = Parts
+        for key in path[:-1]:
+            group = inside(group, key)
+        put(here, last, None, group)
+    else:
+        here[last] = value
+    return before
+
+
+def _find(values: Mapping[str, Any], target: str, parameters: Mapping[str, object]) -> Path:
+    """The keys and positions to which a path leads."""
     path: list[str | int] = []
     here: Any = values
     keys = target.split(".")
     for n, text in enumerate(keys):
         key = _resolve(here, text, path, target, parameters if n == 0 else {})
         path.append(key)
-        if n == len(keys) - 1:
-            here[key] = value
-        else:
-            inner = here[key]
-            here[key] = inner.copy() if isinstance(inner, (dict, list)) else inner
-            here = here[key]
+        if n < len(keys) - 1:
+            here = here.get(key, {}) if isinstance(here, dict) else here[key]
     return tuple(path)
 
 
@@ -174,18 +237,26 @@ def _resolve(here: Any, text: str, path: list[str | int], target: str, parameter
     last = target.count(".") == len(path)
     if isinstance(here, dict):
         # a key that has a default may be missing at the end of a path; the checks know whether it exists
-        if text in here or (last and path):
-            return text
-        if not path and text in Parts.model_fields:
-            here[text] = {}
+        if text in here or (last and path) or (not path and text in Parts.model_fields):
             return text
         raise InputError(f"{target}: there is no {text!r}{_within(path)}{close_match(text, {*here, *parameters})}")
     if isinstance(here, list):
-        names = [v.get("name") if isinstance(v, dict) else None for v in here]
-        if text in names:
-            return names.index(text)
-        if text.isdecimal() and int(text) < len(here):
-            return int(text)
+        position = int(text) if text.isdecimal() and len(text) < _DIGITS else len(here)
+        named = [n for n, entry in enumerate(here) if isinstance(entry, dict) and entry.get("name") == text]
+        if position < len(here) and named not in ([], [position]):
+            raise InputError(
+                f"{target}: {text!r} is both a position{_within(path)} and the name of another entry: rename that"
+            )
+        if len(named) > 1:
+            at, *others = (".".join(map(str, (*path, n))) for n in named)
+            raise InputError(
+                f"{target}: {len(named)} entries are called {text!r}: say which by its position, "
+                f"{', '.join([at, *others[:-1]])} or {others[-1]}"
+            )
+        if named:
+            return named[0]
+        if position < len(here):
+            return position
         raise InputError(f"{target}: there is no entry {text!r}{_within(path)}, which has {len(here)} (0 is the first)")
     raise InputError(f"{target}: {dotted(tuple(path))} is a single value and has no {text!r} inside")
 

@@ -76,6 +76,8 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.vehicles_of(chain))
     console.print()
     print_table(console, tables.interfaces_of(chain))
+    for note in scenario.displaced:
+        console.print(f"Note: {note}", soft_wrap=True)
     _print_remarks(console, remarks(chain))
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "

@@ -54,9 +54,16 @@ class Designs:
 
     @property
     def first_failure(self) -> str | None:
-        """Status and reason of the first simulation that failed."""
+        """Status and reason of the first simulation that failed, and what it has no number for."""
         failed = np.flatnonzero(self.failed)
-        return f"{self.status[failed[0]]}: {self.reason[failed[0]]}".rstrip(": ") if failed.size else None
+        if not failed.size:
+            return None
+        k = failed[0]
+        lost = [
+            r.name for r, value in zip(self.study.responses, self.responses[k], strict=True) if not np.isfinite(value)
+        ]
+        without = "" if self.status[k] in FAILED else f"{', '.join(lost)} came to no number"
+        return f"{self.status[k]}: {'; '.join(filter(None, (self.reason[k], without)))}".rstrip(": ")
 
     def table(self) -> pd.DataFrame:
         """A row for each design: factors, status and reason if it was simulated, responses."""

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from trainmj.doe.decision import Normalisation
 from trainmj.doe.weights import Transform
-from trainmj.files.parts import Bounds, Either, Name, Notes, Number, Part, Seed, Title
+from trainmj.files.parts import WHOLE, Bounds, Either, Name, Notes, Number, Part, Seed, Title
 from trainmj.units import unit_of
 
 MAX_POINTS = 5000
@@ -76,7 +76,7 @@ class LatinHypercube(_Design):
     """Points as far apart as possible, each with a level of its own in every factor."""
 
     kind: Literal["optimal_latin_hypercube"] = "optimal_latin_hypercube"
-    n: Annotated[int, Field(ge=2, le=300)] = Field(description="points; a sobol design takes more")
+    n: Annotated[int, Field(ge=2, le=300), WHOLE] = Field(description="points; a sobol design takes more")
     seed: Seed = Field(default=0, description="of the search for the best spread")
     placement: Literal["edge", "centre"] = Field(
         default="edge", description="do the outer points lie on the bounds or inside?"
@@ -87,7 +87,7 @@ class SobolSequence(_Design):
     """Points of a scrambled Sobol' sequence; a power of two is spread best."""
 
     kind: Literal["sobol"]
-    n: Annotated[int, Field(ge=2, le=MAX_POINTS)] = Field(description="points")
+    n: Annotated[int, Field(ge=2, le=MAX_POINTS), WHOLE] = Field(description="points")
     seed: Seed = Field(default=0, description="of the scrambling")
 
 
@@ -95,7 +95,7 @@ class FullFactorial(_Design):
     """Every combination of the levels of all factors."""
 
     kind: Literal["full_factorial"]
-    levels: dict[str, Annotated[int, Field(ge=2, le=MAX_POINTS)]] = Field(
+    levels: dict[str, Annotated[int, Field(ge=2, le=MAX_POINTS), WHOLE]] = Field(
         default_factory=dict, description="how many, by factor; required for a continuous one without a resolution"
     )
 
@@ -140,7 +140,7 @@ class _Polynomial(Part):
 class FullPolynomial(_Polynomial):
     """A polynomial with all terms up to an order."""
 
-    order: Annotated[int, Field(ge=1, le=6)] = Field(default=2, description="highest order of a term")
+    order: Annotated[int, Field(ge=1, le=6), WHOLE] = Field(default=2, description="highest order of a term")
 
 
 class PolynomialOfTerms(_Polynomial):
@@ -167,7 +167,7 @@ class CrossValidationPart(Part):
     against: list[Literal["linear", "quadratic", "cubic", "kriging"]] = Field(
         default=["linear", "quadratic"], description="kinds compared with"
     )
-    folds: Annotated[int, Field(ge=2, le=MAX_POINTS)] | None = Field(
+    folds: Annotated[int, Field(ge=2, le=MAX_POINTS), WHOLE] | None = Field(
         default=None, description="parts that the points are dealt into; by default as many as points"
     )
     seed: Seed = Field(default=0, description="of the dealing")
@@ -183,10 +183,10 @@ class ConstraintPart(Part):
     )
 
 
-Particles = Annotated[int, Field(ge=4, le=100_000, description="designs that move at once")]
-Iterations = Annotated[int, Field(ge=1, le=100_000, description="moves at most")]
-Archive = Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept")]
-Patience = Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends")]
+Particles = Annotated[int, Field(ge=4, le=100_000, description="designs that move at once"), WHOLE]
+Iterations = Annotated[int, Field(ge=1, le=100_000, description="moves at most"), WHOLE]
+Archive = Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept"), WHOLE]
+Patience = Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends"), WHOLE]
 Tolerance = Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")]
 
 

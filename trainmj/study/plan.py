@@ -14,8 +14,9 @@ from trainmj.collision.quantities import columns_of
 from trainmj.doe import Space
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
+from trainmj.files.kinds import STUDY
 from trainmj.files.resources import find_file
-from trainmj.files.source import Source
+from trainmj.files.source import Source, source_of
 from trainmj.files.tables import read_beside
 from trainmj.files.yaml import read_yaml
 from trainmj.scenario import Scenario
@@ -23,8 +24,6 @@ from trainmj.scenario.files import scenario_of
 from trainmj.study.file import GivenPoints, StudyFile
 from trainmj.study.rules import broken_rules, factor_of
 from trainmj.units import head, label
-
-_ENDING = ".study.yaml"
 
 
 @dataclass(frozen=True)
@@ -144,7 +143,7 @@ def load_study(file: str | Path) -> Study:
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_yaml(find_file(file, _ENDING, "study")))
+    return _checked(read_yaml(find_file(file, STUDY.ending, "study")))
 
 
 def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
@@ -157,7 +156,7 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    return _checked(Source(values, folder=Path(folder)))
+    return _checked(source_of(values, folder))
 
 
 def _checked(source: Source) -> Study:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, no_number
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
@@ -51,7 +52,8 @@ def broken_rules(spec: StudyFile, scenario: Scenario, chain: Chain) -> Iterator[
     """
     columns = columns_of(chain)
     yield from _factors(spec, scenario)
-    yield from _responses(spec, chain, columns)
+    yield from _responses(spec, chain)
+    yield from _everywhere(spec, scenario, chain)
     yield from _heads(spec, columns)
     yield from _design(spec)
     yield from _surrogates(spec)
@@ -88,25 +90,52 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 yield Problem((*at, "levels", k), rule)
         yield from nowhere([(sets, target) for target in part.targets], scenario)
         for target in part.targets:
-            for path in scenario.paths(target):
-                if path in owner:
-                    yield Problem(sets, f"is already set by the factor {owner[path]}")
-                owner[path] = name
-            if target in spec.set:
+            twice = next((owner[other] for other in owner if scenario.overlap(target, other)), None)
+            if twice is not None:
+                yield Problem(sets, f"is already set by the factor {twice}")
+            owner[target] = name
+            if any(scenario.overlap(target, fixed) for fixed in spec.set):
                 yield Problem(sets, "is fixed under set: leave it out there")
 
 
-def _responses(spec: StudyFile, chain: Chain, columns: Mapping[str, Column]) -> Iterator[Problem]:
-    for name, column in spec.responses.items():
+def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
+    for name, reason in _without_number(spec, chain):
+        yield Problem(("responses", name), reason)
+    for name in spec.responses:
         at: Path = ("responses", name)
-        if column not in columns:
-            yield Problem(at, f"the scenario has no response of this name{close_match(column, columns)}")
-        elif reason := no_number(columns[column], chain):
-            yield Problem(at, reason)
         if name in spec.factors:
             yield Problem(at, "is the name of a factor: choose another")
         if name == DEFAULT:
             yield Problem(at, "is reserved for the surrogate of all others: choose another")
+
+
+def _everywhere(spec: StudyFile, scenario: Scenario, as_it_stands: Chain) -> Iterator[Problem]:
+    """Responses that an end or a level of a factor, or the check, leaves without a number."""
+    ends = [
+        (dict.fromkeys(part.targets, value), f"with {name} = {value}")
+        for name, part in spec.factors.items()
+        for value in (part.levels if isinstance(part, ChoiceFactor) else part.bounds)
+    ]
+    lost = {name for name, _ in _without_number(spec, as_it_stands)}  # said already
+    for changes, where in (*ends, (spec.check.set, "in the check")):
+        try:
+            chain = line_up(scenario.with_values(changes))
+        except InputError:
+            continue  # said elsewhere, or the row of the case says why
+        for name, reason in _without_number(spec, chain):
+            if name not in lost:
+                lost.add(name)
+                yield Problem(("responses", name), f"{where}: {reason}")
+
+
+def _without_number(spec: StudyFile, chain: Chain) -> Iterator[tuple[str, str]]:
+    """The responses that a chain does not have, or not as numbers, and why."""
+    columns = columns_of(chain)
+    for name, column in spec.responses.items():
+        if column not in columns:
+            yield name, f"the scenario has no response of this name{close_match(column, columns)}"
+        elif reason := no_number(columns[column], chain):
+            yield name, reason
 
 
 def _heads(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from trainmj.cases.store import KEY, Store, remove_store
 from trainmj.collision.identity import identity
+from trainmj.files.arguments import given
 from trainmj.files.written import finite, held, remove
-from trainmj.output.style import Format, Width
+from trainmj.output.style import Format, Width, formats_given
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs
@@ -96,10 +97,10 @@ def run_study(
         OutputError: if a file cannot be written or another process writes there; finished steps and simulations are
             kept.
     """
-    study = study if isinstance(study, Study) else load_study(study)
-    watch = watch or Watch()
+    study = given(study, Study, load_study)
+    watch, formats = watch or Watch(), formats_given(figures)
     with held(folder) as path:
-        files = Folder(path, figures, figure_width)
+        files = Folder(path, formats, figure_width)
         if fresh:
             files.start_over()
             remove_store(path / FILE, [STATE, "report.html"])

@@ -1,4 +1,4 @@
-"""What ``trainmj study`` prints: its progress, and the closing summary, at most 80 columns wide."""
+"""What is printed of a study: what would run, its progress, and the closing summary, at most 80 columns wide."""
 
 from __future__ import annotations
 
@@ -13,8 +13,13 @@ from rich.text import Text
 from trainmj.output.console import new_console, print_table
 from trainmj.output.table import Table, Verdict
 from trainmj.study import tables
+from trainmj.study.file import LatinHypercube, SobolSequence
 from trainmj.study.folder import Step
+from trainmj.study.plan import Study
 from trainmj.study.run import StudyResult, Watch
+from trainmj.study.steps import design_of
+
+_SEARCHED = {"surrogate": "surrogates", "simulator": "simulator", "both": "surrogates and on the simulator"}
 
 
 class Screen(Watch):
@@ -53,6 +58,23 @@ class Screen(Watch):
     def stop(self) -> None:
         """Remove the status line."""
         self._status.stop()
+
+
+def print_plan(study: Study) -> None:
+    """What a study would do: its factors, responses and design.
+
+    Raises:
+        InputError: if there is no such design.
+    """
+    console = new_console()
+    console.print(Text(study.title, style="bold"))
+    part = study.spec.design
+    n = part.n if isinstance(part, (LatinHypercube, SobolSequence)) else len(design_of(study).points)
+    where = _SEARCHED[study.spec.optimiser.on]
+    console.print(f"Study: {n} points ({part.kind}), then a search on the {where}")
+    for table in (tables.factors_of(study), tables.responses_of(study)):
+        console.print()
+        print_table(console, table)
 
 
 def print_study(result: StudyResult) -> None:

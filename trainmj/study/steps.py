@@ -53,7 +53,7 @@ def read_as_it_stands(study: Study, tables: Tables) -> FloatArray:
 
 def design(study: Study) -> Output[FloatArray]:
     """Choose the points (n, d) to simulate."""
-    made = _design(study)
+    made = design_of(study)
     table = study.space.table(made.points)
     table.insert(0, "test", np.arange(1, len(table) + 1))
     facts = {"method": made.method, "n": len(table), "seed": made.seed, **asdict(made.quality())}
@@ -61,7 +61,12 @@ def design(study: Study) -> Output[FloatArray]:
     return Output(made.points, {"01_design": table}, facts, {"01_design": draw})
 
 
-def _design(study: Study) -> Design:
+def design_of(study: Study) -> Design:
+    """The design of a study.
+
+    Raises:
+        InputError: if there is none of its kind for these factors.
+    """
     part = study.spec.design
     if isinstance(part, GivenPoints):
         return Design(study.space, np.array(study.given))

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from trainmj.output.table import Column, Table, judged, passed, warned
+from trainmj.study.file import ChoiceFactor
+from trainmj.study.plan import Study
 from trainmj.units import head
 
 Summary = Mapping[str, Any]
@@ -31,6 +33,28 @@ def columns(summary: Summary, *groups: str) -> dict[str, Column]:
 def table_of(rows: Iterable[Mapping[Any, Any]], columns: Mapping[str, Column], title: str, note: str = "") -> Table:
     """A table of rows: the values under the keys that have a column."""
     return Table([*columns.values()], [[row[key] for key in columns] for row in rows], title, note)
+
+
+def factors_of(study: Study) -> Table:
+    """What a study varies."""
+    columns = [Column("Factor", text=True), Column("values", text=True), Column("sets", text=True)]
+    rows = []
+    for name, part in study.spec.factors.items():
+        if isinstance(part, ChoiceFactor):
+            values = ", ".join(map(str, part.levels))
+        else:
+            values = f"{part.bounds[0]:g} to {part.bounds[1]:g} {part.stated_unit}".rstrip()
+        rows.append([name, values, ", ".join(part.targets)])
+    return Table(columns, rows)
+
+
+def responses_of(study: Study) -> Table:
+    """What a study asks of its responses."""
+    columns = [_NAME, Column("column", text=True), Column("wanted", text=True)]
+    asked: dict[str, list[str]] = {r.name: [study.spec.objectives[r.name]] for r in study.objectives}
+    for limit in study.limits:
+        asked.setdefault(limit.response.name, []).append(limit.text.removeprefix(f"{limit.response.name} "))
+    return Table(columns, [[r.name, r.column, ", ".join(asked.get(r.name, ["-"]))] for r in study.responses])
 
 
 def design(summary: Summary) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trainmj.files.parts import Bounds, Either, Number, Part
+from trainmj.files.parts import WHOLE, Bounds, Either, Number, Part
 from trainmj.files.source import Problem
 
 MAX_VALUES = 1_000_000
@@ -22,7 +22,7 @@ class Span(Part):
 
     start: Annotated[Number, Field(alias="from", description="first value")]
     to: Number = Field(description="last value")
-    count: Annotated[int, Field(ge=2, le=MAX_VALUES, description="how many")]
+    count: Annotated[int, Field(ge=2, le=MAX_VALUES, description="how many"), WHOLE]
 
     def values(self) -> list[float]:
         """The values."""
@@ -71,8 +71,8 @@ Distribution = Annotated[Uniform | Normal | Choice, Either()]
 class Sample(Part):
     """A random or designed sample of several values."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_VALUES, description="how many cases")]
-    seed: Annotated[int, Field(ge=0)] = Field(default=0, description="of the random numbers")
+    count: Annotated[int, Field(ge=1, le=MAX_VALUES, description="how many cases"), WHOLE]
+    seed: Annotated[int, Field(ge=0), WHOLE] = Field(default=0, description="of the random numbers")
     method: Literal["random", "latin_hypercube", "sobol"] = Field(
         default="random", description="how the points are spread"
     )
@@ -117,7 +117,7 @@ class SweepFile(Part, title="sweep file"):
     responses: Annotated[list[str], Field(min_length=1)] = Field(
         default=["*"], description="columns wanted; * stands for any characters"
     )
-    histories: list[Annotated[int, Field(ge=0)]] = Field(
+    histories: list[Annotated[int, Field(ge=0), WHOLE]] = Field(
         default_factory=list, description="numbers of the cases whose histories are kept, as NetCDF files"
     )
 

@@ -17,12 +17,14 @@ from typing import Any
 from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
+from trainmj.files.arguments import given, group_given, listed
+from trainmj.files.kinds import SWEEP
 from trainmj.files.resources import find_file
-from trainmj.files.source import Source
+from trainmj.files.source import Source, plain, source_of
 from trainmj.files.tables import read_beside
 from trainmj.files.text import FORMULA, HIDDEN
 from trainmj.files.yaml import read_value, read_yaml
-from trainmj.scenario import Scenario
+from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.files import nowhere, scenario_of
 from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
@@ -55,13 +57,15 @@ class Sweep:
 
     def __post_init__(self) -> None:
         """Check names, values and numbers."""
+        given(self.scenario, Scenario)
         if not self.names:
             raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
         double = [name for name, count in Counter(map(str.casefold, self.names)).items() if count > 1]
         if double:  # SQLite ignores the case of letters in column names
             raise InputError(f"{min(double)}: is varied twice")
+        if pair := self.scenario.twice(self.names):
+            raise InputError(f"{pair[0]} and {pair[1]} set the same value: vary one of them")
         for name in self.names:
-            self.scenario.locate(name)
             if name in _RESULTS:
                 raise InputError(f"{name}: is a column of the results: give the parameter another name")
         for block in self.blocks:
@@ -107,7 +111,7 @@ class Sweep:
 
 
 def grid_of(
-    scenario: Scenario,
+    scenario: Scenario | str | Path,
     vary: Mapping[str, Any],
     responses: Sequence[str] = ("*",),
     histories: Sequence[int] = (),
@@ -115,22 +119,23 @@ def grid_of(
     """The sweep of a full grid.
 
     Args:
-        scenario: what the cases vary.
-        vary: values by parameter or path: a list, or text as after ``--vary`` ("20:50:9" or "30,33,36").
+        scenario: what the cases vary, or the path of its file.
+        vary: values by parameter or path: one, a list, or text as after ``--vary`` ("20:50:9" or "30,33,36").
         responses: columns wanted, as names or patterns.
         histories: numbers of cases whose histories are kept.
 
     Raises:
         InputError: if a name or value is wrong.
     """
-    blocks = tuple({name: grid_values(values, f"vary {name}={values}")} for name, values in vary.items())
-    return Sweep(scenario, blocks, tuple(responses), tuple(histories))
+    varied = plain(group_given(vary)).items()
+    blocks = tuple({name: grid_values(values, f"vary {name}={values}")} for name, values in varied)
+    return Sweep(scenario_given(scenario), blocks, listed(responses), tuple(histories))
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
-    """The values of one name in a grid, from a list or text such as "20:50:9" or "30,33,36"; said is its place."""
+    """The values of one name in a grid, from one, a list or text such as "20:50:9" or "30,33,36"; said is its place."""
     if not isinstance(values, str):
-        return list(values)
+        return list(values) if isinstance(values, Iterable) and not isinstance(values, Mapping) else [values]
     if ":" in values:
         parts = (read_value(part, said) for part in values.split(":"))
         try:
@@ -144,15 +149,6 @@ def grid_values(values: Any, said: str) -> list[Any]:
     return [read_value(part, said) for part in values.split(",")]
 
 
-def is_sweep_file(file: str) -> bool:
-    """Whether a path leads to a file with the key scenario, which a sweep file has."""
-    try:
-        there = Path(file).is_file()
-    except (OSError, ValueError):
-        return False  # the search for a scenario of this name reports it
-    return there and "scenario" in read_yaml(Path(file)).values
-
-
 def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sweep:
     """Read a sweep file.
 
@@ -163,7 +159,7 @@ def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sw
     Raises:
         InputError: with file, line, key, value and rule.
     """
-    return _checked(read_yaml(find_file(file, ".sweep.yaml", "sweep")), changes or {})
+    return _checked(read_yaml(find_file(file, SWEEP.ending, "sweep")), changes or {})
 
 
 def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
@@ -176,7 +172,7 @@ def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
     Raises:
         InputError: listing every key, value and rule that is broken.
     """
-    return _checked(Source(values, folder=Path(folder)), {})
+    return _checked(source_of(values, folder), {})
 
 
 def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:

@@ -14,14 +14,15 @@ from trainmj.cases.origin import Origin, stated
 from trainmj.cases.reader import read_about
 from trainmj.cases.runner import fill
 from trainmj.cases.store import FILE, Store, remove_store
-from trainmj.cases.table import chosen
+from trainmj.cases.table import STATUS, chosen
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of
+from trainmj.collision.quantities import columns_of, matching, no_number
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.status import FAILED, PAST_LIMITS
 from trainmj.errors import InputError
+from trainmj.files.arguments import given
 from trainmj.files.written import held
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
@@ -83,9 +84,9 @@ def run_sweep(
         OutputError: if something cannot be written, or another process writes there; finished cases are kept.
     """
     began = time.monotonic()
-    sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
+    sweep = given(sweep, Sweep, load_sweep)
     engine = engine or Local(sweep.scenario, threads)
-    _check_responses(sweep)
+    check_responses(sweep)
     with held(folder) as folder:
         file = folder / FILE
         if fresh:
@@ -110,13 +111,24 @@ def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
     return len(all_of_them), next((f"case {n}, {status}: {reason}" for n, status, reason in all_of_them), "")
 
 
-def _check_responses(sweep: Sweep) -> None:
-    """Refuse a response that the first case does not have, before anything is removed or computed."""
+def check_responses(sweep: Sweep) -> None:
+    """Refuse a response that the first case does not have, or that is a number in no case, before anything is computed.
+
+    Raises:
+        InputError: naming the response.
+    """
     try:
         chain = line_up(sweep.scenario.with_values(sweep.case(0)))
     except InputError:
         return  # the case is refused; its row will say why
-    chosen(sweep.responses, columns_of(chain))
+    columns = columns_of(chain)
+    chosen(sweep.responses, columns)
+    if any(path[0] == "simulation" for name in sweep.names for path in sweep.scenario.places(name)):
+        return  # another case may record often enough
+    for pattern in set(sweep.responses) - set(STATUS):
+        reasons = [no_number(column, chain) for column in matching([pattern], columns).values()]
+        if all(reasons):
+            raise InputError(f"responses: {reasons[0]}")
 
 
 def _further(sweep: Sweep, about: Mapping[str, str]) -> dict[str, str]:

@@ -1,9 +1,82 @@
-"""What ``trainmj sweep`` prints when it is done."""
+"""What is printed of a sweep: what would run, and how it went."""
 
 from __future__ import annotations
 
-from trainmj.output.console import new_console
-from trainmj.sweep.run import SweepResult
+from collections.abc import Sequence
+from itertools import islice
+from typing import Any
+
+from rich.text import Text
+
+from trainmj.cases.table import STATUS, chosen
+from trainmj.collision.chain import Chain
+from trainmj.collision.lineup import line_up
+from trainmj.collision.quantities import columns_of
+from trainmj.errors import InputError
+from trainmj.output.console import new_console, print_table
+from trainmj.output.table import Column, Table
+from trainmj.sweep.plan import Sweep
+from trainmj.sweep.run import SweepResult, check_responses
+
+_TRIED = 1000  # cases that are checked
+_LISTED = 40  # characters of values that are listed
+_MOST_LISTED = 8  # of them
+
+
+def print_plan(sweep: Sweep) -> None:
+    """What a sweep would compute: its cases, what they vary, and how many of them break a rule."""
+    check_responses(sweep)
+    console = new_console()
+    console.print(Text(f"Sweep: {len(sweep)} case{'s' * (len(sweep) > 1)}", style="bold"))
+    print_table(console, _varied(sweep))
+    tried = min(len(sweep), _TRIED)
+    refused: list[str] = []
+    first: Chain | None = None
+    for number, case in islice(sweep.cases(), tried):
+        try:
+            chain = line_up(sweep.scenario.with_values(case))
+            first = first or chain
+        except InputError as error:
+            refused.append(f"case {number}: {error}")
+    if first is not None:
+        columns = columns_of(first)
+        kept = len(chosen(sweep.responses, columns)) - len(STATUS)
+        console.print(f"Responses: {kept} of {len(columns)}", soft_wrap=True)
+    if sweep.histories:
+        console.print(f"Histories: of the cases {', '.join(map(str, sweep.histories))}", soft_wrap=True)
+    of = "All" if tried == len(sweep) else f"The first {tried}"
+    if refused:
+        console.print(
+            f"Note: {len(refused)} of {tried} cases would be refused; the first, {refused[0]}", soft_wrap=True
+        )
+    else:
+        console.print(f"{of} cases keep the rules of a scenario.")
+
+
+def _varied(sweep: Sweep) -> Table:
+    """What a sweep varies; values in one row of a table or sample go together, all others are combined."""
+    several = [block for block in sweep.blocks if len(block) > 1]
+    columns = [Column("Varied", text=True), Column("values"), Column("which", text=True)]
+    rows: list[list[Any]] = [
+        [name, len(values), _listed(values)] for block in sweep.blocks for name, values in block.items()
+    ]
+    together = [", ".join(block) for block in several]
+    note = f"These vary together: {'; '.join(together)}." if together else ""
+    return Table(columns, rows, note=note)
+
+
+def _listed(values: Sequence[Any]) -> str:
+    """Values in full if they are few; otherwise the lowest and the highest number, or the first of them."""
+    try:
+        different = sorted(set(values)) if len(values) > _MOST_LISTED else list(dict.fromkeys(values))
+        numbers = all(isinstance(value, (int, float)) for value in different)
+    except TypeError:  # lists, or numbers and text
+        different, numbers = list(values), False
+    texts = [f"{value:g}" if isinstance(value, float) else str(value) for value in different[:_MOST_LISTED]]
+    whole = ", ".join(texts)
+    if len(different) <= _MOST_LISTED and len(whole) <= _LISTED:
+        return whole
+    return f"{different[0]:g} to {different[-1]:g}" if numbers else f"{whole[:_LISTED]}..."
 
 
 def print_sweep(result: SweepResult) -> None:

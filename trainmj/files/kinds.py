@@ -1,0 +1,54 @@
+"""The kinds of input file, told apart by the keys that only one of them has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+
+class Kind(NamedTuple):
+    """A kind of input file."""
+
+    name: str
+    ending: str  # of the names of shipped ones, and by custom of others
+    takes: str  # what reads it: command and function
+    own: frozenset[str]  # keys that no other kind has
+
+
+def _kind(name: str, ending: str, takes: str, own: str) -> Kind:
+    return Kind(name, ending, takes, frozenset(own.split()))
+
+
+SCENARIO, SWEEP, STUDY, TARGETS = KINDS = (
+    _kind(
+        "scenario file",
+        ".yaml",
+        "trainmj run or trainmj.load",
+        "builds_on curves devices trains collision simulation limits",
+    ),
+    _kind(
+        "sweep file",
+        ".sweep.yaml",
+        "trainmj sweep or trainmj.load_sweep",
+        "vary together cases sample histories",
+    ),
+    _kind(
+        "study file",
+        ".study.yaml",
+        "trainmj study or trainmj.load_study",
+        "factors design correlation surrogates cross_validation objectives optimiser weights decision check",
+    ),
+    _kind(
+        "targets file",
+        ".targets.yaml",
+        "trainmj identify or trainmj.load_targets",
+        "targets data held_out method",
+    ),
+)
+
+
+def kind_of(keys: Iterable[str]) -> Kind | None:
+    """The kind of file that has most of some keys for its own; None if there is none, or no single one."""
+    stated = set(keys)
+    first, second = sorted(KINDS, key=lambda kind: len(kind.own & stated), reverse=True)[:2]
+    return first if len(first.own & stated) > len(second.own & stated) else None
