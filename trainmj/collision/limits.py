@@ -12,9 +12,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from trainmj.collision.quantities import STAGE, Column, in_digits, of_each
+from trainmj.collision.quantities import STAGE, Column, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.scenario.parts import DEVICE
+from trainmj.units import against
 
 Part = VehicleMetrics | InterfaceMetrics
 
@@ -54,8 +55,8 @@ class Criterion:
 
     @property
     def text(self) -> str:
-        """What was found, with the digits that are worth reading."""
-        return in_digits(self.found, self.digits)
+        """What was found, with the digits that are worth reading beside the limit."""
+        return against(self.found, self.limit, self.digits)
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them."""

@@ -20,7 +20,7 @@ from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, window_p
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.errors import InputError, close_match
-from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
+from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head, in_digits
 
 T = TypeVar("T")
 
@@ -45,11 +45,6 @@ class Column(NamedTuple):
     meaning: str
     quantity: str
     place: tuple[int, ...]
-
-
-def in_digits(value: float, digits: int) -> str:
-    """A value with so many decimals or, if negative, significant digits."""
-    return f"{value:.{digits}f}" if digits >= 0 else f"{value:.{-digits}g}"
 
 
 @dataclass(frozen=True, eq=False)
