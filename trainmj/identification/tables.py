@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 Row = Mapping[str, Any]
 
+HELD = " They hold only while parameters at a bound are held there."
+"""What is added to the errors where there are such parameters."""
+
 ROLES = {"fitted": "Fit", "held out": "Held out: never seen by the search"}
 
 _FIT = {
@@ -36,6 +39,7 @@ _PARAMETERS = {
     "value": Column("value", digits=".6g"),
     "low": Column("95 % from", head="95 %\nfrom"),
     "high": Column("to"),
+    "judged": Column("determined", text=True),
     "remark": Column("remark", text=True),
     "standard_error": Column("standard error"),
     "lower_bound": Column("lower bound"),
@@ -73,8 +77,16 @@ def parameters(found: Found) -> Table:
         [row | _known(row) for row in rows_of(found.parameters)],
         "Parameters",
         "Errors follow from the derivatives at the values found, tolerances taken as standard deviations; they "
-        "grow with the misfit where that is larger than the tolerances say.",
+        "grow with the misfit where that is larger than the tolerances say." + HELD * any(found.known.at_bound),
     )
+
+
+def determined(found: Found) -> tuple[str, Verdict]:
+    """How many parameters the data determine, and what becomes of the others."""
+    counts = found.known.standing
+    n = sum(counts.values())
+    others = [f"{count} {name}" for name, count in counts.items() if count and name != "determined"]
+    return f"{counts['determined']} of {n}", warned(", ".join(others)) if others else passed("all of them")
 
 
 def directions(found: Found) -> Table:
@@ -129,6 +141,7 @@ def _known(row: Row) -> dict[str, Any]:
         "low": f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
         "high": f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
         "standard_error": None if OPEN in row["remark"] else row["standard_error"],
+        "judged": passed("yes") if row["determined"] else warned("no"),
     }
 
 

@@ -53,13 +53,9 @@ def _weights(study: Study, simulated: Designs, front: Designs) -> Weights:
         return own_weights(dict.fromkeys(names, 1.0))
     values = study.criteria(front.responses if part.of == "front" else simulated.usable()[1])
     try:
-        found = entropy_weights(values, normalised=part.normalised, transform=part.data, names=names)
+        return entropy_weights(values, normalised=part.normalised, transform=part.data, names=names)
     except InputError as error:
         raise study.source.error(str(error), "weights") from None
-    if (found.weight < 0).any():
-        said = f"gives negative weights ({found.weight.round(4).tolist()}): change normalised or data"
-        raise study.source.error(said, "weights")
-    return found
 
 
 def _rank(part: DecisionPart, values: FloatArray, weights: FloatArray, *, maximise: Sequence[bool]) -> Ranking:
