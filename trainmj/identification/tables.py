@@ -40,7 +40,6 @@ _PARAMETERS = {
     "low": Column("95 % from", head="95 %\nfrom"),
     "high": Column("to"),
     "judged": Column("determined", text=True),
-    "remark": Column("remark", text=True),
     "standard_error": Column("standard error"),
     "lower_bound": Column("lower bound"),
     "upper_bound": Column("upper bound"),
@@ -136,12 +135,12 @@ def _is_there(value: Any) -> bool:
 
 def _known(row: Row) -> dict[str, Any]:
     """Both ends of the 95 % interval, and the standard error; of an end beyond a bound, only that it is."""
-    low, high = row["low_95"], row["high_95"]
+    low, high, remark = row["low_95"], row["high_95"], row["remark"]
     return {
         "low": f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
         "high": f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
-        "standard_error": None if OPEN in row["remark"] else row["standard_error"],
-        "judged": passed("yes") if row["determined"] else warned("no"),
+        "standard_error": None if OPEN in remark else row["standard_error"],
+        "judged": passed(f"yes, {remark}" if remark else "yes") if row["determined"] else warned(remark),
     }
 
 

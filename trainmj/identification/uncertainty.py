@@ -77,16 +77,8 @@ class Uncertainty:
     directions: tuple[Direction, ...]  # of the free parameters that are not at a bound, worst determined first
     freedom: int  # degrees of freedom n - p
     chi2: float  # r'r over freedom
-    open: tuple[
-        bool, ...
-    ]  # (n,) whether it is not at a bound and its error is more than WIDE of its range, or not known
-
-    @property
-    def tied(self) -> tuple[tuple[int, ...], ...]:
-        """(n,) the parameters with which each is determined only in combination, those of the largest |r| first."""
-        strength = np.abs(np.nan_to_num(self.correlation))
-        np.fill_diagonal(strength, 0.0)
-        return tuple(tuple(k for k in np.argsort(-row, kind="stable").tolist() if row[k] > TIED) for row in strength)
+    tied: tuple[tuple[int, ...], ...]  # (n,) those with which each is determined only in combination, largest |r| first
+    open: tuple[bool, ...]  # (n,) whether the error of one not at a bound is more than WIDE of its range, or not known
 
     @property
     def standing(self) -> dict[str, int]:
@@ -143,7 +135,17 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     ]
     lower, upper = np.array(ends).T
     wide_open = tuple(not (bound or e <= WIDE * r) for bound, e, r in zip(at_bound, error, ranges, strict=True))
-    return Uncertainty(lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2, wide_open)
+    tied = tuple(_tied(correlation[k], moving, k) for k in range(len(parameters)))
+    return Uncertainty(lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2, tied, wide_open)
+
+
+def _tied(correlation: Array, moving: list[int], k: int) -> tuple[int, ...]:
+    """The parameters tied to one; not those that a constraint solves for, which it ties, not the data."""
+    if k not in moving:
+        return ()
+    return tuple(
+        sorted((j for j in moving if j != k and abs(correlation[j]) > TIED), key=lambda j: -abs(correlation[j]))
+    )
 
 
 def _bound(p: Unknown, value: float) -> str:
