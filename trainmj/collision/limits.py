@@ -15,7 +15,7 @@ from typing import Any
 from trainmj.collision.quantities import STAGE, Column, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.scenario.parts import DEVICE
-from trainmj.units import against
+from trainmj.units import against, beyond
 
 Part = VehicleMetrics | InterfaceMetrics
 
@@ -46,7 +46,7 @@ class Criterion:
     @property
     def kept(self) -> bool:
         """Whether the limit is kept, whatever the sign of the value; never by one that is not finite."""
-        return abs(self.found) <= self.limit
+        return math.isfinite(self.found) and not beyond(abs(self.found), self.limit)
 
     @property
     def used(self) -> float:

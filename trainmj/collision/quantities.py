@@ -20,7 +20,7 @@ from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60_peak, window_p
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side, name_of_side, order_of_vehicles, places_of_sides
 from trainmj.errors import InputError, close_match
-from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head, in_digits
+from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, against, head
 
 T = TypeVar("T")
 
@@ -80,9 +80,9 @@ class Quantity(Generic[T]):
         """Name of its column for a vehicle, an interface or, if empty, the whole collision."""
         return head("_".join(filter(None, (self.column, thing.replace("-", "_").replace(" ", "_")))), self.unit)
 
-    def text(self, value: float) -> str:
-        """A value with the digits that are worth reading."""
-        return in_digits(value, self.digits)
+    def text(self, value: float, limit: float | None = None) -> str:
+        """A value with the digits that are worth reading, beside a limit with those that tell them apart."""
+        return against(value, limit, self.digits)
 
 
 INTERFACE: tuple[Quantity[Side], ...] = (

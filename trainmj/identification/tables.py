@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trainmj.identification.file import absolute
 from trainmj.identification.found import OPEN, Found
 from trainmj.identification.plan import Identification
 from trainmj.output.table import Column, Table, Verdict, judged, passed, warned
+from trainmj.units import against
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -125,7 +127,20 @@ def _bars(row: Row) -> dict[str, Any]:
     bars = {key: row[f"bar_{key}"] for key in ("each", "rms", "bias") if _is_there(row[f"bar_{key}"])}
     said = ", ".join(f"{key} {bar}" if isinstance(bar, str) else f"{key} {bar:g}" for key, bar in bars.items())
     kept = None if row["kept"] is None else bool(row["kept"])
-    return {"verdict": judged(kept, "kept", "not kept", "none"), "bars": said}
+    shown = {"verdict": judged(kept, "kept", "not kept", "none"), "bars": said}
+    each = bars.get("each")
+    if isinstance(each, str):
+        shown["largest_percent"] = _beside(row["largest_percent"], 100 * absolute(each, 1.0), 2)
+    limits = {"rms": bars.get("rms"), "bias": bars.get("bias"), "largest": each}
+    for measure, bar in limits.items():
+        if isinstance(bar, float | int):
+            shown[measure] = _beside(row[measure], bar, -3).removeprefix("+" if measure == "rms" else "")
+    return shown
+
+
+def _beside(value: float, bar: float, digits: int) -> str:
+    """A deviation with its sign and the digits that tell it from its bar."""
+    return ("+" if value >= 0 else "") + against(value, bar, digits)
 
 
 def _is_there(value: Any) -> bool:
@@ -156,6 +171,9 @@ def case_of(found: Found, row: Row) -> str:
 
 def constraints(found: Found) -> dict[str, Verdict]:
     """What each constraint came to, by its name."""
-    missed = "NOT MET, its parameter is at a bound"
-    areas = {row["constraint"]: (row["met"], f"{row['found_kJ']:.5g} kJ") for row in found.summary["constraints"]}
-    return {name: judged(met, area, f"{area}: {missed}") for name, (met, area) in areas.items()}
+    verdicts = {}
+    for row in found.summary["constraints"]:
+        area, wanted = f"{against(row['found_kJ'], row['wanted_kJ'], -5)} kJ", f"{row['wanted_kJ']:.12g} kJ"
+        missed = f"{area} for {wanted}: NOT MET, its parameter is at a bound"
+        verdicts[row["constraint"]] = judged(row["met"], wanted, missed)
+    return verdicts

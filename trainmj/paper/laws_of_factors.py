@@ -14,6 +14,7 @@ from trainmj.paper.collisions import Collisions
 from trainmj.paper.finding import Law
 from trainmj.paper.printed import SERIES, STROKES, numbers, published, split_unit
 from trainmj.paper.tables import OURS, Comparison, Tables
+from trainmj.units import against
 
 _NAMES = {split_unit(head)[0]: name for head, name in STROKES.items()} | {
     "energy_s1_m1": "E_front",
@@ -88,7 +89,7 @@ def _interfaces(section: str, factor: str, tables: Tables, summaries: Sequence[S
     yield Law(
         section,
         f"Strokes of the last three interfaces hardly change with {factor}",
-        f"sum {total.min():.1f} to {total.max():.1f} mm, each by at most {change:.2f} mm",
+        f"sum {total.min():.1f} to {total.max():.1f} mm, each by at most {against(change, 2, 2)} mm",
         change < 2.0,
         "each by less than 2 mm",
     )
@@ -117,7 +118,7 @@ def _changes(section: str, tables: Tables, number: str, bar: float = _POINTS_OF_
     off = np.abs(ours - printed)
     said = [", ".join(f"{v:+.2f}" for v in values) + " %" for values in (printed, ours)]
     statement = f"Relative changes, Table {number}: {', '.join(names)}"
-    rule = f"each within {bar:g} points (largest {off.max():.2f})"
+    rule = f"each within {bar:g} points (largest {against(off.max(), bar, 2)})"
     return Law(section, statement, said[1], bool(off.max() <= bar), rule, published=said[0])
 
 
@@ -158,6 +159,7 @@ def _balance(section: str, table: Comparison, parameter: str) -> Iterator[Law]:
     rows = np.flatnonzero(table.keys["parameter"] == parameter)
     name, unit = split_unit(parameter)
     printed, ours = table.pair("balance_time_s")
+    bar = bars.balance_time_bar()
     for k in rows.reshape(-1, 2):
         low, high = table.keys["value"].iloc[k]
         vehicle = table.keys["vehicle"].iloc[k[0]]
@@ -167,8 +169,8 @@ def _balance(section: str, table: Comparison, parameter: str) -> Iterator[Law]:
             section,
             f"Balance time of {vehicle} for {name} from {low:g} to {high:g} {unit}",
             times[1] + (" (M3)" if vehicle == "M3-M6" else ""),
-            bool(off <= bars.balance_time_bar()),
-            f"within {100 * bars.balance_time_bar():g} % (largest {100 * off:.1f} %)",
+            bool(off <= bar),
+            f"within {100 * bar:g} % (largest {against(100 * off, 100 * bar, 1)} %)",
             published=times[0],
         )
 

@@ -13,7 +13,7 @@ from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
 from trainmj.scenario import Scenario
 from trainmj.single import tables
-from trainmj.units import MS
+from trainmj.units import MS, rounded_down
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
@@ -68,7 +68,8 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
             f"Note: the envelope of {', '.join(steep)} rises faster than the unloading stiffness in places; there the "
             "force climbs along the stiffness."
         )
+    largest = rounded_down(largest_step(chain) / MS, 3)
     console.print(
-        f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "
+        f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest} ms; "
         f"a record every {chain.step * chain.steps_per_record / MS:g} ms; at most {chain.time_limit:g} s."
     )

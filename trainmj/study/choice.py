@@ -131,11 +131,13 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
                 "simulated": simulated,
                 "error_percent": 100.0 * (predicted - simulated) / simulated if simulated else np.nan,
                 "limit": "; ".join(limit.text for limit in limits),
+                "limits": [limit.value for limit in limits],
                 "kept": all(limit.excess(simulated) <= 0 for limit in limits) if limits else None,
             }
         )
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows).drop(columns="limits")
     (status,), (reason,) = found.status, found.reason
     kept = status not in FAILED and all(row["kept"] is not False for row in rows)
-    facts = {"status": status, "reason": reason, "kept": kept, "rows": rows}
+    changed = study.spec.set | study.spec.check.set
+    facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed}
     return Output(None, {"10_check": table}, facts, {"10_check": partial(figures.check, study, table)})
