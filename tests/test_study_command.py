@@ -382,8 +382,8 @@ def test_what_as_it_stands_means_is_said(tmp_path, again, capsys):
     said = " ".join(capsys.readouterr().out.split())
     page = page_of_folder(again).html()
     for where in (said, page):
-        assert "the scenario with simulation.step_ms = 0.5, which trainmj run does not set" in where
-        assert "the chosen design with simulation.step_ms = 0.25, which" in where
+        assert "As it stands: the scenario with simulation.step_ms = 0.5. Simulated: the chosen design with" in where
+        assert "simulation.step_ms = 0.25. trainmj run on the scenario sets none of this" in where
     alone = summarise(trainmj.run(trainmj.load("b_type", {"simulation.step_ms": 0.5})))
     row = result.summary["check"]["rows"][0]
     assert (row["response"], row["as_it_stands"]) == ("TS", pytest.approx(alone.TS_mm, rel=1e-12))

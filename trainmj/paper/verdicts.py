@@ -87,7 +87,7 @@ def judge(item: Item, tables: Tables) -> Verdict:
     if item.measure in ("mean", "each"):
         shown = f"{printed.size} values", "mean" if item.measure == "mean" else "largest deviation"
     else:
-        shown = _range(printed, unit, item.digits), _range(ours, unit, item.digits)
+        shown = _range(printed, unit, item.digits, as_printed=True), _range(ours, unit, item.digits)
     floors = [floor(item.measure, *values, item.relative, unit == "g") for values in each]
     least = max((f for f in floors if f is not None), default=None)
     scale = 100 if item.relative else 1
@@ -113,8 +113,11 @@ def _values(numbers: str, head: str, tables: Tables) -> tuple[Array, Array, Arra
     return cases, printed, ours
 
 
-def _range(values: Array, unit: str, digits: int) -> str:
-    low, high = f"{values.min():.{digits}f}", f"{values.max():.{digits}f}"
+def _range(values: Array, unit: str, digits: int, as_printed: bool = False) -> str:
+    """From which to which value, with so many decimals, or as many of these as are printed."""
+    low, high = (
+        f"{np.round(v, digits):.15g}" if as_printed else f"{v:.{digits}f}" for v in (values.min(), values.max())
+    )
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 

@@ -160,15 +160,15 @@ def check(summary: Summary) -> Table:
     status = f"{found['status']} {found['reason']}".strip()
     study = summary["study"]
     as_it_stands, simulated = study.get("set", {}), study.get("set", {}) | study.get("check", {}).get("set", {})
+    apart = " trainmj run on the scenario sets none of this, so its numbers differ." if as_it_stands else ""
     note = (
-        f"As it stands: the scenario {_with(as_it_stands)}. Simulated: the chosen design {_with(simulated)}. Error: "
-        f"predicted less simulated. Status of the check: {status}."
+        f"As it stands: the scenario{_with(as_it_stands)}. Simulated: the chosen design{_with(simulated)}.{apart} "
+        f"Error: predicted less simulated. Status of the check: {status}."
     )
     return table_of(rows, shown, "The chosen design, simulated", note)
 
 
 def _with(changes: Mapping[str, Any]) -> str:
-    """What a simulation of the study changes beside its factors, which ``trainmj run`` on the scenario does not."""
-    if not changes:
-        return "as trainmj run computes it"
-    return f"with {', '.join(f'{path} = {value}' for path, value in changes.items())}, which trainmj run does not set"
+    """What a simulation of the study changes beside its factors."""
+    said = ", ".join(f"{path} = {value}" for path, value in changes.items())
+    return f" with {said}" if said else ""
