@@ -114,10 +114,8 @@ def _values(numbers: str, head: str, tables: Tables) -> tuple[Array, Array, Arra
 
 
 def _range(values: Array, unit: str, digits: int, as_printed: bool = False) -> str:
-    """From which to which value, with so many decimals, or as many of these as are printed."""
-    low, high = (
-        f"{np.round(v, digits):.15g}" if as_printed else f"{v:.{digits}f}" for v in (values.min(), values.max())
-    )
+    """From which to which value, with so many decimals or those that are printed."""
+    low, high = (f"{round(v, 5):.15g}" if as_printed else f"{v:.{digits}f}" for v in (values.min(), values.max()))
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
