@@ -101,7 +101,7 @@ def entropy_weights(
     n, m = x.shape
     labels = as_names("names", names, m, "y")
     if n < 2:
-        raise InputError(f"entropy weights need at least 2 alternatives (got {n})")
+        raise InputError(f"entropy weights need at least 2 alternatives (got {n}): give equal weights, or your own")
     if not _varies(x).any():
         raise InputError(
             f"no criterion ({', '.join(labels)}) varies between the alternatives, so there is no information to weigh "
