@@ -23,6 +23,7 @@ from pages import PAGES, ROOT, blocks, read, script, without_blocks
 import trainmj
 from trainmj.cli import main
 from trainmj.files.yaml import parse
+from trainmj.paper.reproduce import reproduce
 
 NOT_RUN = {
     ("docs/identification.md", "takes a quarter of an hour"): 1,
@@ -104,6 +105,41 @@ def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):
     for title in ("cases.csv", "many.yaml"):
         (tmp_path / title).write_text(file_block("docs/sweeps.md", title), encoding="utf-8")
     assert f"{len(trainmj.load_sweep(tmp_path / 'many.yaml'))} cases" in read("docs/sweeps.md")
+
+
+@pytest.mark.thorough
+def test_the_study_of_the_docs_is_sensible_and_ends_as_told(tmp_path):
+    """Breaks if the example shows what nobody should copy: exhausted strokes, surrogates that do not fit, no front."""
+    (tmp_path / "my.study.yaml").write_text(file_block("docs/studies.md", "my.study.yaml"), encoding="utf-8")
+    found = trainmj.run_study(tmp_path / "my.study.yaml", tmp_path / "out", figures=()).summary
+    told = " ".join(read("docs/studies.md").split())
+    chosen, check = found["decision"]["chosen"], found["check"]
+    assert check["kept"]
+    assert check["status"] == "over"
+    assert found["simulations"]["failed"] == 0
+    assert (found["simulations"]["exhausted"], found["simulations"]["n"]) == (3, 20)
+    assert all(row["r2_loo"] > 0.98 for row in found["surrogates"]["responses"].values())
+    assert found["fronts_compared"]["ratio_simulated"] == pytest.approx(1, abs=0.02)
+    assert found["fronts_compared"]["kept"] == found["fronts_compared"]["points"] > 30
+    assert f"D = {chosen['D_mm']:g} mm, M = {chosen['M_t']:g} t and F = {chosen['F_kN']} kN" in told
+    strokes = {row["response"]: f"{row['simulated']:.1f}" for row in check["rows"]}
+    assert f"{strokes['S_anti']} of the 265 mm" in told
+    assert f"{strokes['S12']} of the 418 mm" in told
+    assert f"only {100 * found['decision']['share']:.0f} % of weights nearby" in told
+
+
+def test_the_numbers_of_the_page_on_the_paper_are_those_of_the_command():
+    """Breaks if the page of the docs calls a bar met that is missed, or the other way round."""
+    paper = reproduce()
+    rows = {v.item: [v.said(x) for x in (v.bar, v.deviation, v.floor)] for v in paper.missed}
+    table = [line.strip("| ").split("|") for line in read("docs/paper.md").splitlines() if line.startswith("| Table")]
+    told = {
+        cells[0].strip().replace(" (held out)", ""): [c.strip() or "-" for c in cells[1:]] + ["-"] * (4 - len(cells))
+        for cells in table
+        if "wanted" not in cells and len(cells) >= 3 and any(unit in cells[1] for unit in (" %", " mm"))
+    }
+    assert told == rows
+    assert f"{len(paper.judged) - len(paper.missed)} of {len(paper.judged)} bars are met" in read("docs/paper.md")
 
 
 def test_links_lead_somewhere():

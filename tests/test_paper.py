@@ -1,8 +1,8 @@
 """``trainmj paper``: Liu et al. 2022 (doi 10.1186/s10033-022-00755-8) computed again, once for all tests here.
 
-How far off a number may be is stated in ``trainmj/paper/bars.py`` alone. Tables 3 to 8 were used to identify the
-devices, so agreement there shows that the identification was carried over; Table 9's strokes and TS, Table 13 and the
-balance times were not.
+What was wanted is stated in ``scenarios/paper/b_type.targets.yaml``, what is reached is measured. Tables 3 to 8 were
+used to identify the devices, so agreement there shows that the identification was carried over; Table 9's strokes and
+TS, Table 13 and the balance times were not.
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ import pytest
 from click.testing import CliRunner
 
 from trainmj.cli import main
-from trainmj.paper import collisions, figures, verdicts
+from trainmj.identification import load_targets
+from trainmj.identification.file import BarsPart
+from trainmj.paper import bars, collisions, figures, verdicts
 from trainmj.paper.bars import FROM_PRINT, GROUPS
+from trainmj.paper.floors import floor
 from trainmj.paper.output import PAGE, summary, write_paper
 from trainmj.paper.printed import published
 from trainmj.paper.reproduce import Reproduction, reproduce
@@ -48,12 +51,78 @@ def folder(paper, tmp_path_factory) -> Path:
 # numbers
 
 
-@pytest.mark.parametrize("group", GROUPS)
-def test_every_number_is_within_its_bar(paper, group):
-    found = [v for v in paper.verdicts if v.group == group]
-    off = [f"{v.item}: {v.said(v.deviation)}, bar {v.said(v.bar)}" for v in found if v.agrees is False]
-    assert sum(v.bar is not None for v in found) >= 2
-    assert not off, "\n".join(off)
+REACHED = {  # not what was wanted: what the shipped curves came to, so that no change makes it worse unseen
+    "Tables 4, 7: each peak acceleration": 1.308,
+    "Tables 4, 7: peak of M5, rms": 0.00569,
+    "Tables 3, 6: S12, rms": 7.52,
+    "Tables 3, 6: S23, rms": 5.86,
+    "Tables 3, 6: energy of S1-M1, rms": 0.481,
+    "Tables 3, 6: energy of M1-M2, rms": 2.60,
+    "Tables 3, 6: energy of M2-M3, rms": 2.20,
+    "Tables 5, 8: TS": 0.714,
+    "Table 5: TAMA": 0.0984,
+    "Table 7: mean of each row (TAMA)": 0.143,
+    "Table 9: TS": 0.704,
+    "Table 9: S12, rms": 9.12,
+    "Table 9: S12, mean deviation": -3.30,
+    "Table 9: S23, rms": 9.43,
+    "Table 13: TAMA, printed to 0.01 g": 0.00725,
+    "Balance times": 1.87,
+}
+
+
+@pytest.mark.parametrize("item", REACHED)
+def test_reached_as_before(paper, item):
+    """A regression, not a judgement: the deviation from the paper that the documentation states."""
+    found = next(v for v in paper.verdicts if v.item == item)
+    assert found.deviation == pytest.approx(REACHED[item], rel=0.005)
+
+
+def test_bars_that_are_missed_are_those_that_are_known_to_be(paper):
+    """Fails if a bar that was met is missed, or if verify leaves out one that is met."""
+    assert {v.item for v in paper.missed} == bars.MISSED
+    assert all(sum(v.bar is not None for v in paper.verdicts if v.group == group) >= 2 for group in GROUPS)
+
+
+def test_bars_are_those_of_the_targets_file(paper, monkeypatch):
+    """A second home for a bar, set above our result, would let a miss pass for agreement."""
+    stated = load_targets("b_type").spec.targets
+    wanted = {v.item: v.bar for v in paper.verdicts}
+    assert wanted["Tables 4, 7: each peak acceleration"] == 1.0
+    assert wanted["Tables 5, 8: TS"] == 0.5
+    assert wanted["Table 9: TS"] == pytest.approx(0.6)
+    assert wanted["Tables 4, 7: peak of M1, rms"] == stated["a_M1"].bars.rms
+    each = {stated[f"a_M{n}"].bars.each for n in range(1, 7)}, {stated[f"t_M{n}"].bars.each for n in range(1, 4)}
+    assert [len(bars_of_all) for bars_of_all in each] == [1, 1], "items that judge several targets by the bar of one"
+    changed = dict(bars._stated()) | {"TS": BarsPart(each="0.72 %")}
+    monkeypatch.setattr(bars, "_stated", lambda: changed)
+    judged = {v.item: v.met for v in verdicts.verdicts_of_collisions(paper.tables)}
+    assert judged["Tables 5, 8: TS"] is True
+
+
+def test_floors_are_below_what_is_reached_and_fall_with_the_scatter(paper):
+    """A floor above our own deviation, or one of values without scatter, would excuse a miss that is ours."""
+    floors = {v.item: v for v in paper.verdicts if v.floor is not None}
+    assert all(v.floor <= abs(v.deviation) + 1e-9 for v in floors.values())
+    assert floors["Tables 4, 7: each peak acceleration"].floor == pytest.approx(1.006, abs=0.002)
+    cases = np.array([(d, m) for d in (20.0, 35.0, 50.0) for m in (30.0, 33.0, 36.0)])
+    law = 1300 - 0.9 * cases[:, 0] + 35 * cases[:, 1] + 0.1 * cases[:, 1] ** 2
+    assert floor("each", cases, law, law, True, False) == pytest.approx(0.0, abs=1e-9)
+    one = law + np.where(np.arange(9) == 4, 9.0, 0.0)  # a quadratic can take less than all of it
+    assert 0.5 < floor("each", cases, one, law, False, False) < 4.5
+    assert floor("rms", cases, one, law, False, False) < 3.0
+    assert floor("mean", cases, one, law, False, False) is None
+
+
+def test_a_missed_bar_is_in_the_headline_and_never_called_agreement(paper, folder):
+    """Breaks if a reader of the first lines, the page or the files could take a miss for agreement."""
+    n, missed = len(paper.judged), len(paper.missed)
+    page = (folder / PAGE).read_text(encoding="utf-8")
+    assert f"{n - missed} of {n} bars met; {missed} missed" in page
+    files = pd.read_csv(folder / "verdicts.csv")
+    assert set(files.loc[files["met"].astype(str) == "False", "item"]) == bars.MISSED
+    assert {"bar", "deviation", "floor"} <= set(files)
+    assert len(summary(paper)["bars"]["missed"]) == missed
 
 
 def test_a_number_that_is_off_is_told(paper):
@@ -62,10 +131,10 @@ def test_a_number_that_is_off_is_told(paper):
     mended = twelve.published.copy()
     mended.loc[0, "entropy"] += 1e-5
     found = verdicts.verdicts({**paper.tables, "12": replace(twelve, published=mended)})
-    assert [v.item for v in found if v.agrees is False and v.group == FROM_PRINT] == ["Table 12"]
-    shifted = paper.tables["9"].found[OURS].assign(TS_mm=lambda t: t["TS_mm"] * 1.02)
+    assert [v.item for v in found if v.met is False and v.group == FROM_PRINT] == ["Table 12"]
+    shifted = paper.tables["9"].found[OURS].assign(anti_climber_mm=lambda t: t["anti_climber_mm"] + 2.5)
     found = verdicts.verdicts({**paper.tables, "9": replace(paper.tables["9"], found={OURS: shifted})})
-    assert next(v for v in found if v.item == "Table 9: TS").agrees is False
+    assert {v.item for v in found if v.met is False} - bars.MISSED == {"Table 9: S_anti, mean deviation"}
 
 
 def test_17_cases_count_once_in_tables_3_and_6(paper):
@@ -158,6 +227,9 @@ def test_the_command_prints_within_80_columns_and_as_json(paper, monkeypatch):
     shown = CliRunner().invoke(main, ["paper"])
     assert shown.exit_code == 0, shown.output
     assert max(map(len, shown.output.splitlines())) <= 80
+    n, missed = len(paper.judged), len(paper.missed)
+    assert f"{n - missed} of {n} bars met; {missed} missed:" in shown.output.splitlines()[2]
+    assert "agree" not in shown.output
     assert "Defects of the paper" in shown.output
     spoken = CliRunner().invoke(main, ["paper", "--json"])
     assert json.loads(spoken.output) == json.loads(json.dumps(summary(paper)))

@@ -5,17 +5,23 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
 from matplotlib.text import Text
 
 from trainmj.cli import main
 from trainmj.collision.simulation import run
+from trainmj.doe import correlate
 from trainmj.errors import OutputError
-from trainmj.output.style import DPI, FORMATS, PALETTE, WIDTHS, encode, figure, grid, save, styled
+from trainmj.identification import figures as identified
+from trainmj.output.style import BLUE, DPI, FORMATS, ORANGE, PALETTE, WIDTHS, encode, figure, grid, save, styled
 from trainmj.scenario import load
 from trainmj.single.figures import collision
+from trainmj.study import figures as studied
+from trainmj.study.page import _add_correlation
 
 
 @pytest.fixture(scope="module")
@@ -143,3 +149,23 @@ def test_formats_are_chosen_on_the_command_line(tmp_path, capsys):
         main(["run", "b_type", "--figures", "png,gif"])
     assert stop.value.code == 2
     assert "'gif' is not a format of figures; known: png, svg, pdf" in capsys.readouterr().err
+
+
+def test_a_positive_correlation_is_blue_in_every_picture():
+    """Breaks if one picture of a report is red for what another is blue for."""
+    known = SimpleNamespace(correlation=np.array([[1.0, -0.5], [-0.5, 1.0]]))
+    found = SimpleNamespace(known=known, plan=SimpleNamespace(unknowns=SimpleNamespace(names=["a", "b"])))
+    x = np.arange(12.0)
+    matrix = correlate(np.stack([x, (x * 5) % 12], axis=1), np.stack([x, -x], axis=1))
+    blue, orange = to_rgba(BLUE), to_rgba(ORANGE)
+    with styled():
+        for picture in (identified.correlations(found), studied.correlations([matrix])):
+            (image,) = picture.axes[0].images
+            assert image.get_clim() == (-1, 1)
+            assert image.to_rgba([1.0, -1.0, 0.0]).tolist() == [list(blue), list(orange), [1, 1, 1, 1]]
+    drawn = []
+    section = SimpleNamespace(text=lambda *_: None, plot=lambda traces, *_, **__: drawn.extend(traces))
+    table = matrix.table().rename(columns={"x": "factor", "y": "response"}).assign(method="pearson", n=12)
+    _add_correlation(section, {"correlation": {"level": 0.95}}, table)
+    assert [drawn[0][key] for key in ("zmin", "zmax")] == [-1, 1]
+    assert drawn[0]["colorscale"] == [[0.0, ORANGE], [0.5, "#ffffff"], [1.0, BLUE]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shutil
@@ -18,7 +19,7 @@ from trainmj.collision.quantities import columns_of, groups, ordered
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.scenario import load
-from trainmj.units import unit_of
+from trainmj.units import against, rounded_down, unit_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -124,3 +125,36 @@ def test_a_response_that_is_added_in_one_file_appears_everywhere(tmp_path):
         [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     ).stdout
     assert "| `secondary_impact_speed_m_per_s` | `impact_speed_M1_m_per_s` | m/s |" in docs
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "digits", "shown"),
+    [
+        (380.04, 380.0, 1, "380.04"),
+        (379.96, 380.0, 1, "379.96"),
+        (380.0, 380.0, 1, "380.0"),
+        (379.9, 380.0, 1, "379.9"),
+        (-380.04, 380.0, 1, "-380.04"),
+        (-5.0004, -5.0, -3, "-5.0004"),
+        (1.004e-3, 1e-3, -2, "0.001004"),
+        (1.0049, 1.0, -3, "1.005"),
+        (100.4, 100.0, 0, "100.4"),
+        (800.0000000000003, 800.0, 1, "800.0"),
+        (800.0001, 800.0, -5, "800.0001"),
+        (math.nan, 1.0, 1, "nan"),
+        (2.0, None, 1, "2.0"),
+        (2.0, math.inf, 1, "2.0"),
+    ],
+)
+def test_a_value_beside_a_limit_is_read_as_it_is_judged(value, limit, digits, shown):
+    """Breaks if a table says that 380.0 mm of 380 mm is too much."""
+    assert against(value, limit, digits) == shown
+
+
+@pytest.mark.parametrize(
+    ("limit", "shown"), [(0.49996, "0.499"), (0.5, "0.5"), (0.3, "0.3"), (12.349, "12.3"), (1e-5, "1e-05")]
+)
+def test_a_limit_that_is_proposed_may_be_used(limit, shown):
+    """Breaks if a message proposes a step that is refused next."""
+    assert rounded_down(limit, 3) == shown
+    assert float(shown) <= limit

@@ -850,11 +850,16 @@ def test_what_is_no_whole_number_is_refused(good, vehicles):
 # the step that a scenario may ask for
 
 
-def test_a_step_that_would_be_unstable_is_refused_with_the_largest_stable_one():
-    largest = largest_step(line_up(load("b_type")))
+def test_a_step_that_would_be_unstable_is_refused_with_one_that_is_not():
+    """Breaks if the step that the message proposes is refused in turn, having been rounded up."""
+    largest = 1e3 * largest_step(line_up(load("b_type")))
     scenario = load("b_type", {"simulation.step_ms": 1.0, "simulation.record_every_ms": 1.0})
-    with pytest.raises(InputError, match=rf"step_ms = 1: must be at most {largest * 1e3:.3g} ms"):
+    with pytest.raises(InputError, match="step_ms = 1: must be at most") as refused:
         line_up(scenario)
+    proposed = float(str(refused.value).split("must be at most ")[1].split()[0])
+    assert largest - 1e-3 < proposed <= largest
+    chain = line_up(load("b_type", {"simulation.step_ms": proposed, "simulation.record_every_ms": 2 * proposed}))
+    assert chain.step == pytest.approx(1e-3 * proposed)
 
 
 # the schema for editors

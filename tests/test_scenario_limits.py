@@ -13,11 +13,13 @@ from click.testing import CliRunner
 from trainmj.cli import main
 from trainmj.collision.limits import Criterion
 from trainmj.collision.lineup import line_up
+from trainmj.collision.records import StageUse
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import measure, summarise
 from trainmj.errors import InputError
 from trainmj.scenario import load, save
 from trainmj.single.page import page_of_run
+from trainmj.single.tables import interfaces, limits
 
 CURVE = [(0, 0), (10, 800), (1000, 800)]
 
@@ -93,6 +95,31 @@ def test_stage_limits_are_judged_where_the_stage_is_used_most():
     assert anti_climber.found == summary.interfaces[0].stages[1].stroke_mm
     assert not anti_climber.kept
     assert len(summary.limits) == 5
+
+
+@pytest.mark.parametrize("by", [-1e-3, 1e-3])
+def test_what_is_shown_does_not_contradict_the_verdict(by):
+    """A stroke of 105.4 of 105.4 mm that fails, at 100 % of the limit: digits are added until the two differ."""
+    stroke = found_with({}).interfaces[1].stroke_mm
+    summary = found_with({"stroke_M1_M2_mm": stroke + by})
+    (row,) = limits(summary.limits).rows
+    found, allowed = (float(cell.split()[0]) for cell in row[2:4])
+    assert (found <= allowed, float(row[4]) <= 100, row[5].kind == "pass") == (by > 0,) * 3
+    assert found != allowed
+    stage = StageUse("tube", stroke, stroke + by)
+    front = replace(summary.interfaces[0], stages=(stage, stage))
+    rows = interfaces(replace(summary, interfaces=(front,))).rows
+    assert float(rows[1][2]) != pytest.approx(stage.limit_mm, abs=1e-4)
+    assert rows[1][-1].kind == ("pass" if by > 0 else "fail")
+
+
+def test_round_off_breaks_no_limit():
+    """Breaks if 800.0000000000003 kN breaks a limit of 800 kN, at which nobody can see why."""
+    kept = Criterion("F_kN", "F", "", 800.0000000000003, 800.0, "kN", 1)
+    assert kept.kept
+    assert kept.text == "800.0"
+    assert not StageUse("tube", 380.00000000000006, 380.0).exhausted
+    assert StageUse("tube", 380.0001, 380.0).exhausted
 
 
 def test_a_value_that_is_not_a_number_is_not_kept():

@@ -15,7 +15,11 @@ from ruamel.yaml import YAML
 import trainmj
 from trainmj.cases.store import Store
 from trainmj.cli import main
+from trainmj.collision.summary import summarise
+from trainmj.study import tables
 from trainmj.study.designs import Designs
+from trainmj.study.page import page_of_folder
+from trainmj.study.screen import print_study
 
 SMALL = {
     "scenario": "b_type",
@@ -389,8 +393,48 @@ def test_a_simulation_without_a_number_is_said_with_the_name_of_the_response():
 
 
 def test_limits_that_no_design_keeps_are_named(tmp_path, again):
-    with pytest.raises(trainmj.InputError, match=r"constraints.*no point.*S_anti <= 100 mm"):
-        run(small(constraints={"S_anti": {"at_most": 100}}), again)
+    """With the nearest design in the units of its factors, not in steps of their resolution, and its value."""
+    steps = {"D": 1, "M": 0.1}
+    with pytest.raises(trainmj.InputError) as refused:
+        run(small(constraints={"S_anti": {"at_most": 100, "margin": 2}}, optimiser__resolution=steps), again)
+    said = str(refused.value)
+    assert "constraints: search on the surrogate: no design of 630 keeps all limits; the nearest, D = 20 mm" in said
+    assert ", M = 30 t, has S_anti = 1" in said
+    assert "mm, not S_anti <= 100 mm with its margin of 2: loosen" in said
+
+
+def test_a_limit_that_only_round_off_passes_is_kept():
+    """A crush tube of one force keeps a limit at that force, though its surrogate says 800.0000000000003 kN."""
+    (limit,) = small(constraints={"S_anti": {"at_most": 800}}).limits
+    assert limit.excess(np.array([800.0000000000003, 800.001])).tolist() == [0.0, pytest.approx(0.001)]
+    (other,) = small(constraints={"S_anti": {"at_least": 800}}).limits
+    assert other.excess(np.array([799.9999999999997]))[0] == 0.0
+
+
+def test_what_as_it_stands_means_is_said(tmp_path, again, capsys):
+    """TS as it stands is of the study's step: who compares it with trainmj run must read so, and find its number."""
+    result = run(small(check={"set": {"simulation.step_ms": 0.25}}), again)
+    assert result.summary["as_it_stands"]["set"] == {"simulation.step_ms": 0.5}
+    assert result.summary["check"]["set"] == {"simulation.step_ms": 0.25}
+    print_study(result)
+    said = " ".join(capsys.readouterr().out.split())
+    page = page_of_folder(again).html()
+    for where in (said, page):
+        assert "As it stands: the scenario with simulation.step_ms = 0.5. Simulated: the chosen design with" in where
+        assert "simulation.step_ms = 0.25. trainmj run on the scenario sets none of this" in where
+    alone = summarise(trainmj.run(trainmj.load("b_type", {"simulation.step_ms": 0.5})))
+    row = result.summary["check"]["rows"][0]
+    assert (row["response"], row["as_it_stands"]) == ("TS", pytest.approx(alone.TS_mm, rel=1e-12))
+
+
+def test_the_check_shows_the_digits_that_its_verdict_needs():
+    """265.004 mm beside a limit of 265 mm is not 265 mm and broken."""
+    row = {"response": "S", "unit": "mm", "as_it_stands": 1.0, "predicted": 265.0, "error_percent": 0.0}
+    row |= {"limit": "S <= 265 mm", "limits": [265.0]}
+    for simulated, shown, kept in ((265.004, "265.004", False), (265.0, "265", True), (264.9996, "264.9996", True)):
+        rows = [row | {"simulated": simulated, "kept": kept}]
+        table = tables.check({"check": {"rows": rows, "status": "over", "reason": ""}, "study": {}})
+        assert table.rows[0][4] == shown
 
 
 # other kinds of study

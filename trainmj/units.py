@@ -1,10 +1,13 @@
-"""Units at the edges: SI inside, multiply on the way in, divide on the way out; and the units of input keys.
+"""Units at the edges: SI inside, multiply on the way in, divide on the way out; units of input keys; digits to read.
 
 A key of an input file ends in its unit: ``empty_stroke_mm``, ``devices.front.stiffness_kN_per_mm``. The units of
 responses are in their table, :mod:`trainmj.collision.quantities`, and are never read from names.
 """
 
 from __future__ import annotations
+
+import math
+from decimal import ROUND_FLOOR, Context
 
 G = 9.80665
 """Standard gravity [m/s2], by which accelerations are reported in g."""
@@ -17,6 +20,11 @@ MS = 1e-3
 KM_H = 1.0 / 3.6
 KN_PER_MM = 1e6
 KN_S_PER_M = 1e3
+
+ROUND_OFF = 1e-9
+"""Part of a limit by which a value may pass it and still keep it: rounding in the last digits breaks no limit."""
+
+_MOST_DIGITS = 17  # tell any two numbers apart
 
 _UNITS = {
     "m_per_s2": "m/s2",
@@ -57,3 +65,39 @@ def words(name: str) -> str:
 def label(name: str, unit: str) -> str:
     """The label of an axis: ``TS (mm)``."""
     return f"{name} ({unit})" if unit else name
+
+
+def in_digits(value: float, digits: int) -> str:
+    """A value with so many decimals or, if negative, significant digits."""
+    return f"{value:.{digits}f}" if digits >= 0 else f"{value:.{-digits}g}"
+
+
+def beyond(value: float, limit: float) -> bool:
+    """Whether a value is above a limit by more than round-off; never if it is not a number."""
+    return value - limit > ROUND_OFF * abs(limit)
+
+
+def against(value: float, limit: float | None, digits: int) -> str:
+    """A value beside a limit: as :func:`in_digits`, with as many more digits as it takes to tell the two apart.
+
+    Whether it is above the limit, below it or equal, in sign and in magnitude, is then read as it is judged by
+    :func:`beyond`: 380.04 beside 380 is not 380.0. Every value that is shown with a verdict on it is shown so.
+    """
+    shown = in_digits(value, digits)
+    if limit is None or not math.isfinite(value) or not math.isfinite(limit):
+        return shown
+    if not any(beyond(*pair) for pair in ((value, limit), (limit, value))):
+        return shown
+    while abs(digits) < _MOST_DIGITS and _sides(float(shown), limit) != _sides(value, limit):
+        digits += 1 if digits >= 0 else -1
+        shown = in_digits(value, digits)
+    return shown
+
+
+def rounded_down(value: float, digits: int) -> str:
+    """The largest number of so many significant digits that is not above a positive value: a limit that may be used."""
+    return f"{float(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(repr(value))):.12g}"
+
+
+def _sides(value: float, limit: float) -> tuple[bool, ...]:
+    return value > limit, value < limit, abs(value) > abs(limit), abs(value) < abs(limit)

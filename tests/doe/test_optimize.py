@@ -109,7 +109,7 @@ def test_three_objectives():
     [
         (
             lambda: mopso(BOX, lambda x: (x, x + 1), seed=0, options=SHORT, constraints=("S",)),
-            "no point .* exceeds .'S': 1",
+            "no point .* breaks S by 1;",
         ),
         (
             lambda: mopso(BOX, lambda x: (x * np.nan, None), seed=0, options=SHORT),

@@ -8,6 +8,7 @@ from hypothesis import settings
 from hypothesis.extra.numpy import arrays
 
 from trainmj.doe import entropy_weights, knee_point, normalise, own_weights, topsis, weight_sensitivity, weighted_sum
+from trainmj.doe.weights import t_scores
 from trainmj.errors import InputError
 
 # four fighter aircraft by speed, range, payload, price, reliability, manoeuvrability
@@ -59,11 +60,55 @@ def test_topsis_agrees_with_pymcdm(values):
 @forall(positive, st.floats(0.01, 100))
 def test_weights_add_to_one_and_units_do_not_matter(values, factor):
     for normalised in (False, True):
-        found = entropy_weights(values, normalised=normalised)
+        try:
+            found = entropy_weights(values, normalised=normalised)
+        except InputError:  # of few alternatives some weights are negative
+            assert not normalised
+            continue
         assert found.weight.sum() == pytest.approx(1)
         scaled = values.copy()
         scaled[:, 0] *= factor
         np.testing.assert_allclose(entropy_weights(scaled, normalised=normalised).weight, found.weight, atol=1e-9)
+
+
+@pytest.mark.parametrize("transform", ["raw", "t_score", "min_max"])
+@pytest.mark.parametrize("constant", [800.0, 0.0, -3.0, 0.1])
+def test_a_constant_criterion_weighs_exactly_nothing(transform, constant):
+    """A weight of -5e-14 ended a study in which one objective was the same everywhere."""
+    for n in range(2, 61):
+        steady = constant * (1 + np.where(np.arange(n) % 2, 2e-16, 0.0))  # and one that varies by round-off
+        values = np.column_stack([np.linspace(1, 2, n), np.full(n, constant), np.linspace(3, 4, n) ** 2, steady])
+        weight = entropy_weights(values, transform=transform).weight
+        assert weight[1] == weight[3] == 0
+        assert not np.signbit(weight).any()
+        assert (weight[[0, 2]] > 0).all()
+
+
+def test_a_difference_that_rounding_would_hide_is_kept():
+    """Shares that differ by 1e-9: 1 - e is 1e-19, which 1 - 0.9999999999999999 cannot hold."""
+    values = np.column_stack([[1, 1 + 1e-9], [1, 1 + 2e-9]])
+    np.testing.assert_allclose(entropy_weights(values).weight, [0.2, 0.8], rtol=1e-5)
+
+
+@settings(max_examples=60, deadline=None)
+@forall(
+    arrays(
+        float, st.tuples(st.integers(2, 40), st.integers(1, 3)), elements=st.sampled_from([-7.0, 0, 0, 0, 1, 2, 90])
+    ),
+    st.sampled_from(["raw", "t_score", "min_max"]),
+    st.booleans(),
+)
+def test_the_cure_that_a_refusal_proposes_works(values, transform, normalised):
+    """A user who does as told must not be refused again."""
+    try:
+        entropy_weights(values, transform=transform, normalised=normalised)
+    except InputError as error:
+        said = str(error).rpartition(": ")[2]
+        if said == "give equal weights, or your own":
+            own_weights(dict.fromkeys(range(values.shape[1]), 1))
+            return
+        other = next((t for t in ("raw", "t_score", "min_max") if f"{t} data" in said), transform)
+        entropy_weights(values, transform=other, normalised=normalised or "normalised" in said)
 
 
 def test_entropies_divided_by_ln_n_or_not_favour_opposite_criteria():
@@ -124,9 +169,16 @@ def test_own_weights_are_scaled_to_one():
     ("call", "message"),
     [
         (lambda: entropy_weights([[1, 2]]), "at least 2 alternatives"),
-        (lambda: entropy_weights([[1, -2], [1, 3]], names=("a", "b")), "'b' must not be negative"),
-        (lambda: entropy_weights([[1, 2], [1, 2]]), "must vary"),
-        (lambda: entropy_weights([[1, 2], [1, 3]], transform="t_score"), r"columns \[0\]"),
+        (
+            lambda: entropy_weights([[1, -2], [1, 3]], names=("a", "b")),
+            "'b' has negative values, .*: take min_max data",
+        ),
+        (lambda: entropy_weights([[1, 2], [1, 2]], names=("a", "b")), r"no criterion \(a, b\) varies"),
+        (
+            lambda: entropy_weights([[1, 2], [2, 300], [3, 4]], normalised=False),
+            r"negative weights \('y1' -0.01297\): take",
+        ),
+        (lambda: t_scores([[1, 2], [1, 3]]), r"columns \[0\]"),
         (lambda: entropy_weights([[1, 2], [2, 3]], transform="t-score"), "'raw', 't_score' or 'min_max'"),
         (lambda: own_weights({"a": -1}), "at least 0"),
         (lambda: own_weights({}), "at least 0"),

@@ -12,8 +12,10 @@ from trainmj import run_cases
 from trainmj.collision.lineup import line_up
 from trainmj.identification import Found, identify
 from trainmj.identification.file import SetPart
+from trainmj.identification.page import page_of
+from trainmj.identification.screen import print_found
 from trainmj.identification.sought import Unknown
-from trainmj.identification.uncertainty import uncertainty
+from trainmj.identification.uncertainty import Uncertainty, uncertainty
 from trainmj.identification.unknowns import Unknowns
 from trainmj.scenario import load
 
@@ -136,3 +138,71 @@ def test_the_standard_errors_are_those_of_a_linear_model():
     errors = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
     np.testing.assert_allclose(known.correlation, covariance / errors, atol=1e-6)
     np.testing.assert_allclose(known.upper - best, t.ppf(0.975, 27) * known.error, rtol=1e-6)
+
+
+def linear(design: np.ndarray, best: np.ndarray, upper: float = 100.0) -> Uncertainty:
+    """What is known of parameters a, b, .. in [0, upper] that a linear misfit of this design has at its best."""
+    n, m = design.shape
+
+    class Straight:
+        """A misfit that is linear in the parameters, with the scatter that its tolerances state."""
+
+        class plan:
+            class fitted:
+                weight = np.ones(n)
+
+            unknowns = Unknowns(
+                scenario(), tuple(Unknown(c, "", 0.0, upper, 1.0, (SetPart(path=c),)) for c in "abcdef"[:m]), ()
+            )
+
+        def of_points(self, points):
+            noise = np.where(np.arange(n) % 2, 1.0, -1.0)
+            return np.array([design @ (p.value - best) + noise for p in points])
+
+    return uncertainty(Straight(), Straight.plan.unknowns.solved(best), 1e-3)
+
+
+@pytest.mark.parametrize(("r", "tied"), [(-0.98, True), (0.96, True), (0.94, False), (-0.5, False)])
+def test_parameters_whose_errors_correlate_are_not_determined_each(r, tied):
+    """Breaks if a card counts two parameters of which the data know only a combination, however small their errors."""
+    root = np.linalg.cholesky(np.linalg.inv([[1.0, r, 0], [r, 1.0, 0], [0, 0, 1.0]]))
+    known = linear(np.kron(root.T, np.ones((10, 1))), np.array([40.0, 60.0, 50.0]))
+    assert known.correlation[0, 1] == pytest.approx(r, abs=1e-6)
+    assert known.tied == (((1,), (0,), ()) if tied else ((), (), ()))
+    assert known.determined == (not tied, not tied, True)
+    assert known.standing["only together"] == 2 * tied
+
+
+def test_a_parameter_at_its_bound_is_not_determined():
+    """Breaks if the bounds of a search pass for what the data say."""
+    known = linear(np.kron(np.eye(3), np.ones((10, 1))), np.array([100.0, 0.05, 50.0]))
+    assert known.at_bound == ("upper", "lower", "")
+    assert known.determined == (False, False, True)
+    assert known.standing == {"determined": 1, "at a bound": 2, "only together": 0, "open": 0}
+
+
+def test_terminal_page_and_files_count_only_what_the_data_determine(tmp_path, capsys):
+    """The known stiffness is 80: with bounds from 100 it ends at the lower one, and no count may include it."""
+    given = values(
+        parameters__k__bounds=[100, 400],
+        **{f"parameters__{name}__start": KNOWN[name] for name in ("c", "tube", "f10")},
+        method__explore__trials=0,
+        method__refine__iterations=12,
+    )
+    found = found_by(tmp_path, given)
+    assert found.summary["at_bounds"] == ["k"]
+    assert "k" not in found.summary["determined"]
+    rows_of = found.parameters.set_index("parameter")
+    assert not rows_of["determined"]["k"]
+    assert rows_of["remark"]["k"] == "at its lower bound"
+    n = len(found.summary["determined"])
+    assert n == found.known.standing["determined"] == rows_of["determined"].sum() < 5
+    print_found(found)
+    page = page_of(found).html()
+    screen = " ".join(capsys.readouterr().out.split())
+    assert f"Determined by the data: {n} of 5 parameters" in screen
+    assert f"{n} of 5" in page
+    for said in (screen, page):
+        assert "1 at a bound" in said
+        assert "only while parameters at a bound are held there" in said
+        assert "where the bounds put it and not the data" in said

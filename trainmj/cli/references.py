@@ -64,7 +64,7 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
     Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its 30 collisions, the study of Tables 9 to 13 on its own numbers
     and on ours, each published table beside ours, Figures 4 to 9, the laws that it states in words, and its defects.
 
-    Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
+    Exit code: 0 when done, however many bars are missed (the first line counts them); 2 if something cannot be written.
     """
     if out is not None:
         click.get_current_context().with_resource(held(out))

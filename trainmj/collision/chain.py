@@ -16,7 +16,7 @@ import numpy as np
 
 from trainmj.collision.device import Array, Device, Envelope
 from trainmj.errors import InputError
-from trainmj.units import G
+from trainmj.units import G, rounded_down
 
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
@@ -236,6 +236,6 @@ def check_step(chain: Chain) -> None:
     limit = largest_step(chain)
     if chain.step > limit:
         raise InputError(
-            f"simulation.step_ms = {chain.step * 1e3:g}: must be at most {limit * 1e3:.3g} ms for the stiffness and "
-            "damping of these devices and the mass of these vehicles, or the integration is unstable"
+            f"simulation.step_ms = {chain.step * 1e3:.12g}: must be at most {rounded_down(limit * 1e3, 3)} ms for the "
+            "stiffness and damping of these devices and the mass of these vehicles, or the integration is unstable"
         )

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.quantities import STAGE, columns_of, in_digits, of_each
+from trainmj.collision.quantities import STAGE, columns_of, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.scenario.parts import DEVICE
+from trainmj.units import against, beyond
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Criterion:
     @property
     def kept(self) -> bool:
         """Whether the limit is kept, whatever the sign of the value; never by one that is not finite."""
-        return abs(self.found) <= self.limit
+        return math.isfinite(self.found) and not beyond(abs(self.found), self.limit)
 
     @property
     def used(self) -> float:
@@ -55,8 +56,8 @@ class Criterion:
 
     @property
     def text(self) -> str:
-        """What was found, with the digits that are worth reading."""
-        return in_digits(self.found, self.digits)
+        """What was found, with the digits that are worth reading beside the limit."""
+        return against(self.found, self.limit, self.digits)
 
     @property
     def said(self) -> str:

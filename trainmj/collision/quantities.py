@@ -21,7 +21,7 @@ from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import listed
-from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, head
+from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, against, head
 
 T = TypeVar("T")
 
@@ -51,11 +51,6 @@ class Column(NamedTuple):
     def of_partner(self) -> bool:
         """Whether it is of a vehicle or an interface of the partner."""
         return bool(self.place[0] and self.place[1])
-
-
-def in_digits(value: float, digits: int) -> str:
-    """A value with so many decimals or, if negative, significant digits."""
-    return f"{value:.{digits}f}" if digits >= 0 else f"{value:.{-digits}g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +90,9 @@ class Quantity(Generic[T]):
         """Name of its column for a vehicle, an interface or, if empty, the whole collision."""
         return head("_".join(filter(None, (self.column, thing.replace("-", "_").replace(" ", "_")))), self.unit)
 
-    def text(self, value: float) -> str:
-        """A value with the digits that are worth reading."""
-        return in_digits(value, self.digits)
+    def text(self, value: float, limit: float | None = None) -> str:
+        """A value with the digits that are worth reading, beside a limit with those that tell them apart."""
+        return against(value, limit, self.digits)
 
 
 INTERFACE: tuple[Quantity[Side], ...] = (

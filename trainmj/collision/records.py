@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from trainmj.errors import close_match
+from trainmj.units import beyond
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class StageUse:
     @property
     def exhausted(self) -> bool:
         """Whether the limit was passed."""
-        return self.limit_mm is not None and self.stroke_mm > self.limit_mm
+        return self.limit_mm is not None and beyond(self.stroke_mm, self.limit_mm)
 
 
 @dataclass(frozen=True)

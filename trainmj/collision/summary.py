@@ -212,5 +212,5 @@ def _spent(interface: InterfaceMetrics) -> tuple[str, str]:
         if stage.exhausted:
             where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
             past = ", past the end of its curve" if interface.beyond_curve else ""
-            return where, f"{where} ({stage.stroke_mm:.1f} of {stage.limit_mm:g} mm{past})"
+            return where, f"{where} ({STAGE.text(stage.stroke_mm, stage.limit_mm)} of {stage.limit_mm:.12g} mm{past})"
     return interface.name, f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of its curve)"

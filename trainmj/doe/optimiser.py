@@ -12,7 +12,7 @@ simulation that fails does not stop the search. To maximise, return the negative
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -107,6 +107,24 @@ class Front:
         return hypervolume(self.values, self.reference)
 
 
+class InfeasibleError(InputError):
+    """No point of a search keeps all constraints.
+
+    Attributes:
+        evaluations: points computed.
+        nearest: the point that comes nearest, natural values, (d,).
+    """
+
+    def __init__(self, evaluations: int, nearest: FloatArray, over: Mapping[str, float]) -> None:
+        """Say by how much that point is beyond each constraint that it breaks."""
+        self.evaluations, self.nearest = evaluations, nearest
+        point, excess = ", ".join(f"{x:.6g}" for x in nearest), ", ".join(f"{n} by {g:.4g}" for n, g in over.items())
+        super().__init__(
+            f"no point of {evaluations} keeps all constraints; the nearest, ({point}), breaks {excess}; loosen these "
+            "limits or widen the factors' bounds"
+        )
+
+
 def mopso(
     space: Space,
     evaluate: Evaluate,
@@ -125,7 +143,8 @@ def mopso(
         options: width and length of the search.
 
     Raises:
-        InputError: no feasible point found (the message says which constraint is nearest), or ``evaluate`` returned the
+        InfeasibleError: no feasible point found.
+        InputError: ``evaluate`` returned the
             wrong shape.
     """
     options = options or SwarmOptions()
@@ -221,7 +240,4 @@ def _need_feasible(archive: Scores, names: tuple[str, ...], evaluations: int) ->
     if archive.failed[0]:
         raise InputError(f"all {evaluations} evaluations gave nan or inf; check one point by hand")
     over = {name: float(g) for name, g in zip(names, archive.g[0], strict=True) if g > 0}
-    raise InputError(
-        f"no point of {evaluations} keeps all constraints; the nearest, {archive.x[0].tolist()}, exceeds {over}; "
-        "loosen these limits or widen the factors' bounds"
-    )
+    raise InfeasibleError(evaluations, frozen(archive.x[0]), over)

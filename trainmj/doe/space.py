@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
 from trainmj.errors import InputError, close_match
-from trainmj.units import head
+from trainmj.units import against, head
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -194,9 +194,10 @@ class Space:
         for bad, rule in ((outside, "lie"), (broken, "be a whole number")):
             if bad.any():
                 row, column = np.argwhere(bad)[0]
-                f, got = self.factors[column], x[row, column]
+                f, got = self.factors[column], float(x[row, column])
+                shown = against(got, f.upper if got > f.upper else f.lower if got < f.lower else round(got), -6)
                 raise InputError(
-                    f"{name}[{row}], factor {f.name!r}: must {rule} in [{f.lower:g}, {f.upper:g}] (got {got:g})"
+                    f"{name}[{row}], factor {f.name!r}: must {rule} in [{f.lower:.12g}, {f.upper:.12g}] (got {shown})"
                 )
         return self.round(x)
 

@@ -9,13 +9,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
-from scipy.special import xlogy
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import xlog1py
 
 from trainmj.doe.arrays import FloatArray, as_matrix, as_names, check_choice, frozen
 from trainmj.errors import InputError
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Transform = Literal["raw", "t_score", "min_max"]
+
+_ROUND_OFF = 1e-12  # part of the largest value by which equal values may differ
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,9 @@ def t_scores(values: ArrayLike) -> FloatArray:
         InputError: a criterion that does not vary.
     """
     values = as_matrix("values", values)
-    _need_variation(values, "T-scores")
+    if not _varies(values).all():
+        still = np.flatnonzero(~_varies(values)).tolist()
+        raise InputError(f"T-scores need criteria that vary (columns {still} do not); leave them out")
     return np.asarray(10.0 * (values - values.mean(axis=0)) / values.std(axis=0) + 50.0, dtype=np.float64)
 
 
@@ -75,10 +80,11 @@ def entropy_weights(
     """Weigh criteria by how unevenly they are spread over the alternatives.
 
     p_ij = x_ij / sum_i x_ij; e_j = -k sum_i p_ij ln p_ij; g_j = 1 - e_j; w_j = g_j / sum g_j
-    (Eqs 15 to 18 of doi 10.1186/s10033-022-00755-8).
+    (Eqs 15 to 18 of doi 10.1186/s10033-022-00755-8). A criterion that does not vary has equal shares, whatever its
+    value and the transform; normalised, its weight is exactly 0.
 
     Args:
-        values: criteria of each alternative, (n, m), at least 0.
+        values: criteria of each alternative, (n, m).
         normalised: divide the entropies by ln n, their largest value (k = 1 / ln n, Shannon's measure): entropies in
             [0, 1], more weight to the criterion that varies more. Without it (k = 1, as that paper computes) entropies
             are near ln n, differences negative, weights nearly equal, and the criterion that varies LESS gets more.
@@ -87,34 +93,62 @@ def entropy_weights(
         names: of the criteria; y1, y2, ... if None.
 
     Raises:
-        InputError: fewer than 2 alternatives, negative values, a criterion of zeros, no variation at all, or an unknown
-            transform.
+        InputError: fewer than 2 alternatives, no variation at all, an unknown transform, or, naming the criterion and
+            what works instead, one whose values would be negative where shares are taken, or whose weight would be.
     """
     check_choice("transform", transform, get_args(Transform))
     x = as_matrix("values", values)
     n, m = x.shape
     labels = as_names("names", names, m, "y")
     if n < 2:
-        raise InputError(f"entropy weights need at least 2 alternatives (got {n})")
-    if transform == "t_score":
-        x = t_scores(x)
-    elif transform == "min_max":
-        _need_variation(x, "min_max")
-        x = (x - x.min(axis=0)) / np.ptp(x, axis=0)
-    bad = (x < 0).any(axis=0) | (x.sum(axis=0) <= 0)
-    if bad.any():
+        raise InputError(f"entropy weights need at least 2 alternatives (got {n}): give equal weights, or your own")
+    if not _varies(x).any():
         raise InputError(
-            f"criterion {labels[int(np.argmax(bad))]!r} must not be negative, nor zero throughout, to have shares; "
-            "try transform='min_max'"
+            f"no criterion ({', '.join(labels)}) varies between the alternatives, so there is no information to weigh "
+            "them by: give equal weights, or your own"
         )
-    p = x / x.sum(axis=0)
-    entropy = -xlogy(p, p).sum(axis=0) / (np.log(n) if normalised else 1.0)
-    difference = 1.0 - entropy
-    total = difference.sum()
-    if abs(total) < 1e-12:
-        raise InputError("the criteria must vary between the alternatives: equal values carry no information to weigh")
+    found = _weighed(x, normalised, transform, labels)
+    if isinstance(found, Weights):
+        return found
+    raise InputError(f"{found}: {_cure(x, normalised, transform, labels)}")
+
+
+def _weighed(x: FloatArray, normalised: bool, transform: Transform, names: tuple[str, ...]) -> Weights | str:
+    """The weights, or why there are none; at least one criterion varies."""
+    n, varies = len(x), _varies(x)
+    shares = np.full(x.shape, 1.0 / n)
+    data = _TRANSFORMS[transform](x[:, varies])
+    low = data.min(axis=0, initial=0.0)
+    below = [repr(names[k]) for k, least in zip(np.flatnonzero(varies), low, strict=True) if least < 0]
+    if below:
+        what = f"criterion {below[0]} has" if len(below) == 1 else f"criteria {', '.join(below)} have"
+        return f"{what} negative values{'' if transform == 'raw' else f' as {transform} data'}, which have no shares"
+    shares[:, varies] = data / data.sum(axis=0)
+    # 1 - e as a mean of terms that are none of them negative: nothing is lost to rounding where values hardly vary
+    off = np.where(varies, n * shares - 1.0, 0.0)
+    uneven = np.maximum(0.0, (xlog1py(1.0 + off, off) - off).mean(axis=0))  # ln n - e of k = 1
+    difference = uneven / np.log(n) if normalised else 1.0 - np.log(n) + uneven
+    weight = difference / difference.sum()
+    if (weight < 0).any() or not np.isfinite(weight).all():
+        negative = ", ".join(f"{name!r} {w:.4g}" for name, w in zip(names, weight, strict=True) if not w >= 0)
+        return f"entropies that are not normalised give negative weights ({negative})"
     said = f"entropy{'' if normalised else ' not'} divided by ln n, {transform.replace('_', '-')} data"
-    return Weights(labels, frozen(difference / total), frozen(entropy), frozen(difference), said)
+    return Weights(names, frozen(weight), frozen(1.0 - difference), frozen(difference), said)
+
+
+def _cure(x: FloatArray, normalised: bool, transform: Transform, names: tuple[str, ...]) -> str:
+    """What works for these values instead, in words that hold for a call and for a study file."""
+    ways: tuple[Transform, ...] = ("min_max", "t_score", "raw")
+    for whether, other in itertools.product((normalised, True), ways):
+        if isinstance(_weighed(x, whether, other, names), Weights):
+            new = [f"{other} data"] * (other != transform) + ["normalised entropies"] * (whether != normalised)
+            return f"take {' and '.join(new)}"
+    return "give equal weights, or your own"
+
+
+def _varies(x: FloatArray) -> NDArray[np.bool_]:
+    """Whether each criterion varies by more than round-off, (m,)."""
+    return np.asarray(np.ptp(x, axis=0) > _ROUND_OFF * np.abs(x).max(axis=0))
 
 
 def own_weights(weights: Mapping[str, float]) -> Weights:
@@ -131,11 +165,16 @@ def own_weights(weights: Mapping[str, float]) -> Weights:
 def to_one(weights: FloatArray, given: object) -> FloatArray:
     """Scale weights (m,) to add up to 1; a message shows them as they were given."""
     if weights.size == 0 or not np.isfinite(weights).all() or (weights < 0).any() or weights.sum() <= 0:
-        raise InputError(f"weights must be at least 0 and not all 0 (got {given})")
+        raise InputError(f"weights must be finite, at least 0 and not all 0 (got {given})")
     return np.asarray(weights / weights.sum(), dtype=np.float64)
 
 
-def _need_variation(values: FloatArray, what: str) -> None:
-    constant = np.flatnonzero(np.ptp(values, axis=0) == 0.0)
-    if constant.size:
-        raise InputError(f"{what} need criteria that vary (columns {constant.tolist()} do not); leave them out")
+def _min_max(values: FloatArray) -> FloatArray:
+    return np.asarray((values - values.min(axis=0)) / np.ptp(values, axis=0), dtype=np.float64)
+
+
+_TRANSFORMS: Mapping[Transform, Callable[[FloatArray], FloatArray]] = {
+    "raw": lambda values: values,
+    "t_score": t_scores,
+    "min_max": _min_max,
+}

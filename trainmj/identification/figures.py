@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.output.style import BLUE, GREY, ORANGE, PALETTE, figure
+from trainmj.output.style import BLUE, GREY, ORANGE, PALETTE, diverging, figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,7 +61,7 @@ def correlations(found: Found) -> Figure:
         axes.text(0.5, 0.5, "every parameter is at a bound", ha="center", va="center", transform=axes.transAxes)
         axes.set_axis_off()
         return picture
-    image = axes.imshow(values, cmap="PuOr", vmin=-1, vmax=1)
+    image = axes.imshow(values, cmap=diverging(), vmin=-1, vmax=1)
     axes.set_xticks(range(n), shown, rotation=60, ha="right", rotation_mode="anchor")
     axes.set_yticks(range(n), shown)
     axes.tick_params(length=0)

@@ -17,7 +17,7 @@ from trainmj.files.yaml import as_yaml
 from trainmj.identification.file import Amount, absolute
 from trainmj.identification.plan import Identification, Sample, Target
 from trainmj.identification.search import Progress
-from trainmj.identification.uncertainty import WIDE, Uncertainty
+from trainmj.identification.uncertainty import MEANING, Uncertainty
 from trainmj.identification.unknowns import Point
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import BUILDS_ON
@@ -117,6 +117,7 @@ class Found:
                 "lower_bound": [p.lower for p in unknowns.parameters],
                 "upper_bound": [p.upper for p in unknowns.parameters],
                 "start": [p.start for p in unknowns.parameters],
+                "determined": known.determined,
                 "remark": [self._remark(k) for k in range(log.size)],
                 "sets": [" ".join(s.path for s in p.settings) for p in unknowns.parameters],
             }
@@ -124,11 +125,17 @@ class Found:
 
     def _remark(self, k: int) -> str:
         """What there is to say about the parameter at a place."""
-        known, p = self.known, self.plan.unknowns.parameters[k]
-        solved = [f"solved from {c.name}" for c in self.plan.unknowns.constraints if c.by == k]
+        known, names = self.known, self.plan.unknowns.names
+        said = [f"solved from {c.name}" for c in self.plan.unknowns.constraints if c.by == k]
         if known.at_bound[k]:
-            return ", ".join([*solved, f"at its {known.at_bound[k]} bound"])
-        return ", ".join(solved + [OPEN] * bool(known.error[k] > WIDE * p.range))
+            said.append(f"at its {known.at_bound[k]} bound")
+        if known.open[k]:
+            said.append(OPEN)
+        if known.tied[k]:
+            said.append(
+                "only with " + " and ".join(f"{names[j]} ({known.correlation[k, j]:+.2f})" for j in known.tied[k])
+            )
+        return ", ".join(said)
 
     @cached_property
     def correlations(self) -> pd.DataFrame:
@@ -194,6 +201,14 @@ class Found:
                     "met": bool(abs(missed) <= 1.0),
                 }
                 for c, missed in zip(plan.unknowns.constraints, self.point.missed, strict=True)
+            ],
+            "determined": [name for name, yes in zip(names, known.determined, strict=True) if yes],
+            "determined_means": MEANING,
+            "determined_only_together": [
+                {"parameters": [names[k], names[j]], "correlation": float(known.correlation[k, j])}
+                for k, others in enumerate(known.tied)
+                for j in others
+                if j > k
             ],
             "not_determined": [d.in_words(names) for d in known.directions if not d.determined],
             "at_bounds": [name for name, bound in zip(names, known.at_bound, strict=True) if bound],

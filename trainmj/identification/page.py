@@ -9,11 +9,12 @@ import numpy as np
 from trainmj.collision.identity import identity
 from trainmj.identification import figures, tables
 from trainmj.identification.found import FOUND, Found
+from trainmj.identification.uncertainty import MEANING
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, line
 from trainmj.output.style import styled
-from trainmj.output.table import judged, passed, warned
+from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 
 PAGE = "report.html"
@@ -60,10 +61,10 @@ def _outcome(section: Section, found: Found) -> None:
         verdict = judged(all(stated) if stated else None, "bars kept", "a bar is not kept", "no bars")
         inside = f"{values - outside} of {values}"
         cards.append(Card(role.capitalize(), inside, note="values within what is allowed", verdict=verdict))
-    n, loose = len(known.directions), sum(not d.determined for d in known.directions)
-    verdict = warned(f"{loose} left open") if loose else passed("all of them")
-    cards.append(Card("Determined", f"{n - loose} of {n}", note="combinations of parameters", verdict=verdict))
+    count, verdict = tables.determined(found)
+    cards.append(Card("Determined", count, note="parameters, each by itself", verdict=verdict))
     section.cards(*cards)
+    section.text(MEANING)
 
 
 def _fit(section: Section, found: Found, role: str) -> None:

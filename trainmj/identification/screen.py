@@ -13,6 +13,7 @@ from trainmj.identification import tables
 from trainmj.identification.found import FOUND, Found
 from trainmj.identification.plan import Identification
 from trainmj.identification.search import Progress
+from trainmj.identification.uncertainty import MEANING
 from trainmj.output.console import new_console, print_table
 
 _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement", "finish": "iterations of the finish"}
@@ -81,11 +82,12 @@ def print_found(found: Found) -> None:
 
 
 def _undetermined(found: Found) -> list[str]:
-    """The combinations of parameters that the data leave open."""
+    """How many parameters the data determine, what that means, and the combinations that they leave open."""
+    count, verdict = tables.determined(found)
+    lines = [f"Determined by the data: {count} parameters; {verdict.text}.", MEANING]
     loose = [d for d in found.known.directions if not d.determined]
-    if not loose:
-        return ["The data determine every combination of the parameters."]
-    lines = ["Not determined by the data (one standard deviation, in percent of the ranges):"]
+    if loose:
+        lines.append("Combinations left open (one standard deviation, in percent of the ranges):")
     for d in loose[:_MOST_LINES]:
         wide = f"{100 * d.deviation:.0f} %" if d.deviation <= 10 else "> 1000 %"
         lines.append(f"  {wide:>8}  {d.in_words(found.plan.unknowns.names)}")

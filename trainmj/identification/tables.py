@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trainmj.identification.file import absolute
 from trainmj.identification.found import OPEN, Found
 from trainmj.identification.plan import Identification
 from trainmj.output.table import Column, Table, Verdict, judged, passed, warned
+from trainmj.units import against
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Row = Mapping[str, Any]
+
+HELD = " They hold only while parameters at a bound are held there."
+"""What is added to the errors where there are such parameters."""
 
 ROLES = {"fitted": "Fit", "held out": "Held out: never seen by the search"}
 
@@ -36,7 +41,7 @@ _PARAMETERS = {
     "value": Column("value", digits=".6g"),
     "low": Column("95 % from", head="95 %\nfrom"),
     "high": Column("to"),
-    "remark": Column("remark", text=True),
+    "judged": Column("determined", text=True),
     "standard_error": Column("standard error"),
     "lower_bound": Column("lower bound"),
     "upper_bound": Column("upper bound"),
@@ -102,8 +107,16 @@ def parameters(found: Found) -> Table:
         [row | _known(row) for row in rows_of(found.parameters)],
         "Parameters",
         "Errors follow from the derivatives at the values found, tolerances taken as standard deviations; they "
-        "grow with the misfit where that is larger than the tolerances say.",
+        "grow with the misfit where that is larger than the tolerances say." + HELD * any(found.known.at_bound),
     )
+
+
+def determined(found: Found) -> tuple[str, Verdict]:
+    """How many parameters the data determine, and what becomes of the others."""
+    counts = found.known.standing
+    n = sum(counts.values())
+    others = [f"{count} {name}" for name, count in counts.items() if count and name != "determined"]
+    return f"{counts['determined']} of {n}", warned(", ".join(others)) if others else passed("all of them")
 
 
 def directions(found: Found) -> Table:
@@ -143,7 +156,20 @@ def _bars(row: Row) -> dict[str, Any]:
     bars = {key: row[f"bar_{key}"] for key in ("each", "rms", "bias") if _is_there(row[f"bar_{key}"])}
     said = ", ".join(f"{key} {bar}" if isinstance(bar, str) else f"{key} {bar:g}" for key, bar in bars.items())
     kept = None if row["kept"] is None else bool(row["kept"])
-    return {"verdict": judged(kept, "kept", "not kept", "none"), "bars": said}
+    shown = {"verdict": judged(kept, "kept", "not kept", "none"), "bars": said}
+    each = bars.get("each")
+    if isinstance(each, str):
+        shown["largest_percent"] = _beside(row["largest_percent"], 100 * absolute(each, 1.0), 2)
+    limits = {"rms": bars.get("rms"), "bias": bars.get("bias"), "largest": each}
+    for measure, bar in limits.items():
+        if isinstance(bar, float | int):
+            shown[measure] = _beside(row[measure], bar, -3).removeprefix("+" if measure == "rms" else "")
+    return shown
+
+
+def _beside(value: float, bar: float, digits: int) -> str:
+    """A deviation with its sign and the digits that tell it from its bar."""
+    return ("+" if value >= 0 else "") + against(value, bar, digits)
 
 
 def _is_there(value: Any) -> bool:
@@ -153,11 +179,12 @@ def _is_there(value: Any) -> bool:
 
 def _known(row: Row) -> dict[str, Any]:
     """Both ends of the 95 % interval, and the standard error; of an end beyond a bound, only that it is."""
-    low, high = row["low_95"], row["high_95"]
+    low, high, remark = row["low_95"], row["high_95"], row["remark"]
     return {
         "low": f"< {row['lower_bound']:.4g}" if low < row["lower_bound"] else _number(low),
         "high": f"> {row['upper_bound']:.4g}" if high > row["upper_bound"] else _number(high),
-        "standard_error": None if OPEN in row["remark"] else row["standard_error"],
+        "standard_error": None if OPEN in remark else row["standard_error"],
+        "judged": passed(f"yes, {remark}" if remark else "yes") if row["determined"] else warned(remark),
     }
 
 
@@ -173,6 +200,9 @@ def case_of(found: Found, row: Row) -> str:
 
 def constraints(found: Found) -> dict[str, Verdict]:
     """What each constraint came to, by its name."""
-    missed = "NOT MET, its parameter is at a bound"
-    areas = {row["constraint"]: (row["met"], f"{row['found_kJ']:.5g} kJ") for row in found.summary["constraints"]}
-    return {name: judged(met, area, f"{area}: {missed}") for name, (met, area) in areas.items()}
+    verdicts = {}
+    for row in found.summary["constraints"]:
+        area, wanted = f"{against(row['found_kJ'], row['wanted_kJ'], -5)} kJ", f"{row['wanted_kJ']:.12g} kJ"
+        missed = f"{area} for {wanted}: NOT MET, its parameter is at a bound"
+        verdicts[row["constraint"]] = judged(row["met"], wanted, missed)
+    return verdicts

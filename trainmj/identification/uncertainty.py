@@ -3,6 +3,8 @@
 The residuals r are linearised at the best trial: with their derivatives J the covariance is (J'J)^-1, if tolerances are
 standard deviations. If the misfit is larger than they imply, errors grow by the square root of r'r / (n - p). Intervals
 are those of Student's t with n - p degrees of freedom, on the axis of the parameter: on a log scale they are factors.
+
+A parameter at its bound is held there: it has no error, and those of the others hold only while it stays.
 """
 
 from __future__ import annotations
@@ -22,6 +24,17 @@ AT_BOUND = 1e-3
 
 WIDE = 0.25
 """A direction is undetermined if one standard deviation along it is more than this part of the ranges."""
+
+TIED = 0.95
+"""Two parameters are determined only in combination if their errors correlate by more than this: if the one were known,
+the error of the other would be less than a third."""
+
+MEANING = (
+    "Determined is a parameter that the data fix by itself: not one at its bound, where the bounds put it and not the "
+    f"data; not one whose error correlates with another's by more than {TIED:g}, of which they fix the combination; "
+    f"not one whose standard error is more than {100 * WIDE:g} % of its range."
+)
+"""What it means that a parameter is determined."""
 
 _WORDS = 4  # parameters that a direction names at most
 _LEAST = 0.3  # component of a direction that is worth naming
@@ -64,6 +77,23 @@ class Uncertainty:
     directions: tuple[Direction, ...]  # of the free parameters that are not at a bound, worst determined first
     freedom: int  # degrees of freedom n - p
     chi2: float  # r'r over freedom
+    tied: tuple[tuple[int, ...], ...]  # (n,) those with which each is determined only in combination, largest |r| first
+    open: tuple[bool, ...]  # (n,) whether the error of one not at a bound is more than WIDE of its range, or not known
+
+    @property
+    def standing(self) -> dict[str, int]:
+        """How many parameters are determined, at a bound, only determined together, or open: each counted once."""
+        of_each = [
+            "at a bound" if bound else "open" if wide else "only together" if tied else "determined"
+            for bound, tied, wide in zip(self.at_bound, self.tied, self.open, strict=True)
+        ]
+        return {name: of_each.count(name) for name in ("determined", "at a bound", "only together", "open")}
+
+    @property
+    def determined(self) -> tuple[bool, ...]:
+        """(n,) whether the data determine each parameter: see MEANING."""
+        of_each = zip(self.at_bound, self.tied, self.open, strict=True)
+        return tuple(not (bound or tied or wide) for bound, tied, wide in of_each)
 
 
 def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
@@ -104,7 +134,18 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
         for p, v, e in zip(parameters, point.value, error, strict=True)
     ]
     lower, upper = np.array(ends).T
-    return Uncertainty(lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2)
+    wide_open = tuple(not (bound or e <= WIDE * r) for bound, e, r in zip(at_bound, error, ranges, strict=True))
+    tied = tuple(_tied(correlation[k], moving, k) for k in range(len(parameters)))
+    return Uncertainty(lower, upper, error, at_bound, correlation, tuple(directions), freedom, chi2, tied, wide_open)
+
+
+def _tied(correlation: Array, moving: list[int], k: int) -> tuple[int, ...]:
+    """The parameters tied to one; not those that a constraint solves for, which it ties, not the data."""
+    if k not in moving:
+        return ()
+    return tuple(
+        sorted((j for j in moving if j != k and abs(correlation[j]) > TIED), key=lambda j: -abs(correlation[j]))
+    )
 
 
 def _bound(p: Unknown, value: float) -> str:

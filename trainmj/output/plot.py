@@ -145,6 +145,11 @@ def _values(values: npt.ArrayLike) -> list[Any]:
     return numbers(array) if array.dtype.kind in "fiub" else [plain(str(v)) for v in array.tolist()]
 
 
+def scale(colours: Sequence[str]) -> list[list[Any]]:
+    """Colours from low to high as the ``colorscale`` of a trace."""
+    return [[k / (len(colours) - 1), colour] for k, colour in enumerate(colours)]
+
+
 def shade(part: float, colours: Sequence[str] = VIRIDIS) -> str:
     """A colour of a scale at a part of its length, from 0 to 1."""
     at = min(max(part, 0.0), 1.0) * (len(colours) - 1)

@@ -25,6 +25,7 @@ from trainmj.files.written import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
 Width = Literal["column", "page"]
@@ -44,6 +45,10 @@ YELLOW, PURPLE = "#E69F00", "#CC79A7"
 
 PALETTE = (BLUE, ORANGE, GREEN, YELLOW, PURPLE, SKY, "#404040")
 """Okabe and Ito's colours (https://jfly.uni-koeln.de/color), which every eye can tell apart; in order of use."""
+
+DIVERGING = (ORANGE, "#ffffff", BLUE)
+"""The scale of what has a sign, such as a correlation, from its most negative value over 0 to its most positive one:
+in every picture and plot."""
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 """To tell lines apart in black and white too; in order of use."""
@@ -137,6 +142,13 @@ def grid(n: int, height: float, most: int = 3, narrowest: float = 50.0) -> tuple
     for spare in panels[n:]:
         spare.remove()
     return picture, list(panels[:n])
+
+
+def diverging() -> Colormap:
+    """DIVERGING as matplotlib takes it; ``vmin`` and ``vmax`` must be opposite."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("diverging", DIVERGING, N=257)  # 0 is white
 
 
 def encode(picture: Figure, form: Format) -> bytes:

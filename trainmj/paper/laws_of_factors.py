@@ -14,12 +14,16 @@ from trainmj.paper.collisions import Collisions
 from trainmj.paper.finding import Law
 from trainmj.paper.printed import SERIES, STROKES, numbers, published, split_unit
 from trainmj.paper.tables import OURS, Comparison, Tables
+from trainmj.units import against
 
 _NAMES = {split_unit(head)[0]: name for head, name in STROKES.items()} | {
     "energy_s1_m1": "E_front",
     "energy_m1_m2": "E_12",
     "energy_m2_m3": "E_23",
 }
+
+_POINTS = 6.0  # of a relative change of strokes and energies: 5 mm at both ends of a stroke of 220 mm make 5
+_POINTS_OF_PEAKS = 1.5  # of a relative change of peak accelerations, TS and TAMA: 1 % at both ends would make 2
 
 _LEVELS = (0.70, 0.65, 0.60, 0.55)  # of the initial speed: M1 passes them after the empty stroke, before it balances
 
@@ -85,11 +89,11 @@ def _interfaces(section: str, factor: str, tables: Tables, summaries: Sequence[S
     yield Law(
         section,
         f"Strokes of the last three interfaces hardly change with {factor}",
-        f"sum {total.min():.1f} to {total.max():.1f} mm, each by at most {change:.2f} mm",
+        f"sum {total.min():.1f} to {total.max():.1f} mm, each by at most {against(change, 2, 2)} mm",
         change < 2.0,
         "each by less than 2 mm",
     )
-    yield _changes(section, tables, number, bars.CHANGE_POINTS)
+    yield _changes(section, tables, number, _POINTS)
     changes = {name: table.changes(split_unit(head)[0]) for head, name in STROKES.items()}
     printed, ours = (sorted(changes, key=lambda name: -abs(changes[name][k])) for k in (0, 1))
     said = f"Strokes in the order in which {factor} changes them"
@@ -105,7 +109,7 @@ def _interfaces(section: str, factor: str, tables: Tables, summaries: Sequence[S
     )
 
 
-def _changes(section: str, tables: Tables, number: str, bar: float = bars.CHANGE_POINTS_OF_PEAKS) -> Law:
+def _changes(section: str, tables: Tables, number: str, bar: float = _POINTS_OF_PEAKS) -> Law:
     """Relative changes from the first row of a table to the last."""
     rows = published("relative_changes").query(f"table == {number}")
     printed = numbers(rows, "relative_change_percent")
@@ -114,7 +118,7 @@ def _changes(section: str, tables: Tables, number: str, bar: float = bars.CHANGE
     off = np.abs(ours - printed)
     said = [", ".join(f"{v:+.2f}" for v in values) + " %" for values in (printed, ours)]
     statement = f"Relative changes, Table {number}: {', '.join(names)}"
-    rule = f"each within {bar:g} points (largest {off.max():.2f})"
+    rule = f"each within {bar:g} points (largest {against(off.max(), bar, 2)})"
     return Law(section, statement, said[1], bool(off.max() <= bar), rule, published=said[0])
 
 
@@ -155,6 +159,7 @@ def _balance(section: str, table: Comparison, parameter: str) -> Iterator[Law]:
     rows = np.flatnonzero(table.keys["parameter"] == parameter)
     name, unit = split_unit(parameter)
     printed, ours = table.pair("balance_time_s")
+    bar = bars.balance_time_bar()
     for k in rows.reshape(-1, 2):
         low, high = table.keys["value"].iloc[k]
         vehicle = table.keys["vehicle"].iloc[k[0]]
@@ -164,8 +169,8 @@ def _balance(section: str, table: Comparison, parameter: str) -> Iterator[Law]:
             section,
             f"Balance time of {vehicle} for {name} from {low:g} to {high:g} {unit}",
             times[1] + (" (M3)" if vehicle == "M3-M6" else ""),
-            bool(off <= bars.BALANCE_TIME_EACH),
-            f"within {100 * bars.BALANCE_TIME_EACH:g} % (largest {100 * off:.1f} %)",
+            bool(off <= bar),
+            f"within {100 * bar:g} % (largest {against(100 * off, 100 * bar, 1)} %)",
             published=times[0],
         )
 

@@ -57,9 +57,10 @@ def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:
 
 def summary(reproduction: Reproduction) -> dict[str, Any]:
     """Verdicts, laws, defects and optima as JSON holds them."""
+    judged, missed = reproduction.judged, reproduction.missed
     return {
-        "agrees": reproduction.agrees,
-        "verdicts": [asdict(v) | {"agrees": v.agrees} for v in reproduction.verdicts],
+        "bars": {"stated": len(judged), "met": len(judged) - len(missed), "missed": [v.missed for v in missed]},
+        "verdicts": [asdict(v) | {"met": v.met} for v in reproduction.verdicts],
         "laws": [asdict(law) for law in reproduction.laws],
         "defects": [asdict(defect) for defect in reproduction.defects],
         "optima": json.loads(reproduction.optima.to_json(orient="records", double_precision=10)),

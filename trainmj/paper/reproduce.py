@@ -32,9 +32,14 @@ class Reproduction:
     defects: tuple[Defect, ...]  # the paper's own
 
     @property
-    def agrees(self) -> bool:
-        """Whether every verdict with a bar is within it."""
-        return all(v.agrees is not False for v in self.verdicts)
+    def judged(self) -> list[Verdict]:
+        """The verdicts that have a bar."""
+        return [v for v in self.verdicts if v.met is not None]
+
+    @property
+    def missed(self) -> list[Verdict]:
+        """Those whose bar is missed."""
+        return [v for v in self.judged if not v.met]
 
 
 def reproduce(threads: int = 0) -> Reproduction:

@@ -1,4 +1,4 @@
-"""What ``trainmj paper`` prints: verdicts, laws that do not hold, defects, optima; at most 80 columns."""
+"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima; at most 80 columns."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ from rich.text import Text
 
 from trainmj.output.console import console_table, new_console
 from trainmj.output.table import Table
-from trainmj.paper.page import optima_table, verdict_tables
+from trainmj.paper.page import FLOOR, optima_table, outcome, verdict_tables
 from trainmj.paper.reproduce import Reproduction
 
 
 def print_paper(reproduction: Reproduction) -> None:
-    """Print verdicts, optima, the laws that do not hold, and the defects."""
+    """Print the bars that are missed, verdicts, optima, the laws that do not hold, and the defects."""
     console = new_console()
     console.print(Text("Liu et al. 2022, the B-type subway train: published against computed", style="bold"))
+    _list(console, outcome(reproduction), [v.missed for v in reproduction.missed])
     for table in verdict_tables(reproduction):
-        _table(console, table, table.title, [0, 3, 4, 5])  # without the published numbers and ours
+        _table(console, table, table.title, [0, *range(3, len(table.columns))])  # without the numbers themselves
+    console.print()
+    console.print(FLOOR, markup=False)
     optima = optima_table(reproduction)
     _table(console, optima, "Optimum", range(len(optima.columns) - 1))  # without the stroke of the anti-climber
     laws, defects = reproduction.laws, reproduction.defects

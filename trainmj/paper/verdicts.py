@@ -1,4 +1,4 @@
-"""The verdicts: each item that can be checked, as published and as found, with its deviation, bar and agreement."""
+"""The verdicts: each item as published and as found, what was wanted of it, what was reached, and what can be."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from trainmj.collision.device import Array
 from trainmj.paper import bars
 from trainmj.paper.analysis import TERMS
 from trainmj.paper.bars import FROM_PRINT, GROUPS, ITSELF, Item
+from trainmj.paper.collisions import cases_of
 from trainmj.paper.defects_of_study import rounding_reach
+from trainmj.paper.floors import floor
 from trainmj.paper.printed import MASS_T, published, rms, split_unit
 from trainmj.paper.tables import OURS, RECOMPUTED, Tables
+from trainmj.units import against
 
 _MEASURES: dict[str, Callable[[Array], float]] = {
     "rms": rms,
@@ -32,22 +35,30 @@ class Verdict:
     item: str  # what is compared
     published: str  # the printed value, or how many and in which range
     ours: str  # what stands against it, likewise
-    deviation: float  # how far off it is
-    unit: str  # of deviation and bar
-    bar: float | None  # most that agrees; None where none is set
+    deviation: float  # how far off it is: what was reached
+    unit: str  # of deviation, bar and floor
+    bar: float | None  # most that was wanted, stated before it was reached; None where nothing was
+    floor: float | None = None  # what any law as smooth as ours must miss; None where it is not known
 
     @property
-    def agrees(self) -> bool | None:
-        """Whether the deviation is within the bar; None where none is set."""
+    def met(self) -> bool | None:
+        """Whether the deviation is within the bar; None without a bar."""
         return None if self.bar is None else bool(abs(self.deviation) <= self.bar)
 
     def said(self, value: float | None) -> str:
-        """Deviation or bar as it is read, with its unit."""
+        """Deviation, bar or floor as it is read, with its unit and the digits that tell it from the bar."""
         if value is None:
             return "-"
         if self.unit == "values":
             return f"{value:.0f} differ" if value != 1 else "1 differs"
-        return f"{value:.3g} {self.unit}"
+        return f"{f'{value:g}' if value == self.bar else against(value, self.bar, -3)} {self.unit}"
+
+    @property
+    def missed(self) -> str:
+        """What was reached for what was wanted, in words: ``Table 9: TS, 0.704 % for 0.6 %``."""
+        least = self.bar is not None and self.floor is not None and self.floor > self.bar
+        floor = f", and no law as smooth as ours comes below {self.said(self.floor)}" if least else ""
+        return f"{self.item}, {self.said(self.deviation)} for {self.said(self.bar)}{floor}"
 
 
 def verdicts(tables: Tables) -> list[Verdict]:
@@ -68,38 +79,43 @@ def verdicts_of_collisions(tables: Tables) -> Iterator[Verdict]:
 
 def judge(item: Item, tables: Tables) -> Verdict:
     """The verdict on one item."""
-    pairs = [_values(item.tables, head, tables) for head in item.heads]
-    printed, ours = (np.concatenate(values) for values in zip(*pairs, strict=True))
+    each = [_values(item.tables, head, tables) for head in item.heads]
+    printed, ours = (np.concatenate([values[k] for values in each]) for k in (1, 2))
     off = ours / printed - 1 if item.relative else ours - printed
     name = item.said + {"rms": ", rms", "mean": ", mean deviation"}.get(item.measure, "")
     unit = split_unit(item.heads[0])[1]
     if item.measure in ("mean", "each"):
         shown = f"{printed.size} values", "mean" if item.measure == "mean" else "largest deviation"
     else:
-        shown = _range(printed, unit, item.digits), _range(ours, unit, item.digits)
+        shown = _range(printed, unit, item.digits, as_printed=True), _range(ours, unit, item.digits)
+    floors = [floor(item.measure, *values, item.relative, unit == "g") for values in each]
+    least = max((f for f in floors if f is not None), default=None)
     scale = 100 if item.relative else 1
+    bar, least = (None if amount is None else scale * amount for amount in (item.bar, least))
     deviation = scale * _MEASURES[item.measure](off)
-    bar = None if item.bar is None else scale * item.bar
-    return Verdict(item.group, name, *shown, deviation, "%" if item.relative else unit, bar)
+    return Verdict(item.group, name, *shown, deviation, "%" if item.relative else unit, bar, least)
 
 
-def _values(numbers: str, head: str, tables: Tables) -> tuple[Array, Array]:
-    """Published and our values of a quantity; 17 from two tables over D and M."""
+def _values(numbers: str, head: str, tables: Tables) -> tuple[Array, Array, Array]:
+    """D and M (n, 2), published and our values (n,) of a quantity; 17 from two tables over D and M."""
     if numbers == bars.MEANS_OF_7:
-        return tables["7"].published.mean(axis=1).to_numpy(), tables["8"].pair(head)[1]
+        seven = tables["7"]
+        return np.array(cases_of(seven.keys)), seven.published.mean(axis=1).to_numpy(), tables["8"].pair(head)[1]
     first, *rest = (tables[n] for n in numbers.split())
-    printed, ours = first.pair(head)
+    cases, (printed, ours) = np.array(cases_of(first.keys)), first.pair(head)
     if numbers == "13":  # of its two rows, the one by collision dynamics
-        return printed[1:], ours[1:]
+        return cases[1:], printed[1:], ours[1:]
     for table in rest:
         once = table.keys["M_t"].to_numpy() != MASS_T
         more, our_more = table.pair(head)
+        cases = np.concatenate([cases, np.array(cases_of(table.keys))[once]])
         printed, ours = np.append(printed, more[once]), np.append(ours, our_more[once])
-    return printed, ours
+    return cases, printed, ours
 
 
-def _range(values: Array, unit: str, digits: int) -> str:
-    low, high = f"{values.min():.{digits}f}", f"{values.max():.{digits}f}"
+def _range(values: Array, unit: str, digits: int, as_printed: bool = False) -> str:
+    """From which to which value, with so many decimals or those that are printed."""
+    low, high = (f"{round(v, 5):.15g}" if as_printed else f"{v:.{digits}f}" for v in (values.min(), values.max()))
     return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"
 
 
@@ -129,7 +145,7 @@ def verdicts_of_study(tables: Tables) -> Iterator[Verdict]:
         surrogate, simulated = (float(v) for v in thirteen.pair(head, OURS)[1])
         shown = f"{simulated:.{places}f} {unit}", f"{surrogate:.{places}f} {unit}"
         deviation = 100 * (surrogate / simulated - 1)
-        yield Verdict(ITSELF, f"{name} at the paper's optimum", *shown, deviation, "%", 100 * bars.SURROGATE)
+        yield Verdict(ITSELF, f"{name} at the paper's optimum", *shown, deviation, "%", 100 * bars.surrogate_bar(name))
 
 
 def _counted(item: str, off: int, n: int) -> Verdict:

@@ -16,7 +16,7 @@ from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
 from trainmj.scenario import Scenario
 from trainmj.single import tables
-from trainmj.units import MS
+from trainmj.units import MS, rounded_down
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
@@ -79,7 +79,8 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     for note in scenario.displaced:
         console.print(f"Note: {note}", soft_wrap=True)
     _print_remarks(console, remarks(chain))
+    largest = rounded_down(largest_step(chain) / MS, 3)
     console.print(
-        f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest_step(chain) / MS:.3g} ms; "
+        f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest} ms; "
         f"a record every {chain.record_interval / MS:g} ms; at most {chain.time_limit:g} s."
     )

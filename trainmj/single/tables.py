@@ -11,13 +11,13 @@ import numpy as np
 from trainmj.collision.chain import Chain, Interface, largest_step
 from trainmj.collision.device import Device
 from trainmj.collision.limits import Criterion
-from trainmj.collision.quantities import BALANCE, INTERFACE, VEHICLE, Quantity
+from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, VEHICLE, Quantity
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import MEANING, Kind, Status
 from trainmj.collision.summary import UNSTABLE, Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
-from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, against
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
@@ -35,10 +35,20 @@ def outcome(status: Status) -> Verdict:
 
 def limits(criteria: Sequence[Criterion]) -> Table:
     """The limits of the scenario beside what was found."""
-    heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%", 0), *worded("verdict")]
+    heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%"), *worded("verdict")]
     return Table(
         heads,
-        [(c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:g} {c.unit}", c.used, judged(c.kept)) for c in criteria],
+        [
+            (
+                c.title,
+                c.where,
+                f"{c.text} {c.unit}",
+                f"{c.limit:.12g} {c.unit}",
+                against(c.used, 100, 0),
+                judged(c.kept),
+            )
+            for c in criteria
+        ],
     )
 
 
@@ -48,8 +58,10 @@ def interfaces(summary: Summary) -> Table:
     blank = [""] * (len(INTERFACE) - 1)
     for i in summary.interfaces:
         stages = i.stages if len(i.stages) > 1 else ()
-        rows.append((i.name, i.device, *i.values.values(), _end(i)))
-        rows += [(f"\u00a0\u00a0{s.name}", "", s.stroke_mm, *blank, _limit(s)) for s in stages]
+        stroke, *others = i.values.values()
+        own = i.stages[0].limit_mm if len(i.stages) == 1 else None
+        rows.append((i.name, i.device, STAGE.text(stroke, own), *others, _end(i)))
+        rows += [(f"\u00a0\u00a0{s.name}", "", STAGE.text(s.stroke_mm, s.limit_mm), *blank, _limit(s)) for s in stages]
     return Table(
         [*worded("Interface", "device"), *_columns(INTERFACE), Column("limit", "mm", text=True)],
         rows,
@@ -68,7 +80,8 @@ def _end(interface: InterfaceMetrics) -> Verdict | str:
 def _limit(stage: StageUse) -> Verdict | str:
     if stage.limit_mm is None:
         return ""
-    return failed(f"> {stage.limit_mm:g}") if stage.exhausted else passed(f"≤ {stage.limit_mm:g}")
+    limit = f"{stage.limit_mm:.12g}"
+    return failed(f"> {limit}") if stage.exhausted else passed(f"≤ {limit}")
 
 
 def vehicles(summary: Summary) -> Table:
@@ -115,8 +128,13 @@ def checks(result: Result, summary: Summary) -> Table:
     )
     end, last = summary.duration_s, chain.time_limit
     rows = [
-        *((name, f"{abs(e):.1e}", f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
-        ("step, against the largest stable one", f"{step:g} ms", f"{largest:.3g} ms", judged(step <= largest)),
+        *((name, against(abs(e), most, -2), f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
+        (
+            "step, against the largest stable one",
+            f"{step:.12g} ms",
+            f"{against(largest, step, -3)} ms",
+            judged(step <= largest),
+        ),
         ("end, before the time limit", f"{end:.3f} s", f"{last:g} s", judged(result.tally.over)),
     ]
     return Table(

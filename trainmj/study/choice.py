@@ -53,13 +53,9 @@ def _weights(study: Study, simulated: Designs, front: Designs) -> Weights:
         return own_weights(dict.fromkeys(names, 1.0))
     values = study.criteria(front.responses if part.of == "front" else simulated.usable()[1])
     try:
-        found = entropy_weights(values, normalised=part.normalised, transform=part.data, names=names)
+        return entropy_weights(values, normalised=part.normalised, transform=part.data, names=names)
     except InputError as error:
         raise study.source.error(str(error), "weights") from None
-    if (found.weight < 0).any():
-        said = f"gives negative weights ({found.weight.round(4).tolist()}): change normalised or data"
-        raise study.source.error(said, "weights")
-    return found
 
 
 def _rank(part: DecisionPart, values: FloatArray, weights: FloatArray, *, maximise: Sequence[bool]) -> Ranking:
@@ -135,11 +131,13 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
                 "simulated": simulated,
                 "error_percent": 100.0 * (predicted - simulated) / simulated if simulated else np.nan,
                 "limit": "; ".join(limit.text for limit in limits),
+                "limits": [limit.value for limit in limits],
                 "kept": all(limit.excess(simulated) <= 0 for limit in limits) if limits else None,
             }
         )
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame(rows).drop(columns="limits")
     (status,), (reason,) = found.status, found.reason
     kept = status not in FAILED and all(row["kept"] is not False for row in rows)
-    facts = {"status": status, "reason": reason, "kept": kept, "rows": rows}
+    changed = study.spec.set | study.spec.check.set
+    facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed}
     return Output(None, {"10_check": table}, facts, {"10_check": partial(figures.check, study, table)})

@@ -13,7 +13,7 @@ import numpy as np
 
 from trainmj.doe import Correlation, Factor, Space, Surrogate
 from trainmj.doe.arrays import FloatArray
-from trainmj.output.style import BLUE, GREY, ORANGE, figure, grid, set_width
+from trainmj.output.style import BLUE, GREY, ORANGE, diverging, figure, grid, set_width
 from trainmj.units import label
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def correlations(found: Sequence[Correlation]) -> Figure:
     down, across = (len(found), 1) if wide else (1, len(found))
     panels = picture.subplots(down, across, squeeze=False).ravel()
     for axes, c in zip(panels, found, strict=True):
-        axes.imshow(c.r, vmin=-1, vmax=1, cmap="RdBu_r", aspect="auto")
+        axes.imshow(c.r, vmin=-1, vmax=1, cmap=diverging(), aspect="auto")
         axes.set_xticks(range(columns), c.y_names)
         axes.set_yticks(range(rows), c.x_names)
         axes.set_title(f"{c.method.capitalize()}, n = {c.n}, {100 * c.level:g} % interval")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from trainmj.doe import Weights
 from trainmj.doe.arrays import FloatArray
 from trainmj.output.style import BLUE, GREEN, GREY, ORANGE, SKY, grid
+from trainmj.units import against
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,7 +64,7 @@ def fronts(
 def weights(found: Weights) -> Figure:
     """The weights of the objectives as bars."""
     figure, (axes,) = grid(1, 18.0 + 7 * len(found.names))
-    _bars(axes, found.names, found.weight, BLUE, "{:.4f}")
+    _bars(axes, found.names, found.weight, BLUE, "{:.4f}".format)
     axes.set_xlabel("weight")
     axes.set_title(found.description[:1].upper() + found.description[1:], fontsize=7, fontweight="normal")
     return figure
@@ -86,12 +87,12 @@ def check(study: Study, table: pd.DataFrame) -> Figure:
     limited = [limit for limit in study.limits if limit.value != 0]
     height = 18.0 + 6 * max(len(table), len(limited))
     figure, panels = grid(2 if limited else 1, height, narrowest=80.0)
-    _bars(panels[0], table["response"].tolist(), table["error_percent"].to_numpy(), BLUE, "{:+.2f}")
+    _bars(panels[0], table["response"].tolist(), table["error_percent"].to_numpy(), BLUE, "{:+.2f}".format)
     panels[0].set(title="Predicted less simulated", xlabel="part of the simulated value (%)")
     if limited:
         simulated = table.set_index("response")["simulated"]
         used = np.array([100 * simulated[limit.response.name] / limit.value for limit in limited])
-        _bars(panels[1], [limit.text for limit in limited], used, GREEN, "{:.0f}")
+        _bars(panels[1], [limit.text for limit in limited], used, GREEN, lambda part: against(part, 100, 0))
         panels[1].axvline(100, color=ORANGE, linewidth=1.4)
         panels[1].set(title="Simulated, chosen design", xlabel="part of the limit (%)")
     return figure
@@ -106,11 +107,11 @@ def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _bars(axes: Axes, names: Sequence[str], values: FloatArray, colour: str, form: str) -> None:
+def _bars(axes: Axes, names: Sequence[str], values: FloatArray, colour: str, said: Callable[[float], str]) -> None:
     place = np.arange(len(names))[::-1]
     values = np.nan_to_num(values)
     bars = axes.barh(place, values, height=0.6, color=colour)
-    axes.bar_label(bars, [form.format(v) for v in values], padding=3, fontsize=7)
+    axes.bar_label(bars, [said(v) for v in values], padding=3, fontsize=7)
     axes.set_yticks(place, names)
     axes.margins(x=0.2)
     axes.locator_params(axis="x", nbins=5)

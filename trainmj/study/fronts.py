@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from trainmj.doe import Lattice, SwarmOptions, hypervolume, mopso
 from trainmj.doe.arrays import FloatArray
+from trainmj.doe.optimiser import InfeasibleError
 from trainmj.doe.pareto import default_reference
 from trainmj.errors import InputError
 from trainmj.study import figures_front as figures
@@ -18,7 +19,7 @@ from trainmj.study.folder import Output
 from trainmj.study.plan import Study
 from trainmj.study.simulator import Simulator
 from trainmj.study.surrogates import Models
-from trainmj.units import head
+from trainmj.units import against, head
 
 FILES = {"surrogate": "05_front_surrogate", "simulator": "06_front_simulator"}
 """Tables of the fronts by what was searched."""
@@ -65,6 +66,11 @@ def _search(
             constraints=[limit.text for limit in study.limits],
             options=SwarmOptions(**swarm.model_dump()),
         )
+    except InfeasibleError as error:
+        point = lattice.natural(error.nearest[None])
+        broken = _broken(Designs(study, point, values(point)), where)
+        said = f"search on the {where}: no design of {error.evaluations} keeps all limits; the nearest, {broken}"
+        raise study.source.error(said, "constraints") from None
     except InputError as error:
         place = "constraints" if study.limits else "optimiser"
         raise study.source.error(f"search on the {where}: {error}", place) from None
@@ -89,6 +95,25 @@ def _search(
         facts,
         {f"{name}_progress": partial(figures.progress, progress, where)},
     )
+
+
+def _broken(nearest: Designs, where: str) -> str:
+    """A design in words, with the limits that it breaks, and what to do about it."""
+    study, (row,), broken = nearest.study, nearest.table().to_dict("records"), []
+    for limit in study.limits:
+        value, margin = float(row[limit.response.head]), limit.margin * (where == "surrogate")
+        if limit.excess(np.array(value), margin) > 0:
+            inside = f" with its margin of {margin:g}" if margin else ""
+            shown = against(value, limit.value - limit.sign * margin, -5)
+            broken.append(
+                f"{limit.response.name} = {shown} {limit.response.unit}".rstrip() + f", not {limit.text}{inside}"
+            )
+    factors = ", ".join(f"{f.name} = {_short(row[f.head])} {f.unit}".rstrip() for f in study.space.factors)
+    return f"{factors}, has {' and '.join(broken)}: loosen these limits, or widen the factors' bounds"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def compared(study: Study, predicted: Designs, direct: Designs, simulator: Simulator) -> Output[None]:

@@ -16,8 +16,8 @@ from trainmj.files.tables import read_back
 from trainmj.files.yaml import as_yaml
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.plot import axes, dots, line, numbers, plain
-from trainmj.output.style import BLUE, ORANGE, PALETTE, YELLOW
+from trainmj.output.plot import axes, dots, line, numbers, plain, scale
+from trainmj.output.style import BLUE, DIVERGING, ORANGE, PALETTE, YELLOW
 from trainmj.output.table import Column, judged
 from trainmj.study import tables
 from trainmj.study.fronts import FILES
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
     from trainmj.study.folder import Tables
 
-_DIVERGING = [[0.0, ORANGE], [0.5, "#ffffff"], [1.0, BLUE]]
 _LOOKS = {"surrogate": (YELLOW, "square-open"), "simulator": (BLUE, "circle")}
 """Colour and sign of each search."""
 
@@ -144,7 +143,7 @@ def _add_correlation(section: Section, summary: Summary, table: pd.DataFrame) ->
                     "hovertemplate": "%{y} with %{x}: %{text} (%{customdata})<extra></extra>",
                     "zmin": -1,
                     "zmax": 1,
-                    "colorscale": _DIVERGING,
+                    "colorscale": scale(DIVERGING),
                     "colorbar": {"thickness": 12, "outlinewidth": 0},
                 }
             ],

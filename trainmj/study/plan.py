@@ -23,7 +23,7 @@ from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
 from trainmj.study.file import GivenPoints, StudyFile
 from trainmj.study.rules import broken_rules, factor_of
-from trainmj.units import head, label
+from trainmj.units import ROUND_OFF, head, label
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,12 @@ class Limit:
     @property
     def text(self) -> str:
         """In print: ``S_anti <= 265 mm``."""
-        return f"{self.response.name} {'<=' if self.sign > 0 else '>='} {self.value:g} {self.response.unit}".rstrip()
+        return f"{self.response.name} {'<=' if self.sign > 0 else '>='} {self.value:.12g} {self.response.unit}".rstrip()
 
     def excess(self, values: FloatArray, margin: float = 0.0) -> FloatArray:
-        """How far values (n,) are beyond the limit, less the margin: allowed where <= 0, (n,)."""
-        return np.asarray(self.sign * (values - self.value) + margin, dtype=np.float64)
+        """How far values (n,) are beyond the limit, less the margin: allowed where <= 0, (n,); round-off is nothing."""
+        excess = np.asarray(self.sign * (values - self.value) + margin, dtype=np.float64)
+        return np.where(np.abs(excess) <= ROUND_OFF * abs(self.value), 0.0, excess)
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ def as_it_stands(study: Study, simulator: Simulator) -> Output[FloatArray]:
         raise InputError(f"the scenario as it stands is {row['status']}: {row['reason']}")
     table = pd.DataFrame({"response": list(row), "value": [str(value) for value in row.values()]})
     tables = {"00_as_it_stands": table}
-    return Output(read_as_it_stands(study, tables), tables, {"status": row["status"]}, {})
+    return Output(read_as_it_stands(study, tables), tables, {"status": row["status"], "set": study.spec.set}, {})
 
 
 def read_as_it_stands(study: Study, tables: Tables) -> FloatArray:

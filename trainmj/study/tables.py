@@ -8,7 +8,7 @@ from typing import Any
 from trainmj.output.table import Column, Table, judged, passed, warned
 from trainmj.study.file import ChoiceFactor
 from trainmj.study.plan import Study
-from trainmj.units import head
+from trainmj.units import against, head
 
 Summary = Mapping[str, Any]
 """What summary.json says: what was asked, and the facts of each step by its name."""
@@ -176,8 +176,23 @@ def check(summary: Summary) -> Table:
     rows = []
     for row in found["rows"]:
         limit = row["limit"].replace(f"{row['response']} ", "").replace("<=", "≤").replace(">=", "≥")
-        rows.append(row | {"limit": limit, "kept": judged(row["kept"])})
+        simulated = max(
+            (against(row["simulated"], value, -5) for value in row.get("limits", ())), key=len, default=None
+        )
+        shown_row = {"limit": limit, "kept": judged(row["kept"])}
+        rows.append(row | shown_row | ({} if simulated is None else {"simulated": simulated}))
     status = f"{found['status']} {found['reason']}".strip()
-    note = "As it stands: the scenario without the study. Error: predicted less simulated. "
-    note += f"Status of the check: {status}."
+    study = summary["study"]
+    as_it_stands, simulated = study.get("set", {}), study.get("set", {}) | study.get("check", {}).get("set", {})
+    apart = " trainmj run on the scenario sets none of this, so its numbers differ." if as_it_stands else ""
+    note = (
+        f"As it stands: the scenario{_with(as_it_stands)}. Simulated: the chosen design{_with(simulated)}.{apart} "
+        f"Error: predicted less simulated. Status of the check: {status}."
+    )
     return table_of(rows, shown, "The chosen design, simulated", note)
+
+
+def _with(changes: Mapping[str, Any]) -> str:
+    """What a simulation of the study changes beside its factors."""
+    said = ", ".join(f"{path} = {value}" for path, value in changes.items())
+    return f" with {said}" if said else ""

@@ -13,7 +13,7 @@ from trainmj.collision.device import Array
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import Kind
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, shade
+from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
 from trainmj.output.table import Column, Table, worded
 from trainmj.units import label, unit_of, words
@@ -154,7 +154,7 @@ def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], resp
         bar = {"title": {"text": label(*second.axis), "side": "right"}, "thickness": 12, "outlinewidth": 0}
         trace["marker"] |= {
             "color": [float(v) for v in second.places(table[second.name])],
-            "colorscale": [[k / (len(VIRIDIS) - 1), c] for k, c in enumerate(VIRIDIS)],
+            "colorscale": scale(VIRIDIS),
             "colorbar": bar | second.ticks,
         }
     return trace

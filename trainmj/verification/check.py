@@ -39,8 +39,18 @@ class Check:
             return False
         if self.kind is Kind.AT_LEAST:
             return bool(self.found >= self.expected - self.tolerance)
-        room = self.tolerance * abs(self.expected) if self.kind is Kind.RELATIVE else self.tolerance
-        return bool(abs(self.found - self.expected) <= room)
+        return bool(abs(self.found - self.expected) <= self._room)
+
+    @property
+    def nearest_end(self) -> float:
+        """The end of what passes that is nearest to the number found, beside which it is read."""
+        upper = self.kind is not Kind.AT_LEAST and self.found > self.expected
+        return self.expected + self._room if upper else self.expected - self._room
+
+    @property
+    def _room(self) -> float:
+        """The tolerance in the unit of the number."""
+        return self.tolerance * abs(self.expected) if self.kind is Kind.RELATIVE else self.tolerance
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj verify --json`` prints them."""

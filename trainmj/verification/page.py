@@ -9,6 +9,7 @@ from trainmj.collision.identity import identity
 from trainmj.output.blocks import Card
 from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, judged
+from trainmj.units import against
 from trainmj.verification.check import Check, Kind
 from trainmj.verification.published import NOT_CHECKED
 from trainmj.verification.suite import Verification
@@ -57,9 +58,9 @@ def _row(c: Check) -> tuple[object, ...]:
         expected, tolerance = f"at least {_number(c.expected - c.tolerance)}", ""
     else:
         expected = _number(c.expected)
-        tolerance = f"{100 * c.tolerance:.2g} %" if c.kind is Kind.RELATIVE else _number(c.tolerance)
-    return judged(c.passed), what, expected, _number(c.found), tolerance
+        tolerance = f"{100 * c.tolerance:.6g} %" if c.kind is Kind.RELATIVE else _number(c.tolerance)
+    return judged(c.passed), what, expected, _number(c.found, c.nearest_end), tolerance
 
 
-def _number(value: float) -> str:
-    return f"{value:.2g}" if 0 < abs(value) < 1e-3 else f"{value:.7g}"
+def _number(value: float, limit: float | None = None) -> str:
+    return against(value, limit, -2 if 0 < abs(value) < 1e-3 else -7)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from trainmj.output.console import console_table, new_console
 from trainmj.verification.page import table_of
+from trainmj.verification.published import NOT_CHECKED
 from trainmj.verification.suite import Verification
 
 
@@ -19,3 +20,4 @@ def print_verification(verification: Verification) -> None:
         + ("all pass." if verification.passed else f"{failed} FAIL{'S' if failed == 1 else ''}."),
         style="bold",
     )
+    console.print(f"Not checked: {NOT_CHECKED[0]}")
