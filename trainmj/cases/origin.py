@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from trainmj.collision import identity
-from trainmj.files.text import printable
+from trainmj.files.text import from_json, printable
 from trainmj.files.yaml import parse
 from trainmj.scenario import Scenario, to_yaml
 
@@ -86,7 +86,7 @@ def _differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
 def stated(about: Mapping[str, str], name: str) -> Any:
     """A value that a store states as JSON; None if it states none."""
     try:
-        return json.loads(about.get(name, "null"))
+        return from_json(about.get(name, "null"))
     except ValueError:
         return None
 

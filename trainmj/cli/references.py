@@ -12,7 +12,8 @@ import click
 
 import trainmj
 from trainmj.cli.options import takes_formats, takes_json, takes_threads
-from trainmj.files.written import held, replacing
+from trainmj.files.folder import filling
+from trainmj.files.written import replacing
 
 if TYPE_CHECKING:
     from trainmj.output.style import Format
@@ -66,9 +67,10 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
 
     Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
     """
-    if out is not None:
-        click.get_current_context().with_resource(held(out))
     from trainmj.paper import output
+
+    if out is not None:
+        click.get_current_context().with_resource(filling(out, output.OWN))
     from trainmj.paper.reproduce import reproduce
 
     reproduction = reproduce(threads)

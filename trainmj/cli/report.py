@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from trainmj.errors import InputError
+from trainmj.files.folder import spare
 from trainmj.files.text import printable
 from trainmj.files.written import is_held
 
 if TYPE_CHECKING:
     from trainmj.output.page import Page
-
-REPORT = "report.html"
 
 takes_report = click.option(
     "--report", "with_report", is_flag=True, help="Write report.html too: all results on one page, in one file."
@@ -87,12 +86,15 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
         OutputError: if the file cannot be written.
     """
+    from trainmj.output.page import REPORT
+
     kind, source = _found(Path(results))
     if kind.page is None:
         cure = kind.cure.format(folder=quote(str(source.parent)))
         raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}, which computes nothing again")
     name = REPORT if source.name == kind.file else f"{source.stem}.html"
     file = source.with_name(name) if out is None else Path(out)
+    spare([source], file)
     try:
         page = kind.page(source)
     except _DAMAGED as error:
@@ -108,7 +110,7 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
     return file
 
 
-_DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
+_DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, RecursionError, TypeError, ValueError)
 """What is raised by values that trainmj did not write."""
 
 

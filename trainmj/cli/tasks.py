@@ -186,6 +186,7 @@ def identify(
     """
     plan = trainmj.load_targets(targets)
     from trainmj.identification import page, screen
+    from trainmj.output.page import REPORT
 
     line = screen.Screen()
     with going_on(out, fresh, line.stop):
@@ -200,7 +201,7 @@ def identify(
             figure_width=figure_width,
         )
     if with_report:
-        page.page_of(found, page.command_of(targets, found)).write(out / page.PAGE)
+        page.page_of(found, page.command_of(targets, found)).write(out / REPORT)
     if as_json:
         click.echo(json.dumps(found.summary, indent=2))
     else:

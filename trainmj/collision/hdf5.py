@@ -65,7 +65,8 @@ def _read_here() -> None:
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_PROF, 0)
     out = io.BytesIO()
-    np.savez(out, **{"/attributes": json.dumps(attributes)}, **found)
+    found["/attributes"] = np.array(json.dumps(attributes))
+    np.savez(out, allow_pickle=False, **found)
     sys.stdout.buffer.write(out.getvalue())
 
 

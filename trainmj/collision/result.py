@@ -166,6 +166,8 @@ def load_result(file: str | Path) -> Result:
     Raises:
         InputError: if the file is not there, is not such a result, or is not as it was written.
     """
+    if not Path(file).is_file():
+        raise InputError(f"{file}: there is no such file")
     try:
         content = read_bytes(Path(file), _MOST_BYTES)
         attributes, arrays = hdf5.read(content) if content.startswith(hdf5.BEGINNING) else _unpacked(content)
@@ -222,7 +224,7 @@ def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
     if not content.startswith(b"CDF"):
         raise InputError("is not a readable NetCDF file")
     if not _checked(content)[0]:
-        raise InputError("is damaged, or was changed: its checksum is not that of its content; compute it again")
+        raise InputError("is damaged, or was changed: its checksum is not that of its content")
     try:
         with netcdf_file(_Bounded(content), mmap=False) as data:
             attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in data._attributes.items()}

@@ -49,6 +49,11 @@ class Source:
     values: Mapping[str, Any]  # nested dicts, lists, strings and numbers, as a YAML file gives them
     origins: Mapping[Path, str] = field(default_factory=dict, repr=False)  # "my.yaml:12:5" or "change mass_t=33"
     folder: FilePath = FilePath()  # where the files that the values name are
+    files: frozenset[FilePath] = field(default=frozenset(), repr=False)  # that the values were read from
+
+    def reading(self, *names: str) -> Source:
+        """The same with further files that were read, beside the file that names them."""
+        return replace(self, files=self.files.union(self.folder / name for name in names))
 
     def checked(self, model: type[Model]) -> Model:
         """The values as a model.

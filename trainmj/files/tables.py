@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.text import HIDDEN, beside, read_text
+from trainmj.files.text import HIDDEN, beside, read_bytes, read_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_BYTES = 50_000_000
+_MOST_BYTES_BACK = 500_000_000  # of a table that trainmj wrote
 
 
-def read_back(file: Path) -> pd.DataFrame:
-    """Read a table that trainmj wrote; a column that is not all numbers stays text."""
-    with file.open(newline="", encoding="utf-8") as lines:
-        return _table(csv.reader(lines))
+def read_back(file: Path, follow: bool = False) -> pd.DataFrame:
+    """Read a table that trainmj wrote; a column that is not all numbers stays text.
+
+    Args:
+        file: of the table.
+        follow: whether it may be a link.
+
+    Raises:
+        InputError: if it cannot be read, without the name of the file.
+    """
+    try:
+        text = read_bytes(file, _MOST_BYTES_BACK, follow).decode()
+        return _table(csv.reader(io.StringIO(text, newline="")))
+    except (csv.Error, UnicodeDecodeError, IndexError) as error:
+        raise InputError(f"{file.name} is damaged ({error})") from None
 
 
 def find_table(folder: Path, name: str, said: str) -> Path:

@@ -70,7 +70,7 @@ def _rows(part: TableData | RowsData, folder: Path) -> list[Row]:
     if isinstance(part, RowsData):
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
         return [{head: row.get(head) for head in heads} for row in part.rows]
-    first, *others = [part.table] if isinstance(part.table, str) else part.table
+    first, *others = part.files
     rows = _read(first, folder)
     for name in others:
         rows = _joined(rows, _read(name, folder), list(part.cases), name)

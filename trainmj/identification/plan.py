@@ -112,6 +112,11 @@ class Identification:
         """What is identified."""
         return self.spec.title or self.scenario.title or "Identification"
 
+    @property
+    def files(self) -> frozenset[Path]:
+        """The files that it was read from."""
+        return self.source.files | self.scenario.files
+
     @cached_property
     def columns(self) -> tuple[str, ...]:
         """The columns of the results that the targets need."""
@@ -176,7 +181,8 @@ def _checked(source: Source) -> Identification:
     start = scenario.with_values(unknowns.changes(unknowns.start().value))
     targets = tuple(_target(name, part, [*fitted, *held_out], start, source) for name, part in spec.targets.items())
     samples = Sample.of(fitted, targets), Sample.of(held_out, targets)
-    return Identification(spec, scenario, unknowns, targets, *samples, source)
+    read = [name for _, part in spec.tables() for name in part.files]
+    return Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read))
 
 
 def _target(name: str, part: TargetPart, found: Sequence[Observation], start: Scenario, source: Source) -> Target:

@@ -157,24 +157,28 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
     source = read_yaml(path)
-    values = {key: _with_points(value, (key,), source) for key, value in source.values.items()}
+    curves: list[str] = []  # the files that have them
+    values = {key: _with_points(value, (key,), source, curves) for key, value in source.values.items()}
+    source = source.reading(*curves)
     base = values.pop(BUILDS_ON, None)
     if base is None:
         return replace(source, values=values)
     if not isinstance(base, str):
         raise source.error("must be the name of a scenario file", BUILDS_ON)
     below = _read_built(find_beside(source.folder, base, source.said(BUILDS_ON)), (*before, path.resolve()))
-    return replace(source, values=_merged(below.values, values), origins={**below.origins, **source.origins})
+    origins = {**below.origins, **source.origins}
+    return replace(source, values=_merged(below.values, values), origins=origins, files=source.files | below.files)
 
 
-def _with_points(value: Any, path: Path, source: Source) -> Any:
-    """A value of a file, each curve in it that names a CSV file replaced by the points there."""
+def _with_points(value: Any, path: Path, source: Source, curves: list[str]) -> Any:
+    """A value of a file, each curve in it that names a CSV file replaced by the points there; the name is noted."""
     if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
+        curves.append(value["file"])
         return _read_curve(value["file"], source.folder, source.said(*path, "file"))
     if isinstance(value, dict):
-        return {key: _with_points(inner, (*path, key), source) for key, inner in value.items()}
+        return {key: _with_points(inner, (*path, key), source, curves) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_with_points(inner, (*path, n), source) for n, inner in enumerate(value)]
+        return [_with_points(inner, (*path, n), source, curves) for n, inner in enumerate(value)]
     return value
 
 

@@ -93,6 +93,11 @@ class Study:
         return self.spec.title or self.scenario.title or "Study"
 
     @property
+    def files(self) -> frozenset[Path]:
+        """The files that it was read from."""
+        return self.source.files | self.scenario.files
+
+    @property
     def objectives(self) -> tuple[Response, ...]:
         """The responses that are minimised or maximised, (m,)."""
         named = self._named()
@@ -181,6 +186,7 @@ def _checked(source: Source) -> Study:
         return study
     try:
         table = read_beside(source.folder, spec.design.file, "file")
-        return replace(study, given=study.space.from_table(table).tolist())
+        given = study.space.from_table(table).tolist()
+        return replace(study, given=given, source=source.reading(spec.design.file))
     except InputError as error:
         raise source.error(str(error).removeprefix("file: "), "design", "file") from None

@@ -8,14 +8,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from trainmj.cases.store import KEY, Store, remove_store
+from trainmj.cases.store import KEY, Store
 from trainmj.collision.identity import identity
-from trainmj.files.written import finite, held, remove
+from trainmj.files.folder import filling, remove_own
+from trainmj.files.written import finite, remove
 from trainmj.output.style import Format, Width
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs
-from trainmj.study.folder import STATE, Folder, Output, Step, Tables
+from trainmj.study.folder import OF_STEPS, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
 from trainmj.study.simulator import FILE, Simulator
 
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 
 SUMMARY = "summary.json"
+
+_NOT_OF_STEPS = r"simulations\.sqlite(-\w+)?|(steps|summary)\.json|report\.html"
+OWN = f"{OF_STEPS}|{_NOT_OF_STEPS}"
+"""The files of the folder, as a pattern of their names."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +103,11 @@ def run_study(
     """
     study = study if isinstance(study, Study) else load_study(study)
     watch = watch or Watch()
-    with held(folder) as path:
+    with filling(folder, OWN, study.files) as path:
         files = Folder(path, figures, figure_width)
         if fresh:
             files.start_over()
-            remove_store(path / FILE, [STATE, "report.html"])
+            remove_own(path, _NOT_OF_STEPS)
         remove(path / SUMMARY)  # comes back when all steps are of one study
         with Store(path / FILE, KEY) as store:
             simulator = Simulator(store, study, threads, watch.simulated)

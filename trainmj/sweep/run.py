@@ -13,7 +13,7 @@ from trainmj.cases.engine import Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
 from trainmj.cases.reader import read_about
 from trainmj.cases.runner import fill
-from trainmj.cases.store import FILE, Store, remove_store
+from trainmj.cases.store import FILE, Store
 from trainmj.cases.table import chosen
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
@@ -21,11 +21,15 @@ from trainmj.collision.quantities import columns_of
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
 from trainmj.errors import InputError
-from trainmj.files.written import held
+from trainmj.files.folder import filling, own_files, remove_own
+from trainmj.files.text import printable
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
 
-_LEFT = ("results.csv", "results.parquet", "report.html")
+OWN = r"results\.(sqlite(-\w+)?|csv|parquet)|report\.html|case_\d+\.nc"
+"""The files of the folder, as a pattern of their names."""
+
+_MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
 _HISTORIES = "histories"
 
 
@@ -81,19 +85,24 @@ def run_sweep(
     sweep = sweep if isinstance(sweep, Sweep) else load_sweep(sweep)
     engine = engine or Local(sweep.scenario, threads)
     _check_responses(sweep)
-    with held(folder) as folder:
+    with filling(folder, OWN, sweep.files) as folder:
         file = folder / FILE
         if fresh:
-            histories = {*sweep.histories, *_histories_in(read_about(file))}
-            remove_store(file, [*_LEFT, *map(_history, histories)])
+            histories = {*map(_history, {*sweep.histories, *_histories_in(read_about(file))})}
+            others = [
+                name for name in (found.name for found in own_files(folder, r"case_\d+\.nc")) if name not in histories
+            ]
+            remove_own(folder, OWN, kept=others)
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
             store.describe(_further(sweep, store.about()))
             finished = store.finished()
             progress(there := len(finished))
+            if there < len(sweep):
+                remove_own(folder, _MADE_OF_IT)  # of fewer cases than there will be
             fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
             store.write_csv(folder / "results.csv")
-            failed = [f"case {number}, {status}: {reason}" for number, status, reason in store.failed()]
+            failed = [printable(f"case {number}, {status}: {reason}") for number, status, reason in store.failed()]
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
     return SweepResult(folder, len(sweep), len(sweep) - there, len(failed), next(iter(failed), ""), seconds)
