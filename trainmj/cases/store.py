@@ -66,15 +66,15 @@ class Store:
     """Finished cases in a file, which is made if it is not there.
 
     The first column has the keys of the cases: numbers if its name is "case", otherwise text. What cannot be read or
-    written is an OutputError, and so is a file that is a link, which might lead out of the folder, or that has more than
-    plain tables.
+    written is an OutputError, and so is a file that is a link, which might lead out of the folder, or has more than plain
+    tables.
     """
 
     def __init__(self, file: Path, key: str = CASE) -> None:
         """Open or make the file."""
         self.file, self._key, self._numbered = file, key, key == CASE
         with self._troubles():
-            self._db = connected(file, "rwc")
+            self._db = connected(file, "rwc", PATIENCE)
             self._db.execute("PRAGMA synchronous = NORMAL")
         with self._transaction() as db:
             db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
@@ -227,7 +227,7 @@ def key_of(*content: Any) -> str:
     return sha256(json.dumps(content, default=str).encode()).hexdigest()[:32]
 
 
-def connected(file: Path, mode: str) -> sqlite3.Connection:
+def connected(file: Path, mode: str, patience: float) -> sqlite3.Connection:
     """A connection to a file that somebody else may have made, and in which nothing can run.
 
     It has two plain tables, and each page of it is in one place: reading ends, and takes no more memory than the file.
@@ -236,6 +236,7 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
         file: of a store.
         mode: rw or rwc, as SQLite's URIs have it. Readers write too: they take back what a killed process has left half
             written.
+        patience: how long it waits for a process that writes [s].
 
     Raises:
         OutputError: if the file, or one that SQLite keeps beside it, is no plain file, or it has anything else in it.
@@ -245,16 +246,14 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
         if beside.is_symlink() or (beside.exists() and not beside.is_file()):
             raise OutputError(f"{beside}: is a link to another file, or no file: remove it, or take another folder")
     uri = f"{Path(os.path.abspath(file)).as_uri()}?mode={mode}"
-    db = sqlite3.connect(uri, timeout=PATIENCE, isolation_level=None, uri=True)
+    db = sqlite3.connect(uri, timeout=patience, isolation_level=None, uri=True)
     try:
         db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MOST_BYTES)
         db.execute("PRAGMA trusted_schema = OFF")
         for kind, name, made in db.execute("SELECT type, name, sql FROM sqlite_schema"):
             if not (_TABLE.fullmatch(str(made)) or (made is None and str(name).startswith("sqlite_autoindex_"))):
                 said = printable(f"{kind} {name}")[:60]
-                raise OutputError(
-                    f"{file}: is not a file of this trainmj: it has the {said}, which trainmj did not make"
-                )
+                raise OutputError(f"{file}: is not a file of trainmj: it has the {said}, which trainmj did not make")
         ((found,),) = db.execute("PRAGMA quick_check(1)")
         if found != "ok":
             raise sqlite3.DatabaseError(f"malformed: {printable(str(found)).splitlines()[-1][:100]}")

@@ -13,7 +13,10 @@ from trainmj.output.style import Format, Width, save
 from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
-OWN = r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|collision\.(png|svg|pdf)|summary\.json|report\.html"
+OWN = (
+    r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|collision\.(png|svg|pdf)"
+    r"|summary\.json|report\.html"
+)
 """The files of the folder, as a pattern of their names."""
 
 _LAST = "summary.json"

@@ -186,9 +186,8 @@ class Folder:
             return {}
         for file in (file for record in state.values() for file in record.files):
             if not re.fullmatch(OF_STEPS, file):
-                raise InputError(
-                    f"{self.path / STATE}: names the file {file[:100]!a}, which is not a plain name such as 01_design.csv: remove {STATE}"
-                )
+                said = f"names the file {file[:100]!a}, which is not a plain name such as 01_design.csv"
+                raise InputError(f"{self.path / STATE}: {said}: remove {STATE}")
         return state
 
     def _write_state(self) -> None:

@@ -88,10 +88,8 @@ def run_sweep(
     with filling(folder, OWN, sweep.files) as folder:
         file = folder / FILE
         if fresh:
-            histories = {*map(_history, {*sweep.histories, *_histories_in(read_about(file))})}
-            others = [
-                name for name in (found.name for found in own_files(folder, r"case_\d+\.nc")) if name not in histories
-            ]
+            ours = {_history(number) for number in {*sweep.histories, *_histories_in(read_about(file))}}
+            others = {found.name for found in own_files(folder, _history(r"\d+"))} - ours
             remove_own(folder, OWN, kept=others)
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
@@ -130,7 +128,7 @@ def _histories_in(about: Mapping[str, str]) -> set[int]:
     return {number for number in said if isinstance(number, int)} if isinstance(said, list) else set()
 
 
-def _history(number: int) -> str:
+def _history(number: int | str) -> str:
     return f"case_{number}.nc"
 
 
