@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import fields
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import xarray as xr
 from builders import scenario
 
+from trainmj.collision import hdf5
+from trainmj.collision import result as result_file
 from trainmj.collision.block import TALLY
+from trainmj.collision.comparison import compare
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
@@ -51,7 +53,7 @@ def test_results_with_a_wall_or_an_unequal_partner_are_read_back(name, tmp_path)
 
 
 def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
-    """HDF5 keeps attributes of up to 64 kB; the scenario of a result may be longer."""
+    """Not every format of files keeps texts of more than 64 kB."""
     u = 900 * np.linspace(0, 1, 900) ** 1.01  # all digits of a number, to be long with few points
     curves = {
         name: {"stroke_mm": u.tolist(), "force_kN": (700 + 100 * np.sin(k * u)).tolist()}
@@ -66,7 +68,7 @@ def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
 
 
 def test_the_file_is_plain_netcdf_with_names_and_units(saved, standard_result):
-    with xr.open_dataset(saved, engine="h5netcdf", decode_timedelta=False) as data:
+    with xr.open_dataset(saved, decode_timedelta=False) as data:
         assert dict(data.sizes) == {"time": len(standard_result.time), "vehicle": 12, "interface": 11}
         assert data["force"].sel(interface="S1-M1").max() == standard_result.force[:, 5].max()
         assert data["velocity"].sel(vehicle="M1")[0] == pytest.approx(25 / 3.6)
@@ -150,7 +152,28 @@ def test_a_damaged_file_is_refused(saved, tmp_path):
     whole = saved.read_bytes()
     file = tmp_path / "cut.nc"
     file.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match="is not a readable NetCDF file"):
+    with pytest.raises(InputError, match="cut.nc: is damaged, or was changed"):
+        load_result(file)
+
+
+def test_a_damaged_byte_is_found_wherever_it_is(saved, tmp_path):
+    """A wrong number from a damaged file would look like any other."""
+    whole = saved.read_bytes()
+    file = tmp_path / "flipped.nc"
+    for place in np.random.default_rng(1).integers(0, len(whole), 200):
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        with pytest.raises(InputError, match=r"is damaged|is not"):
+            load_result(file)
+
+
+@pytest.mark.parametrize(("name", "count"), [(b"time", 100_000), (b"position", 2**31 - 1)])
+def test_a_file_that_claims_more_than_it_has_is_refused_though_its_checksum_is_right(saved, tmp_path, name, count):
+    """Someone who makes such a file can also seal it; it must not take all memory."""
+    whole = saved.read_bytes()
+    at = whole.index(len(name).to_bytes(4, "big") + name) + 4 + len(name)
+    file = tmp_path / "claims.nc"
+    file.write_bytes(result_file._checked(whole[:at] + count.to_bytes(4, "big") + whole[at + 4 :])[1])
+    with pytest.raises(InputError, match=r"claims\.nc: "):
         load_result(file)
 
 
@@ -160,20 +183,48 @@ def test_a_folder_is_refused(tmp_path):
 
 
 def test_netcdf_files_of_others_are_refused(tmp_path):
-    xr.Dataset({"x": ("t", [1.0, 2.0])}).to_netcdf(tmp_path / "x.nc", engine="h5netcdf")
-    with pytest.raises(InputError, match="is not a result of this trainmj"):
-        load_result(tmp_path / "x.nc")
+    for engine in ("scipy", "h5netcdf"):
+        xr.Dataset({"x": ("t", [1.0, 2.0])}).to_netcdf(tmp_path / "x.nc", engine=engine)
+        with pytest.raises(InputError, match="is not a result of this trainmj"):
+            load_result(tmp_path / "x.nc")
 
 
 @pytest.mark.parametrize("lost", ["tally_plastic", "force"])
-def test_a_result_that_lost_a_variable_is_refused(saved, tmp_path, lost):
-    """As after an edit in another program."""
+def test_a_result_that_lost_a_variable_is_refused(standard_result, tmp_path, lost):
+    """As one of an earlier version may have."""
     file = tmp_path / "less.nc"
-    file.write_bytes(saved.read_bytes())
-    with h5py.File(file, "r+") as data:
-        del data[lost]
-    with pytest.raises(InputError, match=lost):
+    file.write_bytes(result_file._packed(standard_result.dataset().drop_vars(lost)))
+    with pytest.raises(InputError, match=f"is not a whole result: {lost} is missing"):
         load_result(file)
+
+
+# results of earlier versions, which were HDF5
+
+
+def earlier(result, file, **changes):
+    """A result as it was saved before."""
+    data = result.dataset().assign_attrs({"format": "trainmj result 1"} | changes)
+    data.to_netcdf(file, engine="h5netcdf")
+
+
+def test_an_earlier_result_is_read_back_exactly(standard_result, tmp_path):
+    earlier(standard_result, tmp_path / "old.nc")
+    assert compare(load_result(tmp_path / "old.nc"), standard_result).same
+    assert load_result(tmp_path / "old.nc").versions == standard_result.versions
+
+
+@pytest.mark.parametrize(
+    "lines", ["while True: pass", "import os; os.abort()", "raise SystemExit(1)", "raise SystemExit(0)"]
+)
+def test_a_reader_that_hangs_or_dies_of_a_damaged_file_ends_in_a_message(standard_result, tmp_path, lines, monkeypatch):
+    """What the HDF5 library does with some damaged files."""
+    earlier(standard_result, tmp_path / "old.nc")
+    reader = tmp_path / "reader.py"
+    source = Path(hdf5.__file__).read_text()
+    reader.write_text(source.replace("    with h5py.File", f"    {lines}\n    with h5py.File"))
+    monkeypatch.setattr(hdf5, "__file__", str(reader))
+    with pytest.raises(InputError, match=r"old\.nc: is not a readable NetCDF file"):
+        load_result(tmp_path / "old.nc")
 
 
 @pytest.mark.parametrize("where", ["missing/r.nc", "."])

@@ -66,8 +66,7 @@ class Store:
     """Finished cases in a file, which is made if it is not there.
 
     The first column has the keys of the cases: numbers if its name is "case", otherwise text. What cannot be read or
-    written is an OutputError, and so is a file that is a link, which might lead out of the folder, or has more than plain
-    tables.
+    written is an OutputError, and so is what :func:`connected` refuses.
     """
 
     def __init__(self, file: Path, key: str = CASE) -> None:

@@ -39,11 +39,14 @@ def read(content: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         raise InputError("is not a readable NetCDF file (HDF5 does not answer)") from None
     if done.returncode == _NO_PACKAGE:
         raise InputError("is an HDF5 file of an earlier trainmj, which needs the package h5py: pip install h5py")
-    if done.returncode:
-        raise InputError("is not a readable NetCDF file (HDF5 cannot read it, or does not come to an end)")
-    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as found:
-        arrays = dict(found)
-    return json.loads(str(arrays.pop("/attributes"))), arrays
+    try:
+        if done.returncode:
+            raise ValueError
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as found:
+            arrays = dict(found)
+        return json.loads(str(arrays.pop("/attributes"))), arrays
+    except (EOFError, KeyError, TypeError, ValueError):
+        raise InputError("is not a readable NetCDF file (HDF5 cannot read it, or comes to no end)") from None
 
 
 def _read_here() -> None:
