@@ -152,7 +152,7 @@ def test_a_damaged_file_is_refused(saved, tmp_path):
     whole = saved.read_bytes()
     file = tmp_path / "cut.nc"
     file.write_bytes(whole[: len(whole) // 2])
-    with pytest.raises(InputError, match="cut.nc: is damaged, or was changed"):
+    with pytest.raises(InputError, match=r"cut\.nc: is damaged, or was changed"):
         load_result(file)
 
 

@@ -49,6 +49,8 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
             raise InputError(f"{file}: is being written by another process: try again in a moment") from None
         reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
         raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
+    except OutputError as error:
+        raise InputError(str(error)) from None
     columns = read_columns(about, file)
     table = table[in_order(table.columns, columns)]
     table.attrs["columns"] = columns

@@ -25,7 +25,7 @@ from trainmj.collision.quantities import Column, ordered
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError, OutputError
 from trainmj.files.text import from_json, printable
-from trainmj.files.written import replacing
+from trainmj.files.written import replacing, special
 
 FILE = "results.sqlite"
 CASE = "case"
@@ -54,7 +54,7 @@ _TROUBLES = {
     "locked": "another process is using this file: wait for it, or take another folder",
     "full": "the disk is full; finished cases are kept: make room, and the same command goes on",
     **dict.fromkeys(
-        ("not a database", "malformed", "no such"),
+        ("not a database", "malformed", "no such", "too big"),
         "is damaged or no SQLite file ({}): take another folder, or start over with --fresh",
     ),
     "": "cannot be written ({}); finished cases are kept",
@@ -242,8 +242,8 @@ def connected(file: Path, mode: str, patience: float) -> sqlite3.Connection:
         sqlite3.Error: if it is damaged, or locked.
     """
     for beside in (file.with_name(file.name + end) for end in BESIDE):
-        if beside.is_symlink() or (beside.exists() and not beside.is_file()):
-            raise OutputError(f"{beside}: is a link to another file, or no file: remove it, or take another folder")
+        if what := "is a link to another file" if beside.is_symlink() else special(beside):
+            raise OutputError(f"{beside}: {what}: remove it, or take another folder")
     uri = f"{Path(os.path.abspath(file)).as_uri()}?mode={mode}"
     db = sqlite3.connect(uri, timeout=patience, isolation_level=None, uri=True)
     try:

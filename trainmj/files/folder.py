@@ -105,7 +105,7 @@ def staged(folder: Path, own: str, last: str, kept: Iterable[str] = ()) -> Itera
             for file in files:
                 os.replace(file, folder / file.name)
     except OutputError as error:
-        raise OutputError(str(error).replace(f"{os.path.abspath(stage)}{os.sep}", f"{folder}{os.sep}")) from None
+        raise OutputError(str(error).replace(f"{stage}{os.sep}", f"{folder}{os.sep}")) from None
     except OSError as error:
         at = folder / Path(error.filename).name if error.filename else folder
         raise OutputError(f"{at}: cannot be written ({error.strerror or error})") from None

@@ -49,7 +49,8 @@ def read_bytes(path: Path, most_bytes: int, follow: bool = True) -> bytes:
         if not follow and path.is_symlink():
             raise InputError("is a link to another file")
         if not path.is_file():
-            raise InputError("is a folder, not a file" if path.is_dir() else "cannot be read (No such file)")
+            there = "is a pipe or a device, not a file" if path.exists() else "cannot be read (No such file)"
+            raise InputError("is a folder, not a file" if path.is_dir() else there)
         with path.open("rb") as file:
             content = file.read(most_bytes + 1)
     except InputError:

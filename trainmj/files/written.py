@@ -38,8 +38,8 @@ def replacing(file: str | Path) -> Iterator[Path]:
     Raises:
         OutputError: if it cannot be written, for example because the disk is full.
     """
-    file = Path(os.path.abspath(file))
-    stream = bool(_STREAM.fullmatch(str(file)))
+    file = Path(file)
+    stream = bool(_STREAM.fullmatch(os.path.abspath(file)))
     part = file if stream else file.with_name(part_name(file.name[:200]))
     try:
         if not stream:
