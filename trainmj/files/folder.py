@@ -56,7 +56,7 @@ def spare(inputs: Iterable[Path], out: Path, own: str | None = None) -> None:
     """
     folder, names = (out.parent, re.escape(out.name)) if own is None else (out, own)
     place = folder.resolve()
-    for file in inputs:
+    for file in sorted(inputs):
         for read in (file.resolve(), file.parent.resolve() / file.name):
             if read.parent == place and re.fullmatch(names, read.name):
                 raise OutputError(f"{file}: is read by this command, which would replace it: take another --out")
