@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from trainmj.errors import OutputError
-from trainmj.files.written import held, remove, special
+from trainmj.files.written import held, part_name, remove, special
 
 _STAGE = "trainmj"
 _PART = re.compile(r"\.(.+)\.(\d+)\.\w{8}\.part")  # of written.part_name, and of a stage
@@ -31,14 +31,15 @@ def filling(folder: str | Path, own: str, inputs: Iterable[Path] = ()) -> Iterat
         inputs: files that it reads.
 
     Raises:
-        OutputError: if it cannot be made, something else holds it, or a file to be written is one of the inputs, or
-            a folder, pipe or device.
+        OutputError: if it cannot be made or written to, something else holds it, or a file to be written is one of the
+            inputs, or a folder, pipe or device.
     """
     with held(folder) as folder:
         spare(inputs, folder, own)
         for file in own_files(folder, own):
             if what := special(file):
                 raise OutputError(f"{file}: cannot be removed or replaced ({what}): put it elsewhere")
+        _check_writable(folder)
         _remove_unfinished(folder, own)
         yield folder
 
@@ -107,8 +108,18 @@ def staged(folder: Path, own: str, last: str, kept: Iterable[str] = ()) -> Itera
     except OutputError as error:
         raise OutputError(str(error).replace(f"{stage}{os.sep}", f"{folder}{os.sep}")) from None
     except OSError as error:
-        at = folder / Path(error.filename).name if error.filename else folder
+        at = folder / Path(error.filename).name if stage and error.filename else folder
         raise OutputError(f"{at}: cannot be written ({error.strerror or error})") from None
+
+
+def _check_writable(folder: Path) -> None:
+    """Refuse a folder that takes no file, before anything is computed for it."""
+    trial = folder / part_name(_STAGE)
+    try:
+        os.close(os.open(trial, os.O_CREAT | os.O_EXCL))
+        trial.unlink()
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written ({error.strerror})") from None
 
 
 def _remove_unfinished(folder: Path, own: str) -> None:
