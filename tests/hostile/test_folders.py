@@ -16,6 +16,7 @@ from kinds import BASE, STUDY, TARGETS, TUBE, WANTED, command
 from mutations import document
 
 import trainmj
+from trainmj.cli.report import write_report
 from trainmj.errors import InputError, OutputError
 from trainmj.files import folder as folders
 from trainmj.files.written import part_name, replacing, write_bytes
@@ -264,6 +265,27 @@ def test_a_report_of_fewer_cases_goes_when_a_sweep_goes_on(place: Path) -> None:
     assert left == {"results.sqlite", "results.csv", "case_0.nc"}
 
 
+def test_a_report_that_is_made_while_a_sweep_runs_goes_when_it_ends(place: Path) -> None:
+    report = place / "other" / "report.html"
+
+    def progress(finished: int) -> None:
+        if finished:
+            write_report("other")
+            assert report.exists()
+
+    trainmj.run_sweep(trainmj.grid_of(trainmj.load("base.yaml"), {"mass_t": "30,33"}), "other", progress=progress)
+    assert not report.exists()
+    assert write_report("other") == Path("other/report.html")
+
+
+def test_the_report_of_a_case_goes_with_its_history(place: Path) -> None:
+    for number in (0, 7):
+        (place / "sweep" / f"case_{number}.html").write_text("old")
+    assert command(*bare("sweep"), "--out", "sweep", "--fresh")[0] == 0
+    assert not (place / "sweep" / "case_0.html").exists()
+    assert (place / "sweep" / "case_7.html").exists(), "no history of this sweep"
+
+
 def test_a_report_of_other_numbers_goes_when_a_study_changes_and_stays_when_it_does_not(place: Path) -> None:
     report = place / "study" / "report.html"
     assert command(*bare("study"), "--out", "study")[0] == 0
@@ -403,6 +425,15 @@ def test_cases_that_are_no_numbers_are_not_gone_on_with(name: str, file: str, wr
     code, said = command(*bare(name), "--out", name)
     assert code == 2, said
     assert f"{file}.sqlite: is damaged, or was changed by hand: start over with --fresh" in said
+
+
+def test_a_database_that_another_program_keeps_locked_is_said(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("trainmj.cases.store.PATIENCE", 0.1)
+    with closing(sqlite3.connect(place / "sweep" / "results.sqlite", isolation_level=None)) as db:
+        db.execute("BEGIN EXCLUSIVE")
+        code, said = command(*bare("sweep"), "--out", "sweep")
+    assert code == 2
+    assert "results.sqlite: another process is using this file: wait for it" in said
 
 
 def test_a_damaged_scenario_in_a_database_is_said_with_the_file(place: Path) -> None:

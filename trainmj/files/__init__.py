@@ -8,5 +8,6 @@ Nothing here knows what is in them.
     parts       what input files are made of: groups, numbers, names, alternatives
     tables      CSV files: from outside, and written by trainmj to the last digit
     written     files replaced whole, folders that one process holds, values as JSON holds them
+    folder      folders that a command fills: its own files there, its inputs, what an earlier one left
     resources   what ships with trainmj
 """

@@ -23,10 +23,11 @@ from trainmj.collision.simulation import run
 from trainmj.errors import InputError
 from trainmj.files.folder import filling, own_files, remove_own
 from trainmj.files.text import printable
+from trainmj.files.written import remove
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
 
-OWN = r"results\.(sqlite(-\w+)?|csv|parquet)|report\.html|case_\d+\.nc"
+OWN = r"results\.(sqlite(-\w+)?|csv|parquet)|report\.html|case_\d+\.(nc|html)"
 """The files of the folder, as a pattern of their names."""
 
 _MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
@@ -88,8 +89,8 @@ def run_sweep(
     with filling(folder, OWN, sweep.files) as folder:
         file = folder / FILE
         if fresh:
-            ours = {_history(number) for number in {*sweep.histories, *_histories_in(read_about(file))}}
-            others = {found.name for found in own_files(folder, _history(r"\d+"))} - ours
+            ours = {_history(number).stem for number in {*sweep.histories, *_histories_in(read_about(file))}}
+            others = {found.name for found in own_files(folder, r"case_.*") if found.stem not in ours}
             remove_own(folder, OWN, kept=others)
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
@@ -99,6 +100,8 @@ def run_sweep(
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # of fewer cases than there will be
             fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
+            if there < len(sweep):
+                remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
             failed = [printable(f"case {number}, {status}: {reason}") for number, status, reason in store.failed()]
         _write_histories(sweep, folder)
@@ -128,8 +131,8 @@ def _histories_in(about: Mapping[str, str]) -> set[int]:
     return {number for number in said if isinstance(number, int)} if isinstance(said, list) else set()
 
 
-def _history(number: int | str) -> str:
-    return f"case_{number}.nc"
+def _history(number: int) -> Path:
+    return Path(f"case_{number}.nc")
 
 
 def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
@@ -155,6 +158,7 @@ def _write_histories(sweep: Sweep, folder: Path) -> None:
         with suppress(InputError):  # of a refused case; its row says why
             scenario = sweep.scenario.with_values(sweep.case(number))
             if not _is_of(file, scenario):
+                remove(file.with_suffix(".html"))  # its report
                 run(scenario).save(file)
 
 
