@@ -17,9 +17,9 @@ import pytest
 from click.testing import CliRunner
 
 from trainmj.cli import main
-from trainmj.paper import collisions, figures, verdicts
+from trainmj.paper import PAGE, collisions, figures, verdicts
 from trainmj.paper.bars import FROM_PRINT, GROUPS
-from trainmj.paper.output import PAGE, summary, write_paper
+from trainmj.paper.output import summary, write_paper
 from trainmj.paper.printed import published
 from trainmj.paper.reproduce import Reproduction, reproduce
 from trainmj.paper.tables import OURS, Comparison

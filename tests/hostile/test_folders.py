@@ -21,6 +21,7 @@ from trainmj.errors import InputError, OutputError
 from trainmj.files import folder as folders
 from trainmj.files.written import part_name, replacing, write_bytes
 from trainmj.identification import run as identification
+from trainmj.paper import PAGE
 from trainmj.paper import output as paper
 from trainmj.paper.figures import CAPTIONS
 from trainmj.single import folder as single
@@ -86,7 +87,7 @@ def test_a_command_knows_all_that_it_leaves(name: str, made: Path) -> None:
 
 
 def test_the_paper_knows_all_that_it_leaves() -> None:
-    names = {*(f"{figure}.png" for figure in CAPTIONS), paper.PAGE, paper.SUMMARY, "table13_optimum.csv", "laws.csv"}
+    names = {*(f"{figure}.png" for figure in CAPTIONS), PAGE, paper.SUMMARY, "table13_optimum.csv", "laws.csv"}
     assert not [name for name in names if not re.fullmatch(paper.OWN, name)]
     assert not re.fullmatch(paper.OWN, "tables.csv")
 

@@ -67,7 +67,7 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
 
     Exit code: 0 when done, whatever agrees; 2 if something cannot be written.
     """
-    from trainmj.paper import output
+    from trainmj.paper import PAGE, output
 
     if out is not None:
         click.get_current_context().with_resource(filling(out, output.OWN))
@@ -83,4 +83,4 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
 
     print_paper(reproduction)
     if out is not None:
-        click.echo(f"\nWritten to {out}; the page is {out / output.PAGE}")
+        click.echo(f"\nWritten to {out}; the page is {out / PAGE}")

@@ -37,19 +37,34 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.cases import store
     from trainmj.collision import result
     from trainmj.identification import run as identification
-    from trainmj.paper import output as paper
-    from trainmj.single.page import page_of_file
+    from trainmj.paper import PAGE
     from trainmj.study import folder as study
-    from trainmj.study import page as study_page
-    from trainmj.sweep import page as sweep_page
 
     return (
-        Kind("a run", result.FILE, page_of_file),
-        Kind("a sweep", store.FILE, lambda file: sweep_page.page_of_folder(file.parent)),
-        Kind("a study", study.STATE, lambda file: study_page.page_of_folder(file.parent)),
+        Kind("a run", result.FILE, _page_of_run),
+        Kind("a sweep", store.FILE, _page_of_sweep),
+        Kind("a study", study.STATE, _page_of_study),
         Kind("an identification", identification.FILE, cure="trainmj identify TARGETS --out {folder} --report"),
-        Kind("a reproduction of the paper", paper.PAGE, cure="trainmj paper --out {folder}"),
+        Kind("a reproduction of the paper", PAGE, cure="trainmj paper --out {folder}"),
     )
+
+
+def _page_of_run(file: Path) -> Page:
+    from trainmj.single.page import page_of_file
+
+    return page_of_file(file)
+
+
+def _page_of_sweep(file: Path) -> Page:
+    from trainmj.sweep.page import page_of_folder
+
+    return page_of_folder(file.parent)
+
+
+def _page_of_study(file: Path) -> Page:
+    from trainmj.study.page import page_of_folder
+
+    return page_of_folder(file.parent)
 
 
 @click.command()

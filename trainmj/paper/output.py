@@ -13,11 +13,11 @@ import pandas as pd
 
 from trainmj.files.folder import staged
 from trainmj.output.style import Format, save
+from trainmj.paper import PAGE
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction
 
-PAGE = "paper.html"
 SUMMARY = "summary.json"
 OWN = (
     r"(table\d+|eq7_eq8|balance|figure\d+|tables)_\w+\.(csv|png|svg|pdf)|(optima|verdicts|laws|defects)\.csv"
