@@ -20,6 +20,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -123,8 +124,8 @@ def differences(one: Path, two: Path, only: str) -> Iterator[tuple[bool, str]]:
 
 
 def _arrays(file: Path) -> dict[str, bytes]:
-    with xr.open_dataset(file, engine="h5netcdf", decode_cf=False) as data:
-        return {str(name): data[name].to_numpy().tobytes() for name in data.variables}
+    with xr.open_dataset(file, decode_cf=False) as data:
+        return {str(name): data[name].to_numpy().astype(np.float64).tobytes() for name in data.data_vars}
 
 
 def _columns(file: Path) -> dict[str, list[str]]:

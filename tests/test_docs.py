@@ -86,11 +86,14 @@ def test_the_python_of_the_readme_runs(python, tmp_path):
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/start.md"])
-def test_the_softer_coupler_is_felt(page, tmp_path):
+def test_the_own_curve_of_the_docs_makes_a_sensible_train(page, tmp_path):
+    """Its coupler crushes in its tube, and no device passes what it has."""
     for title in ("coupler.csv", "soft.yaml"):
         (tmp_path / title).write_text(file_block(page, title), encoding="utf-8")
     scenario = trainmj.load(tmp_path / "soft.yaml", {"simulation.step_ms": 0.25})
-    assert trainmj.summarise(trainmj.run(scenario)).interfaces[1].peak_force_kN == pytest.approx(700)
+    summary = trainmj.summarise(trainmj.run(scenario))
+    assert summary.status.kind == "over"
+    assert 950 < summary.interfaces[1].peak_force_kN < 1100
 
 
 def test_the_whole_scenario_file_of_the_docs_runs(tmp_path):

@@ -192,7 +192,7 @@ def test_a_summary_that_cannot_be_removed_is_said(place, command):
     (place / command / "summary.json").mkdir()
     code, output = do(place, command)
     assert code == 2
-    assert "summary.json: cannot be removed" in " ".join(output.split())
+    assert "summary.json: cannot be removed or replaced (is a folder)" in " ".join(output.split())
 
 
 def test_an_edited_law_of_the_same_version_has_another_hash(tmp_path):

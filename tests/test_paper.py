@@ -19,10 +19,10 @@ from click.testing import CliRunner
 from trainmj.cli import main
 from trainmj.identification import load_targets
 from trainmj.identification.file import BarsPart
-from trainmj.paper import bars, collisions, figures, verdicts
+from trainmj.paper import PAGE, bars, collisions, figures, verdicts
 from trainmj.paper.bars import FROM_PRINT, GROUPS
 from trainmj.paper.floors import floor
-from trainmj.paper.output import PAGE, summary, write_paper
+from trainmj.paper.output import summary, write_paper
 from trainmj.paper.printed import published
 from trainmj.paper.reproduce import Reproduction, reproduce
 from trainmj.paper.tables import OURS, Comparison

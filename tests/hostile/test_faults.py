@@ -26,7 +26,7 @@ from typing import Any
 import mujoco
 import pandas as pd
 import pytest
-from forked import Ended, Prepare, forked
+from forked import Ended, Forked, Prepare, forked
 from kinds import BASE, TARGETS, TUBE, WANTED, draws
 from mutations import document
 from PIL import Image
@@ -319,6 +319,7 @@ def test_killed_while_files_are_put_in_place_nothing_is_torn_and_it_can_be_done_
     command.whole(place / command.out)
     worked(done(place, command))
     command.whole(place / command.out)
+    assert not (command.folder and leftovers(place)), "what it left unfinished is gone"
 
 
 def test_killed_at_any_moment_a_run_leaves_the_earlier_result_or_the_new_one(place: Path) -> None:
@@ -356,9 +357,11 @@ def at(module: Any, name: str, act: Callable[[], None]) -> Prepare:
 
 
 @every_command
-def test_an_interruption_ends_with_130_and_a_word(place: Path, command: Command) -> None:
-    ended = done(place, command, prepare=at(*command.works, interrupt))
-    assert ended.returncode == 130, ended.stderr
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interruption_ends_with_its_code_and_a_word(place: Path, command: Command, number: int) -> None:
+    """Batch systems send SIGTERM, a terminal that is closed SIGHUP."""
+    ended = done(place, command, prepare=at(*command.works, lambda: os.kill(os.getpid(), number)))
+    assert ended.returncode == 128 + number, ended.stderr
     assert ended.stderr.startswith("Stopped")
     assert "Traceback" not in ended.stderr
     command.whole(place / command.out)
@@ -393,6 +396,33 @@ def test_two_at_once_and_the_first_one_ends_as_if_it_were_alone(place: Path) -> 
         time.sleep(0.01)
     said_no(done(place, command), "another trainmj is writing")
     assert os.waitstatus_to_exitcode(os.waitpid(first, 0)[1]) == 0
+    whole_sweep(place / "out")
+
+
+def test_a_command_in_the_background_whose_interruptions_are_ignored_can_be_ended(place: Path) -> None:
+    """As shells start them: it would run to its end."""
+    command = COMMANDS["sweep"]
+
+    def prepare() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        at(*command.works, lambda: os.kill(os.getpid(), signal.SIGTERM))()
+
+    assert done(place, command, prepare=prepare).returncode == 128 + signal.SIGTERM
+
+
+def test_a_command_that_is_stopped_for_a_while_keeps_its_folder_and_goes_on(place: Path) -> None:
+    """As with Ctrl-Z."""
+    command = COMMANDS["sweep"]
+    slow = at(*command.works, lambda: time.sleep(0.3))
+    first = Forked(place, *command.args, command.option, place / command.out, prepare=slow)
+    until = time.monotonic() + 60
+    while not (place / "out" / "results.sqlite").exists() and time.monotonic() < until:
+        time.sleep(0.01)
+    first.send(signal.SIGSTOP)
+    said_no(done(place, command), "another trainmj is writing")
+    said_no(done(place, command, "--fresh"), "another trainmj is writing")
+    first.send(signal.SIGCONT)
+    worked(first.ended())
     whole_sweep(place / "out")
 
 

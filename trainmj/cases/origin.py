@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from trainmj.collision import identity
-from trainmj.files.text import printable
+from trainmj.errors import InputError
+from trainmj.files.text import from_json, printable
 from trainmj.files.yaml import parse
 from trainmj.scenario import Scenario, to_yaml
 
@@ -52,7 +53,10 @@ class Origin:
         now = self.about()
         found: list[str] = []
         if about.get(_SCENARIO) != now[_SCENARIO]:
-            found += _differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
+            try:
+                found += _differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
+            except InputError as error:
+                found.append(f"the {error}, then")
         for name in self.inputs:
             then, here = stated(about, name), stated(now, name)
             both = isinstance(then, dict) and isinstance(here, dict)
@@ -86,7 +90,7 @@ def _differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
 def stated(about: Mapping[str, str], name: str) -> Any:
     """A value that a store states as JSON; None if it states none."""
     try:
-        return json.loads(about.get(name, "null"))
+        return from_json(about.get(name, "null"))
     except ValueError:
         return None
 

@@ -7,8 +7,8 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trainmj.cases.store import CASE, FILE, PATIENCE, in_order, read_columns
-from trainmj.errors import InputError
+from trainmj.cases.store import CASE, FILE, PATIENCE, about_in, connected, in_order, read_columns
+from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
 from trainmj.files.text import printable
 
@@ -41,15 +41,17 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     if not file.is_file():
         raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
     try:
-        with closing(_reading(file)) as db:
+        with closing(connected(file, "rw", PATIENCE)) as db:
             db.execute("BEGIN")  # both from one moment
-            about = dict(db.execute("SELECT key, value FROM about"))
+            about = about_in(db)
             table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
     except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
         if "locked" in str(error):
             raise InputError(f"{file}: is being written by another process: try again in a moment") from None
         reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
         raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
+    except OutputError as error:
+        raise InputError(str(error)) from None
     columns = read_columns(about, file)
     table = table[in_order(table.columns, columns)]
     table.attrs["columns"] = columns
@@ -59,12 +61,7 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
 def read_about(file: Path) -> dict[str, str]:
     """What a store says of its cases; empty if there is no store, or a damaged one."""
     try:
-        with closing(_reading(file)) as db:
-            return dict(db.execute("SELECT key, value FROM about"))
-    except sqlite3.Error:
+        with closing(connected(file, "rw", PATIENCE)) as db:
+            return about_in(db)
+    except (sqlite3.Error, OutputError):
         return {}
-
-
-def _reading(file: Path) -> sqlite3.Connection:
-    """A connection for reading; it may write, to take back what a killed process left half written."""
-    return sqlite3.connect(f"{file.resolve().as_uri()}?mode=rw", timeout=PATIENCE, uri=True)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,11 +20,12 @@ from typing import Any, Self
 
 from trainmj.cases.engine import Key, Row
 from trainmj.cases.origin import Origin, in_words
+from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import Column, ordered
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError, OutputError
-from trainmj.files.text import printable
-from trainmj.files.written import remove, replacing
+from trainmj.files.text import from_json, printable
+from trainmj.files.written import replacing, special
 
 FILE = "results.sqlite"
 CASE = "case"
@@ -33,13 +36,25 @@ MOST_COLUMNS = 1990
 PATIENCE = 30.0
 """How long writer and readers wait for each other [s]."""
 
+BESIDE = ("", "-journal", "-wal", "-shm")
+"""What SQLite appends to the name of a file for those that it keeps beside it."""
+
+_MOST_BYTES = 100_000_000
+"""Longest value in a file that somebody else may have made."""
+
+_TABLE = re.compile(
+    r"CREATE TABLE about \(key TEXT PRIMARY KEY, value TEXT\)"
+    r'|CREATE TABLE results \("\w+" (INTEGER|TEXT) PRIMARY KEY(, "([^"]|"")+"( INTEGER| REAL| TEXT)?)*\)'
+)
+"""How the tables of a store are made, and nothing else in it."""
+
 _COLUMNS = "columns"
 _STATE = "INSERT OR REPLACE INTO about VALUES (?, ?)"
 _TROUBLES = {
     "locked": "another process is using this file: wait for it, or take another folder",
     "full": "the disk is full; finished cases are kept: make room, and the same command goes on",
     **dict.fromkeys(
-        ("not a database", "malformed", "no such"),
+        ("not a database", "malformed", "no such", "too big"),
         "is damaged or no SQLite file ({}): take another folder, or start over with --fresh",
     ),
     "": "cannot be written ({}); finished cases are kept",
@@ -51,16 +66,14 @@ class Store:
     """Finished cases in a file, which is made if it is not there.
 
     The first column has the keys of the cases: numbers if its name is "case", otherwise text. What cannot be read or
-    written is an OutputError, and so is a file that is a link, which might lead out of the folder.
+    written is an OutputError, and so is what :func:`connected` refuses.
     """
 
     def __init__(self, file: Path, key: str = CASE) -> None:
         """Open or make the file."""
-        if file.is_symlink():
-            raise OutputError(f"{file}: is a link to another file: remove it, or take another folder")
         self.file, self._key, self._numbered = file, key, key == CASE
         with self._troubles():
-            self._db = sqlite3.connect(file, timeout=PATIENCE, isolation_level=None)
+            self._db = connected(file, "rwc", PATIENCE)
             self._db.execute("PRAGMA synchronous = NORMAL")
         with self._transaction() as db:
             db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
@@ -84,7 +97,8 @@ class Store:
 
     def about(self) -> dict[str, str]:
         """What the file says of its cases; empty for a new file."""
-        return dict(self._select("SELECT key, value FROM about"))
+        with self._troubles():
+            return about_in(self._db)
 
     def describe(self, about: Mapping[str, str]) -> None:
         """State what the cases are computed from."""
@@ -123,7 +137,10 @@ class Store:
         query = f'SELECT * FROM results WHERE "{self._key}" = ?'
         for key in keys:
             for _, *values in self._select(query, (key,)):
-                found[key] = {n: v for n, v in zip(names, values, strict=True) if v is not None}
+                row = {n: v for n, v in zip(names, values, strict=True) if v is not None}
+                if any(isinstance(row.get(name), str) != (name in STATUS) for name in {*row, *STATUS}):
+                    raise OutputError(f"{self.file}: is damaged, or was changed by hand: start over with --fresh")
+                found[key] = row
         return found
 
     def add(self, rows: Sequence[tuple[Key, Mapping[str, Any]]], columns: Mapping[str, Column]) -> None:
@@ -209,10 +226,52 @@ def key_of(*content: Any) -> str:
     return sha256(json.dumps(content, default=str).encode()).hexdigest()[:32]
 
 
-def remove_store(file: Path, others: Iterable[str]) -> None:
-    """Remove the file of a store and other files of its folder, as far as they are there."""
-    for name in (file.name, f"{file.name}-journal", *others):
-        remove(file.parent / name)
+def connected(file: Path, mode: str, patience: float) -> sqlite3.Connection:
+    """A connection to a file that somebody else may have made, and in which nothing can run.
+
+    It has two plain tables, and each page of it is in one place: reading ends, and takes no more memory than the file.
+
+    Args:
+        file: of a store.
+        mode: rw or rwc, as SQLite's URIs have it. Readers write too: they take back what a killed process has left half
+            written.
+        patience: how long it waits for a process that writes [s].
+
+    Raises:
+        OutputError: if the file, or one that SQLite keeps beside it, is no plain file, or it has anything else in it.
+        sqlite3.Error: if it is damaged, or locked.
+    """
+    for beside in (file.with_name(file.name + end) for end in BESIDE):
+        if what := "is a link to another file" if beside.is_symlink() else special(beside):
+            raise OutputError(f"{beside}: {what}: remove it, or take another folder")
+    uri = f"{Path(os.path.abspath(file)).as_uri()}?mode={mode}"
+    db = sqlite3.connect(uri, timeout=patience, isolation_level=None, uri=True)
+    try:
+        db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MOST_BYTES)
+        db.execute("PRAGMA trusted_schema = OFF")
+        for kind, name, made in db.execute("SELECT type, name, sql FROM sqlite_schema"):
+            if not (_TABLE.fullmatch(str(made)) or (made is None and str(name).startswith("sqlite_autoindex_"))):
+                said = printable(f"{kind} {name}")[:60]
+                raise OutputError(f"{file}: is not a file of trainmj: it has the {said}, which trainmj did not make")
+        ((found,),) = db.execute("PRAGMA quick_check(1)")
+        if found != "ok":
+            raise sqlite3.DatabaseError(f"malformed: {printable(str(found)).splitlines()[-1][:100]}")
+    except BaseException:
+        db.close()
+        raise
+    return db
+
+
+def about_in(db: sqlite3.Connection) -> dict[str, str]:
+    """What a file says of its cases.
+
+    Raises:
+        sqlite3.DatabaseError: if it is no text.
+    """
+    about = dict(db.execute("SELECT key, value FROM about"))
+    if not all(isinstance(text, str) for item in about.items() for text in item):
+        raise sqlite3.DatabaseError("malformed: the table about has other things than text")
+    return about
 
 
 def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
@@ -220,7 +279,7 @@ def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
     if _COLUMNS not in about:
         return {}
     try:
-        said: dict[str, dict[str, Any]] = json.loads(about[_COLUMNS])
+        said: dict[str, dict[str, Any]] = from_json(about[_COLUMNS])
         return {name: Column(**{**column, "place": tuple(column["place"])}) for name, column in said.items()}
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{file}: is damaged, or was changed by hand ({printable(str(error))})") from None

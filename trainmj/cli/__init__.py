@@ -5,7 +5,11 @@ Heavy imports come late, inside the commands, so that help answers at once.
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -17,6 +21,36 @@ from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
 
 
+@contextmanager
+def _ends_as_interrupted() -> Iterator[None]:
+    """Let SIGTERM, and SIGHUP unless it is ignored, stop a command as Ctrl-C does, with exit code 128 and their number.
+
+    Batch systems and closed terminals send them; what is finished is written.
+    """
+    came: list[int] = []
+
+    def stop(number: int, frame: Any) -> None:
+        came.append(number)
+        interrupted = signal.getsignal(signal.SIGINT)  # may hold it back for a while
+        if not callable(interrupted):  # ignored, as in a job in the background
+            raise KeyboardInterrupt
+        interrupted(signal.SIGINT, frame)
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    changed = []
+    if threading.current_thread() is threading.main_thread():
+        changed = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    for number in changed:
+        signal.signal(number, stop)
+    try:
+        yield
+    except SystemExit as end:
+        raise SystemExit(128 + came[0]) if came and end.code == 130 else end from None
+    finally:
+        for number in changed:
+            signal.signal(number, signal.SIG_DFL)
+
+
 class _Group(click.Group):
     """Errors that trainmj raises on purpose end in one message and exit code 2, never in a traceback."""
 
@@ -24,6 +58,10 @@ class _Group(click.Group):
         return list(self.commands)  # as they are added, not by the alphabet
 
     def invoke(self, ctx: click.Context) -> Any:
+        with _ends_as_interrupted():
+            return self._invoke(ctx)
+
+    def _invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except TrainmjError as error:

@@ -11,9 +11,9 @@ import click
 
 import trainmj
 from trainmj.cli.options import parts_of, takes_fail_on_limit, takes_figures, takes_json, takes_scenario
-from trainmj.cli.report import REPORT, takes_report
+from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.written import held
+from trainmj.files.folder import filling, spare
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
@@ -67,11 +67,12 @@ def run(
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
-    if out is not None:
-        click.get_current_context().with_resource(held(out))
     from trainmj.collision.status import PAST_LIMITS
     from trainmj.single import screen
+    from trainmj.single.folder import OWN, write_run
 
+    if out is not None:
+        click.get_current_context().with_resource(filling(out, OWN, loaded.files))
     steps = None
     if with_steps:
         steps = trainmj.converge(loaded) if responses is None else trainmj.converge(loaded, parts_of(responses))
@@ -79,10 +80,9 @@ def run(
     again = None if before is None else trainmj.compare(before, result)
     summary = trainmj.summarise(result)
     if out is not None:
-        from trainmj.single.folder import write_run
-
         write_run(result, summary, out, figures, figure_width)
         if with_report:
+            from trainmj.output.page import REPORT
             from trainmj.single.page import page_of_run
 
             page_of_run(result, summary, out / FILE).write(out / REPORT)
@@ -96,7 +96,7 @@ def run(
         if again is not None:
             click.echo(str(again))
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            click.echo(f"Written to {out}/" + (f"; open {out / 'report.html'}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     past_limits = fail_on_limit and summary.status.kind in PAST_LIMITS
     if summary.status.failed or differs or drifts or past_limits:
@@ -124,6 +124,8 @@ def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
     from trainmj.files.written import write_bytes
     from trainmj.view import scene
 
+    if out is not None:
+        spare(loaded.files, out)
     text = scene.export(trainmj.line_up(loaded), f"{loaded.heading}: {loaded.subject}")
     if out is None:
         click.echo(text)

@@ -12,7 +12,8 @@ import click
 
 import trainmj
 from trainmj.cli.options import takes_formats, takes_json, takes_threads
-from trainmj.files.written import held, replacing
+from trainmj.files.folder import filling
+from trainmj.files.written import replacing
 
 if TYPE_CHECKING:
     from trainmj.output.style import Format
@@ -66,9 +67,10 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
 
     Exit code: 0 when done, however many bars are missed (the first line counts them); 2 if something cannot be written.
     """
+    from trainmj.paper import PAGE, output
+
     if out is not None:
-        click.get_current_context().with_resource(held(out))
-    from trainmj.paper import output
+        click.get_current_context().with_resource(filling(out, output.OWN))
     from trainmj.paper.reproduce import reproduce
 
     reproduction = reproduce(threads)
@@ -81,4 +83,4 @@ def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: 
 
     print_paper(reproduction)
     if out is not None:
-        click.echo(f"\nWritten to {out}; the page is {out / output.PAGE}")
+        click.echo(f"\nWritten to {out}; the page is {out / PAGE}")

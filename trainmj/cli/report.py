@@ -11,13 +11,12 @@ import click
 
 from trainmj.errors import InputError
 from trainmj.files.arguments import path_given
+from trainmj.files.folder import spare
 from trainmj.files.text import printable
 from trainmj.files.written import is_held
 
 if TYPE_CHECKING:
     from trainmj.output.page import Page
-
-REPORT = "report.html"
 
 takes_report = click.option(
     "--report", "with_report", is_flag=True, help="Write report.html too: all results on one page, in one file."
@@ -39,19 +38,34 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.cases import store
     from trainmj.collision import result
     from trainmj.identification import run as identification
-    from trainmj.paper import output as paper
-    from trainmj.single.page import page_of_file
+    from trainmj.paper import PAGE
     from trainmj.study import folder as study
-    from trainmj.study import page as study_page
-    from trainmj.sweep import page as sweep_page
 
     return (
-        Kind("a run", result.FILE, page_of_file),
-        Kind("a sweep", store.FILE, lambda file: sweep_page.page_of_folder(file.parent)),
-        Kind("a study", study.STATE, lambda file: study_page.page_of_folder(file.parent)),
+        Kind("a run", result.FILE, _page_of_run),
+        Kind("a sweep", store.FILE, _page_of_sweep),
+        Kind("a study", study.STATE, _page_of_study),
         Kind("an identification", identification.FILE, cure="trainmj identify TARGETS --out {folder} --report"),
-        Kind("a reproduction of the paper", paper.PAGE, cure="trainmj paper --out {folder}"),
+        Kind("a reproduction of the paper", PAGE, cure="trainmj paper --out {folder}"),
     )
+
+
+def _page_of_run(file: Path) -> Page:
+    from trainmj.single.page import page_of_file
+
+    return page_of_file(file)
+
+
+def _page_of_sweep(file: Path) -> Page:
+    from trainmj.sweep.page import page_of_folder
+
+    return page_of_folder(file.parent)
+
+
+def _page_of_study(file: Path) -> Page:
+    from trainmj.study.page import page_of_folder
+
+    return page_of_folder(file.parent)
 
 
 @click.command()
@@ -89,6 +103,8 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
         OutputError: if the file cannot be written.
     """
+    from trainmj.output.page import REPORT
+
     results = path_given(results)
     kind, source = _found(results)
     if kind.page is None:
@@ -96,6 +112,7 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}, which computes nothing again")
     name = REPORT if source.name == kind.file else f"{source.stem}.html"
     file = source.with_name(name) if out is None else Path(out)
+    spare([source], file)
     try:
         page = kind.page(source)
     except _DAMAGED as error:
@@ -111,7 +128,7 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
     return file
 
 
-_DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
+_DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, RecursionError, TypeError, ValueError)
 """What is raised by values that trainmj did not write."""
 
 

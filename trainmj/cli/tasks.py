@@ -197,6 +197,7 @@ def identify(
     kind_of_input(targets)
     plan = trainmj.load_targets(targets)
     from trainmj.identification import page, screen
+    from trainmj.output.page import REPORT
 
     line = screen.Screen()
     with going_on(out, fresh, line.stop):
@@ -211,7 +212,7 @@ def identify(
             figure_width=figure_width,
         )
     if with_report:
-        page.page_of(found, page.command_of(targets, found)).write(out / page.PAGE)
+        page.page_of(found, page.command_of(targets, found)).write(out / REPORT)
     if as_json:
         click.echo(json.dumps(found.summary, indent=2))
     else:

@@ -27,7 +27,7 @@ class Comparison:
 
     Attributes:
         differences: largest difference of each quantity that is not the same to the last bit, as part of its largest
-            value; infinite where the number of records is another.
+            value; infinite where the number of records is another, or a value is not finite.
         changes: what computed them and differs, in words.
     """
 
@@ -64,6 +64,7 @@ def compare(before: Result | str | Path, after: Result | str | Path) -> Comparis
         if old.shape != new.shape:
             found[name] = float("inf")
         elif old.tobytes() != new.tobytes():
-            largest = float(np.abs(old).max(initial=0.0))
-            found[name] = float(np.abs(new - old).max(initial=0.0)) / (largest or 1.0)
+            with np.errstate(all="ignore"):
+                share = float(np.abs(new - old).max(initial=0.0) / (np.abs(old).max(initial=0.0) or 1.0))
+            found[name] = share if np.isfinite(share) else float("inf")
     return Comparison(found, tuple(changes(before.versions, after.versions)))

@@ -1,8 +1,16 @@
-"""What a collision leaves behind: histories at the recorded times, and a tally kept at every step."""
+"""What a collision leaves behind: histories at the recorded times, and a tally kept at every step.
+
+A saved result is a NetCDF 3 file. NetCDF 4 would be HDF5, whose library loops for ever on some damaged files and takes
+others for good ones; here a checksum covers every byte.
+"""
 
 from __future__ import annotations
 
+import io
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,7 +22,7 @@ from trainmj.collision.device import Array
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
-from trainmj.files.text import printable
+from trainmj.files.text import printable, read_bytes
 from trainmj.files.written import write_bytes
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.units import KJ, KM_H, KN, MM, G, head
@@ -119,13 +127,12 @@ class Result:
         )
 
     def save(self, file: str | Path) -> None:
-        """Write everything to a NetCDF 4 file, which xarray, MATLAB and ncdump read.
+        """Write everything to a NetCDF 3 file, which xarray, MATLAB and ncdump read.
 
         Raises:
             OutputError: if the file cannot be written.
         """
-        # made in memory: HDF5 prints a page of tracebacks when the disk is full
-        write_bytes(file, bytes(self.dataset().to_netcdf(engine="h5netcdf")))
+        write_bytes(file, _packed(self.dataset()))
 
     def table(self) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet."""
@@ -184,71 +191,134 @@ def load_result(file: str | Path) -> Result:
     """Read a result that :meth:`Result.save` wrote, from its file or from the folder of a run.
 
     Raises:
-        InputError: if the file is not there or not such a result.
+        InputError: if the file is not there, is not such a result, or is not as it was written.
     """
-    import h5py
-    import xarray as xr
-
     file = find_result(path_given(file)) or file
     if not Path(file).is_file():
         raise InputError(f"{file}: there is no such file")
     try:
-        with h5py.File(file) as raw:
-            raw.attrs.get("_nc3_strict")  # in h5netcdf's hands an error here would print a traceback
-        with xr.open_dataset(file, engine="h5netcdf", decode_cf=False, phony_dims="access") as data:
-            scenario, step_ms = _scenario_of(data, str(file))
-            chain = line_up(scenario)
-            _check_sizes(data, chain, str(file))
-            data.load()
-    except InputError:
-        raise
-    except _UNREADABLE as error:
-        reason = printable(str(error)).splitlines() or [type(error).__name__]
-        raise InputError(f"{file}: is not a readable NetCDF file ({reason[0][:200]})") from None
+        content = read_bytes(Path(file), _MOST_BYTES)
+        attributes, arrays = _unpacked(content)
+        scenario, step_ms = _scenario_in(attributes, arrays, str(file))
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(str(file)) else f"{file}: {text}") from None
+    chain = line_up(scenario)
+    _check_sizes(arrays, chain, str(file))
     if scenario.simulation.step_ms != step_ms:  # the default was another one
         scenario = scenario.with_values({"simulation.step_ms": step_ms})
         chain = line_up(scenario)
-    tally: dict[str, Any] = {t.name: data[f"tally_{t.name}"].to_numpy() for t in TALLY}
+    numbers = {name: arrays[name].astype(np.float64) for name in _OVER}
+    tally: dict[str, Any] = {t.name: numbers[f"tally_{t.name}"] for t in TALLY}
     tally |= {t.name: tally[t.name].item() for t in TALLY if not t.over}
     tally["over"] = bool(tally["over"])
     versions = {
-        k.removeprefix("version_"): printable(str(v)) for k, v in data.attrs.items() if k.startswith("version_")
+        name.removeprefix("version_"): printable(str(text))
+        for name, text in attributes.items()
+        if name.startswith("version_")
     }
-    histories: dict[str, Any] = {name: data[name].to_numpy() for name in HISTORIES}
-    return Result(scenario, chain, Tally(**tally), data["time"].to_numpy(), **histories, versions=versions)
+    histories = {name: numbers[name] for name in ("time", *HISTORIES)}
+    return Result(scenario, chain, Tally(**tally), **histories, versions=versions)
 
 
-def _scenario_of(data: xr.Dataset, file: str) -> tuple[Scenario, float]:
+def _packed(data: xr.Dataset) -> bytes:
+    """A dataset as a NetCDF 3 file with a checksum of all its bytes, for which the checksum itself counts as zeros."""
+    content = bytes(data.assign_attrs({_CHECKSUM: "0" * 64}).to_netcdf(engine="scipy"))
+    return _checked(content)[1]
+
+
+def _checked(content: bytes) -> tuple[bool, bytes]:
+    """Whether the checksum in a file is right, and the file with the right one.
+
+    Raises:
+        InputError: if it has none.
+    """
+    place = _PLACE.search(content)
+    if place is None:
+        raise InputError("is not a result of this trainmj: it has no checksum")
+    before, after = content[: place.start(1)], content[place.end(1) :]
+    right = sha256(b"".join((before, b"0" * 64, after))).hexdigest().encode()
+    return place[1] == right, b"".join((before, right, after))
+
+
+def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Attributes and variables of a NetCDF 3 file, by name.
+
+    Raises:
+        InputError: if it is none, has no checksum, or is not as it was written.
+    """
+    from scipy.io import netcdf_file
+
+    if content.startswith(b"\x89HDF"):
+        raise InputError("is an HDF5 file; results are NetCDF 3: compute it again from the scenario.yaml beside it")
+    if not content.startswith(b"CDF"):
+        raise InputError("is not a readable NetCDF file")
+    if not _checked(content)[0]:
+        raise InputError("is damaged, or was changed: its checksum is not that of its content")
+    try:
+        with netcdf_file(_Bounded(content), mmap=False) as data:
+            attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in data._attributes.items()}
+            return attributes, {name: variable.data for name, variable in data.variables.items()}
+    except _UNREADABLE as error:
+        raise InputError(f"is not a readable NetCDF file ({type(error).__name__})") from None
+
+
+class _Bounded(io.BytesIO):
+    """A file that gives no more bytes than it has, whatever its header claims of them."""
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__(content)
+        self._left = 2 * len(content)
+
+    def read(self, size: int | None = -1) -> bytes:
+        content = super().read(size)
+        self._left -= len(content)
+        if self._left < 0:
+            raise ValueError("claims more than it holds")
+        return content
+
+
+def _scenario_in(attributes: Mapping[str, Any], arrays: Mapping[str, Array], file: str) -> tuple[Scenario, float]:
     """The scenario in a file and the step it was computed with."""
-    if data.attrs.get("format") != _FORMAT:
-        raise InputError(
-            f"{file}: is not a result of this trainmj (format {str(data.attrs.get('format'))[:60]!a}, not {_FORMAT!r})"
-        )
-    missing = {"time", *HISTORIES, *(f"tally_{t.name}" for t in TALLY)} - set(data.variables)
-    if missing or "scenario" not in data.attrs:
-        raise InputError(f"{file}: is not a whole result: {min(missing, default='scenario')} is missing")
-    scenario = from_yaml(str(data.attrs["scenario"]), file)
-    return scenario, float(data.attrs.get("step_ms", scenario.simulation.step_ms))
+    if attributes.get("format") != _FORMAT:
+        said = ascii(str(attributes.get("format"))[:60])
+        raise InputError(f"is not a result of this trainmj (format {said}, not {_FORMAT!r})")
+    missing = set(_OVER) - set(arrays)
+    if missing or "scenario" not in attributes:
+        raise InputError(f"is not a whole result: {min(missing, default='scenario')} is missing")
+    scenario = from_yaml(str(attributes["scenario"]), file)
+    try:
+        return scenario, float(attributes.get("step_ms", scenario.simulation.step_ms))
+    except (TypeError, ValueError):
+        raise InputError("is not a whole result: step_ms is no number") from None
 
 
-def _check_sizes(data: xr.Dataset, chain: Chain, file: str) -> None:
-    """Refuse a file whose numbers are not those of its scenario, before they are read into memory."""
-    sizes = {"vehicle": len(chain.vehicles), "interface": len(chain.interfaces)}
-    n = int(data.sizes.get("time", 0))
-    if not 0 < n <= chain.n_records:
-        raise InputError(f"{file}: has {n} records and not 1 to {chain.n_records}, as its scenario would")
-    over: dict[str, tuple[str, ...]] = {"time": ("time",)}
-    over |= {name: ("time", h.over) for name, h in HISTORIES.items()}
-    over |= {f"tally_{t.name}": t.over for t in TALLY}
-    for name, dimensions in over.items():
-        shape = tuple(n if d == "time" else sizes[d] for d in dimensions)
-        if data[name].shape != shape or data[name].dtype.kind not in "fbiu":
+def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
+    """Refuse a file whose numbers are not those of its scenario."""
+    sizes = {"vehicle": len(chain.vehicles), "interface": len(chain.interfaces), "time": arrays["time"].size}
+    if not 0 < sizes["time"] <= chain.n_records:
+        raise InputError(f"{file}: has {sizes['time']} records and not 1 to {chain.n_records}, as its scenario would")
+    for name, over in _OVER.items():
+        shape = tuple(sizes[dimension] for dimension in over)
+        if arrays[name].shape != shape or arrays[name].dtype.kind not in "fbiu":
             raise InputError(
                 f"{file}: {name} is not {' x '.join(map(str, shape)) or 'one'} numbers as its scenario has"
             )
 
 
-_UNREADABLE = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError, IndexError, MemoryError)
-"""What the packages that read NetCDF raise on damaged files."""
+_OVER: dict[str, tuple[str, ...]] = {
+    "time": ("time",),
+    **{name: ("time", history.over) for name, history in HISTORIES.items()},
+    **{f"tally_{t.name}": t.over for t in TALLY},
+}
+"""The dimensions of every variable that is read."""
 
-_FORMAT = "trainmj result 1"
+_UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, TypeError, ValueError)
+"""What a reader raises on a file that is not what it says."""
+
+_MOST_BYTES = 300_000_000
+"""More than the largest result that the limits of a scenario allow."""
+
+_FORMAT = "trainmj result 2"
+_CHECKSUM = "sha256"
+_PLACE = re.compile(rb"sha256\0\0\0\0\0\x02\0\0\0\x40([0-9a-f]{64})")  # the attribute: name, type, length, text

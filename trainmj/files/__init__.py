@@ -11,5 +11,6 @@ Nothing here knows what is in them.
     tables      CSV files: from outside, and written by trainmj to the last digit
     written     files replaced whole, folders that one process holds, values as JSON holds them
     arguments   what a public function takes for what it needs
+    folder      folders that a command fills: its own files there, its inputs, what an earlier one left
     resources   what ships with trainmj
 """

@@ -89,6 +89,11 @@ class Source:
     origins: Mapping[Path, str] = field(default_factory=dict, repr=False)  # "my.yaml:12:5" or "change mass_t=33"
     folder: FilePath = FilePath()  # where the files that the values name are
     displaced: tuple[str, ...] = field(default=(), repr=False)  # what gave way to values over it, in words
+    files: frozenset[FilePath] = field(default=frozenset(), repr=False)  # that the values were read from
+
+    def reading(self, *names: str) -> Source:
+        """The same with further files that were read, beside the file that names them."""
+        return replace(self, files=self.files.union(self.folder / name for name in names))
 
     def checked(self, model: type[Model]) -> Model:
         """The values as a model.

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.numbers import read_number
-from trainmj.files.text import HIDDEN, beside, read_text
+from trainmj.files.text import HIDDEN, beside, read_bytes, read_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _MOST_BYTES = 50_000_000
+_MOST_BYTES_BACK = 500_000_000  # of a table that trainmj wrote
 _MOST_CELLS = 1_000_000
 _MOST_COLUMNS = 1000
 _LONGEST_LINE = 1_000_000  # characters
@@ -80,13 +82,28 @@ def first_of_no_number(cells: Sequence[Any], empty: bool = False) -> int | None:
     return next((k for k, cell in enumerate(cells) if wrong(cell)), None)
 
 
-def read_back(file: Path) -> pd.DataFrame:
-    """Read a table that trainmj wrote; a column that is not all numbers stays text."""
+def read_back(file: Path, follow: bool = False) -> pd.DataFrame:
+    """Read a table that trainmj wrote; a column that is not all numbers stays text.
+
+    Args:
+        file: of the table.
+        follow: whether it may be a link.
+
+    Raises:
+        InputError: if it cannot be read, without the name of the file.
+    """
+    try:
+        text = read_bytes(file, _MOST_BYTES_BACK, follow).decode()
+        return _table(csv.reader(io.StringIO(text, newline="")))
+    except (csv.Error, UnicodeDecodeError, IndexError) as error:
+        raise InputError(f"{file.name} is damaged ({error})") from None
+
+
+def _table(rows: Iterable[list[str]]) -> pd.DataFrame:
     import pandas as pd
 
-    with file.open(newline="", encoding="utf-8") as lines:
-        heads, *rows = csv.reader(lines)
-    return pd.DataFrame({head: _column([row[k] for row in rows]) for k, head in enumerate(heads)}, columns=heads)
+    heads, *cells = rows
+    return pd.DataFrame({head: _column([row[k] for row in cells]) for k, head in enumerate(heads)}, columns=heads)
 
 
 def _column(texts: list[str]) -> list[Any]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
+from typing import Any
 
 from trainmj.errors import InputError
 
@@ -20,14 +22,36 @@ def printable(text: str) -> str:
 
 
 def read_text(path: Path, most_bytes: int) -> str:
-    """Read the text of a regular file from outside; devices, pipes, folders and larger files are refused.
+    """Read the text of a regular file from outside.
+
+    Raises:
+        InputError: saying what is wrong, without the name of the file.
+    """
+    content = read_bytes(path, most_bytes)
+    try:
+        return content.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"is not UTF-8 text (line {line}): save it as UTF-8") from None
+
+
+def read_bytes(path: Path, most_bytes: int, follow: bool = True) -> bytes:
+    """Read a regular file from outside; devices, pipes, folders and larger files are refused.
+
+    Args:
+        path: of the file.
+        most_bytes: that it may have.
+        follow: whether it may be a link.
 
     Raises:
         InputError: saying what is wrong, without the name of the file.
     """
     try:
+        if not follow and path.is_symlink():
+            raise InputError("is a link to another file")
         if not path.is_file():
-            raise InputError("is a folder, not a file" if path.is_dir() else "cannot be read (No such file)")
+            there = "is a pipe or a device, not a file" if path.exists() else "cannot be read (No such file)"
+            raise InputError("is a folder, not a file" if path.is_dir() else there)
         with path.open("rb") as file:
             content = file.read(most_bytes + 1)
     except InputError:
@@ -38,11 +62,19 @@ def read_text(path: Path, most_bytes: int) -> str:
         raise InputError("cannot be read (not a usable file name)") from None
     if len(content) > most_bytes:
         raise InputError(f"is larger than {most_bytes / 1e6:g} MB")
+    return content
+
+
+def from_json(text: str | bytes) -> Any:
+    """The value that a text holds as JSON.
+
+    Raises:
+        ValueError: if it is none, however it is damaged.
+    """
     try:
-        return content.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(f"is not UTF-8 text (line {line}): save it as UTF-8") from None
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("is nested too deeply") from None
 
 
 def beside(folder: Path, name: str, said: str) -> Path | None:

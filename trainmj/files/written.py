@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import math
 import os
+import re
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from trainmj.errors import OutputError
@@ -21,23 +24,31 @@ except ImportError:  # pragma: no cover - not on Windows
     fcntl = None  # type: ignore[assignment]
 
 
+_STREAM = re.compile(r"/dev/[^/]+|/dev/fd/\d+|/proc/[^/]+/fd/\d+")
+"""Paths that are written to as they are."""
+
+
 @contextmanager
 def replacing(file: str | Path) -> Iterator[Path]:
     """A path to write to, which replaces the file when the block ends without an error, and is removed otherwise.
 
     Args:
-        file: what is made or replaced; the target, if it is a link. Devices and pipes are written to directly.
+        file: what is made or replaced. A link is replaced, never followed. Streams such as /dev/stdout are written to
+            directly; other pipes and devices are refused.
 
     Raises:
         OutputError: if it cannot be written, for example because the disk is full.
     """
-    direct = Path(file).is_absolute() and Path(file).parts[1:2] in (("dev",), ("proc",))
-    file = Path(file) if direct else Path(os.path.realpath(file))
-    direct |= file.exists() and not file.is_file() and not file.is_dir()  # a pipe somewhere else
-    part = file if direct else file.with_name(f".{file.name[:200]}.{os.getpid()}.part")
+    file = Path(file)
+    stream = bool(_STREAM.fullmatch(os.path.abspath(file)))
+    part = file if stream else file.with_name(part_name(file.name[:200]))
     try:
+        if not stream:
+            if what := special(file):
+                raise OutputError(f"{file}: cannot be written ({what}): remove it, or choose another place")
+            os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # follows no link that lies there
         yield part
-        if direct:
+        if stream:
             return
         with part.open("rb+") as written:
             os.fsync(written.fileno())
@@ -47,9 +58,25 @@ def replacing(file: str | Path) -> Iterator[Path]:
     except OSError as error:
         raise OutputError(f"{file}: cannot be written ({error.strerror or error})") from None
     finally:
-        if not direct:
+        if not stream:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
+
+
+def part_name(name: str) -> str:
+    """The hidden name of a file that this process has not finished, unlike any that is there."""
+    return f".{name}.{os.getpid()}.{token_hex(4)}.part"
+
+
+def special(file: Path) -> str:
+    """What a file is that can neither be replaced nor removed as one: a folder, pipe or device; empty for others."""
+    try:
+        mode = file.lstat().st_mode
+    except (OSError, ValueError):
+        return ""
+    if stat.S_ISREG(mode) or stat.S_ISLNK(mode):
+        return ""
+    return "is a folder" if stat.S_ISDIR(mode) else "is a pipe or a device"
 
 
 def write_bytes(file: str | Path, content: bytes) -> None:

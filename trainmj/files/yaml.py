@@ -78,7 +78,7 @@ def read_yaml(path: FilePath) -> Source:
         text = read_text(path, MOST_BYTES)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return replace(parse(text, str(path)), folder=path.parent)
+    return replace(parse(text, str(path)), folder=path.parent, files=frozenset({path}))
 
 
 def read_value(text: str, said: str) -> Any:

@@ -86,7 +86,7 @@ def _given(part: TableData | RowsData, folder: Path) -> _Given:
     if isinstance(part, RowsData):
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
         return _Given([{head: row.get(head) for head in heads} for row in part.rows])
-    first, *others = [part.table] if isinstance(part.table, str) else part.table
+    first, *others = part.files
     given = _read(first, folder)
     for name in others:
         given = _joined(given, _read(name, folder), list(part.cases), name)

@@ -145,6 +145,11 @@ class _Data(Part):
         description="target: column, or a sum of columns such as TS_mm - coupler_mm"
     )
 
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that it is read from."""
+        return []
+
 
 class TableData(_Data):
     """Values in a CSV table with a row for each case, or in several tables joined by the columns of the cases."""
@@ -152,6 +157,11 @@ class TableData(_Data):
     table: Annotated[
         str | Annotated[list[str], Field(min_length=1)], Either(said="the name of a CSV file, or a list of names")
     ] = Field(description="CSV file beside this one, or several")
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that it is read from."""
+        return [self.table] if isinstance(self.table, str) else self.table
 
 
 class RowsData(_Data):

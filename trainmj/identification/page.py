@@ -17,7 +17,6 @@ from trainmj.output.style import styled
 from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 
-PAGE = "report.html"
 _BAND = {"fillcolor": "#888888", "opacity": 0.15, "line": {"width": 0}, "layer": "below"}
 
 
@@ -37,7 +36,7 @@ def page_of(found: Found, command: str = "") -> Page:
         section.picture(figures.correlations(found), alt="Correlations between the errors of the parameters")
     _search(page.section("Search"), found)
     files = page.section("Files")
-    files.code((found.folder / FOUND).read_text(encoding="utf-8"), f"{FOUND}: what has changed")
+    files.code(found.as_yaml(), f"{FOUND}: what has changed")
     files.code(to_yaml(plan.scenario), "Scenario that it was found for")
     if plan.spec.notes:
         files.text(plan.spec.notes)

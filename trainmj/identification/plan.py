@@ -118,6 +118,11 @@ class Identification:
         """What is identified."""
         return self.spec.title or self.scenario.heading
 
+    @property
+    def files(self) -> frozenset[Path]:
+        """The files that it was read from."""
+        return self.source.files | self.scenario.files
+
     @cached_property
     def columns(self) -> tuple[str, ...]:
         """The columns of the results that the targets need."""
@@ -184,7 +189,8 @@ def _checked(source: Source) -> Identification:
     targets = tuple(_target(name, part, chains, source) for name, part in spec.targets.items())
     samples = Sample.of(fitted, targets), Sample.of(held_out, targets)
     _check_steps(spec, targets, samples[0], start, source)
-    return Identification(spec, scenario, unknowns, targets, *samples, source)
+    read = [name for _, part in spec.tables() for name in part.files]
+    return Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read))
 
 
 def at_step(scenario: Scenario, step: float) -> dict[str, float]:

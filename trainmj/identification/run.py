@@ -12,11 +12,11 @@ import numpy as np
 
 from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
-from trainmj.cases.store import KEY, Store, remove_store
+from trainmj.cases.store import KEY, Store
 from trainmj.collision.status import FAILED
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
-from trainmj.files.written import held, remove, write_bytes
+from trainmj.files.folder import filling, remove_own, staged
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit, Trials
@@ -24,11 +24,17 @@ from trainmj.identification.plan import Identification, load_targets
 from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
-from trainmj.output.style import FORMATS, Format, Width, formats_given, save, styled
+from trainmj.output.style import Format, Width, formats_given, save, styled
 from trainmj.scenario import to_yaml
 
 FILE = "trials.sqlite"
 SUMMARY = "summary.json"
+
+OWN = (
+    r"trials\.sqlite(-\w+)?|(scenario|found)\.yaml|(fit|residuals|parameters|correlations|directions|search)\.csv"
+    r"|(residuals|correlations|search)\.(png|svg|pdf)|summary\.json|report\.html"
+)
+"""The files of the folder, as a pattern of their names."""
 
 _TABLES = ("fit", "residuals", "parameters", "correlations", "directions", "search")
 _DIGITS = 6  # of the values found
@@ -67,11 +73,10 @@ def identify(
     """
     began = time.monotonic()
     plan, formats = given(targets, Identification, load_targets), formats_given(figures)
-    with held(folder) as folder:
+    with filling(folder, OWN, plan.files) as folder:
         _check_start(plan, threads)
         if fresh:
-            figures_there = [f"{name}.{form}" for name in FIGURES for form in FORMATS]
-            remove_store(folder / FILE, [FOUND, SUMMARY, "report.html", *(f"{t}.csv" for t in _TABLES), *figures_there])
+            remove_own(folder, OWN, kept=[BASE])
         with Store(folder / FILE, KEY) as store:
             store.agree(Origin("identification", plan.scenario))
             there = len(store)
@@ -100,14 +105,14 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
     """
     texts = {BASE: to_yaml(found.plan.scenario), FOUND: found.as_yaml()}
     texts |= {f"{name}.csv": getattr(found, name).to_csv(index=False, float_format="%.9g") for name in _TABLES}
-    texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"  # the last: where it is, the others belong to it
-    remove(found.folder / SUMMARY)
-    for file, text in texts.items():
-        write_bytes(found.folder / file, text.encode())
-    with styled(width):
-        for name, draw in (FIGURES if formats else {}).items():
-            if found.way or name != "search":
-                save(draw(found), found.folder / name, formats)
+    texts[SUMMARY] = json.dumps(found.summary, indent=2) + "\n"
+    with staged(found.folder, OWN, SUMMARY, kept=[FILE]) as stage:
+        for file, text in texts.items():
+            (stage / file).write_bytes(text.encode())
+        with styled(width):
+            for name, draw in (FIGURES if formats else {}).items():
+                if found.way or name != "search":
+                    save(draw(found), stage / name, formats)
 
 
 def _check_start(plan: Identification, threads: int) -> None:

@@ -46,6 +46,9 @@ from trainmj.files.written import replacing
 from trainmj.output.blocks import Section
 from trainmj.output.table import Verdict
 
+REPORT = "report.html"
+"""The name of a page beside the results that it shows."""
+
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 

@@ -11,18 +11,23 @@ from typing import Any
 
 import pandas as pd
 
-from trainmj.files.written import write_bytes
+from trainmj.files.folder import staged
 from trainmj.output.style import Format, save
+from trainmj.paper import PAGE
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction
 
-PAGE = "paper.html"
 SUMMARY = "summary.json"
+OWN = (
+    r"(table\d+|eq7_eq8|balance|figure\d+|tables)_\w+\.(csv|png|svg|pdf)|(optima|verdicts|laws|defects)\.csv"
+    r"|summary\.json|paper\.html"
+)
+"""The files of the folder, as a pattern of their names."""
 
 
 def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Format] = ("png",)) -> None:
-    """Write tables, figures, verdicts and page into a folder, each file whole or not at all.
+    """Write tables, figures, verdicts and page into a folder; all are finished before the first one is replaced.
 
     Args:
         reproduction: what was computed.
@@ -32,13 +37,14 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
     Raises:
         OutputError: if a file cannot be written.
     """
-    for name, table in tables(reproduction).items():
-        write_bytes(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.9g").encode())
-    write_bytes(folder / SUMMARY, json.dumps(summary(reproduction), indent=2).encode())
-    drawn = figures(reproduction)
-    for name, picture in drawn.items():
-        save(picture, folder / name, formats)
-    page_of(reproduction, drawn, f"trainmj paper --out {quote(str(folder))}").write(folder / PAGE)
+    with staged(folder, OWN, SUMMARY) as stage:
+        for name, table in tables(reproduction).items():
+            table.to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
+        (stage / SUMMARY).write_text(json.dumps(summary(reproduction), indent=2), encoding="utf-8")
+        drawn = figures(reproduction)
+        for name, picture in drawn.items():
+            save(picture, stage / name, formats)
+        page_of(reproduction, drawn, f"trainmj paper --out {quote(str(folder))}").write(stage / PAGE)
 
 
 def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:

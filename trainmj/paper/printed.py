@@ -78,7 +78,7 @@ SERIES = {
 
 @cache
 def _read(name: str) -> pd.DataFrame:
-    return read_back(shipped_folder("scenarios") / "paper" / f"{name}.csv")
+    return read_back(shipped_folder("scenarios") / "paper" / f"{name}.csv", follow=True)
 
 
 def published(table: str) -> pd.DataFrame:

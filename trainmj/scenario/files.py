@@ -200,11 +200,12 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
 
 def _with_points(source: Source) -> Source:
     """A file, each curve in it that names a CSV file replaced by the points there, which have their own places."""
-    origins = dict(source.origins)
+    origins, names = dict(source.origins), []
 
     def read(value: Any, path: Path) -> Any:
         if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
             points, places = _read_curve(value["file"], path, source)
+            names.append(value["file"])
             origins.update(places)
             return points
         if isinstance(value, dict):
@@ -213,7 +214,7 @@ def _with_points(source: Source) -> Source:
             return [read(inner, (*path, n)) for n, inner in enumerate(value)]
         return value
 
-    return replace(source, values=read(source.values, ()), origins=origins)
+    return replace(source, values=read(source.values, ()), origins=origins).reading(*names)
 
 
 def _read_curve(name: str, at: Path, source: Source) -> tuple[dict[str, list[float]], dict[Path, str]]:
@@ -270,6 +271,7 @@ def _built(below: Source, over: Source) -> Source:
         values=values,
         origins=placed(below.origins, replaced, over.origins),
         displaced=(*below.displaced, *displaced),
+        files=below.files | over.files,
     )
     if "title" in over.values:  # what is below it is its own
         stated = {"changed": over.values["changed"]} if "changed" in over.values else {}

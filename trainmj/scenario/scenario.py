@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from pathlib import Path as FilePath
 from typing import Any, Self
 
 from pydantic import PrivateAttr
@@ -53,6 +54,11 @@ class Scenario(Parts):
         source.refuse(broken_rules(scenario))
         scenario._source = source
         return scenario
+
+    @property
+    def files(self) -> frozenset[FilePath]:
+        """The files that it was read from."""
+        return self._source.files
 
     def values(self) -> dict[str, Any]:
         """The plain values this scenario was made from; a copy."""

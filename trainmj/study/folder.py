@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import suppress
@@ -23,7 +24,9 @@ from trainmj.cases.store import key_of
 from trainmj.collision.identity import code_hash, identity
 from trainmj.errors import InputError, OutputError
 from trainmj.files.tables import read_back
+from trainmj.files.text import from_json, read_bytes
 from trainmj.files.written import remove, write_bytes
+from trainmj.output.page import REPORT
 from trainmj.output.style import Format, Width, encode, styled
 
 if TYPE_CHECKING:
@@ -35,6 +38,10 @@ Tables = Mapping[str, "pd.DataFrame"]
 """Tables of a step by file name without ending."""
 
 STATE = "steps.json"
+OF_STEPS = r"\d\d_\w+\.(csv|png|svg|pdf)"
+"""The files of steps, as a pattern of their names."""
+
+_MOST_BYTES = 500_000_000  # of a table; of the record
 
 
 @dataclass(frozen=True)
@@ -96,6 +103,7 @@ class Folder:
         fingerprint = key_of(name, identity(), _further(), inputs)
         output = None if self._has(name, fingerprint) else make()
         if output:
+            remove(self.path / REPORT)  # it would stand beside other numbers
             files = self._write(output)
             self._forget(name, kept=files)
             self._state[name] = _Record(fingerprint, files, dict(output.facts), self._drawn)
@@ -161,25 +169,25 @@ class Folder:
 
     def _digest_of(self, file: str) -> str:
         try:
-            return _digest((self.path / file).read_bytes())
-        except OSError:
+            return _digest(read_bytes(self.path / file, _MOST_BYTES, follow=False))
+        except InputError:
             return ""
 
     def _read_state(self) -> dict[str, _Record]:
         """The record of all steps; empty if there is none that trainmj wrote.
 
         Raises:
-            InputError: if it names a file outside the folder.
+            InputError: if it names a file that is not one of a study.
         """
         try:
-            state = _RECORDS.validate_python(json.loads((self.path / STATE).read_text(encoding="utf-8")))
-        except (OSError, ValueError):
+            content = read_bytes(self.path / STATE, _MOST_BYTES, follow=False)
+            state = _RECORDS.validate_python(from_json(content))
+        except ValueError:
             return {}
-        for file in (Path(file) for record in state.values() for file in record.files):
-            if file.name != str(file):
-                raise InputError(
-                    f"{self.path / STATE}: names the file {str(file)!a}, which is not a plain name: remove it"
-                )
+        for file in (file for record in state.values() for file in record.files):
+            if not re.fullmatch(OF_STEPS, file):
+                said = f"names the file {file[:100]!a}, which is not a plain name such as 01_design.csv"
+                raise InputError(f"{self.path / STATE}: {said}: remove {STATE}")
         return state
 
     def _write_state(self) -> None:

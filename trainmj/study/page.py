@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from itertools import combinations, islice
 from pathlib import Path
 from shlex import quote
@@ -13,6 +12,7 @@ import numpy as np
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError
 from trainmj.files.tables import read_back
+from trainmj.files.text import from_json, read_bytes
 from trainmj.files.yaml import as_yaml
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
@@ -24,6 +24,8 @@ from trainmj.study.fronts import FILES
 from trainmj.study.run import SUMMARY
 from trainmj.study.tables import Summary, columns, number, table_of
 from trainmj.units import label
+
+_MOST_BYTES = 50_000_000  # of the summary
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -72,12 +74,12 @@ def page_of_folder(folder: Path) -> Page:
 def _read(folder: Path) -> tuple[Summary, Tables]:
     """The summary of a finished study and its tables by file name without ending."""
     unfinished = InputError(f"{folder}: this study is not finished: the same trainmj study command goes on")
+    if not (folder / SUMMARY).exists():
+        raise unfinished
     try:
-        summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        summary = from_json(read_bytes(folder / SUMMARY, _MOST_BYTES, follow=False))
         files = {file.stem: read_back(file) for file in sorted(folder.glob("[0-9][0-9]_*.csv"))}
-    except FileNotFoundError:
-        raise unfinished from None
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise InputError(f"{folder}: a file of the study cannot be read ({error}): run it again") from None
     if not isinstance(summary, dict) or "check" not in summary:
         raise unfinished

@@ -93,6 +93,11 @@ class Study:
         return self.spec.title or self.scenario.heading
 
     @property
+    def files(self) -> frozenset[Path]:
+        """The files that it was read from."""
+        return self.source.files | self.scenario.files
+
+    @property
     def objectives(self) -> tuple[Response, ...]:
         """The responses that are minimised or maximised, (m,)."""
         named = self._named()
@@ -186,6 +191,7 @@ def _checked(source: Source) -> Study:
         table = read_beside(source.folder, spec.design.file, "file")
         points: dict[str, Any] = dict(table.columns)
         points |= {head: table.numbers(head) for head in of_numbers & points.keys()}
-        return replace(study, given=study.space.from_table(pd.DataFrame(points)).tolist())
+        given = study.space.from_table(pd.DataFrame(points)).tolist()
+        return replace(study, given=given, source=source.reading(spec.design.file))
     except InputError as error:
         raise source.error(str(error).removeprefix("file: "), "design", "file") from None

@@ -8,15 +8,16 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from trainmj.cases.store import KEY, Store, remove_store
+from trainmj.cases.store import KEY, Store
 from trainmj.collision.identity import identity
 from trainmj.files.arguments import given
-from trainmj.files.written import finite, held, remove
+from trainmj.files.folder import filling, remove_own
+from trainmj.files.written import finite, remove
 from trainmj.output.style import Format, Width, formats_given
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs
-from trainmj.study.folder import STATE, Folder, Output, Step, Tables
+from trainmj.study.folder import OF_STEPS, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
 from trainmj.study.simulator import FILE, Simulator
 
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 
 SUMMARY = "summary.json"
+
+_NOT_OF_STEPS = r"simulations\.sqlite(-\w+)?|(steps|summary)\.json|report\.html"
+OWN = f"{OF_STEPS}|{_NOT_OF_STEPS}"
+"""The files of the folder, as a pattern of their names."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +104,11 @@ def run_study(
     """
     study = given(study, Study, load_study)
     watch, formats = watch or Watch(), formats_given(figures)
-    with held(folder) as path:
+    with filling(folder, OWN, study.files) as path:
         files = Folder(path, formats, figure_width)
         if fresh:
             files.start_over()
-            remove_store(path / FILE, [STATE, "report.html"])
+            remove_own(path, _NOT_OF_STEPS)
         remove(path / SUMMARY)  # comes back when all steps are of one study
         with Store(path / FILE, KEY) as store:
             simulator = Simulator(store, study, threads, watch.simulated)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import prod
@@ -16,6 +15,7 @@ from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import FAILED, MEANING, PAST_LIMITS, Kind
 from trainmj.errors import InputError
+from trainmj.files.text import from_json
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, failed, judged, passed, warned, worded
@@ -76,7 +76,7 @@ def page_of_folder(folder: Path) -> Page:
 def _read(folder: Path) -> Swept:
     table, about = read_sweep(folder)
     try:
-        names, planned = json.loads(about["varied"]), int(about["cases"])
+        names, planned = from_json(about["varied"]), int(about["cases"])
         about["scenario"]
     except (KeyError, ValueError) as error:
         raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None

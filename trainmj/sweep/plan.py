@@ -9,7 +9,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,7 @@ class Sweep:
         responses: patterns of the columns wanted.
         histories: numbers of cases whose histories are kept.
         seed: of the random sample; None if there is none.
+        read: the files that it was read from, besides those of the scenario.
 
     Raises:
         InputError: if a name or value is wrong, there are too many cases, or one asked for does not exist.
@@ -54,6 +55,7 @@ class Sweep:
     responses: tuple[str, ...] = ("*",)
     histories: tuple[int, ...] = ()
     seed: int | None = None
+    read: frozenset[Path] = field(default=frozenset(), repr=False)
 
     def __post_init__(self) -> None:
         """Check names, values and numbers."""
@@ -99,6 +101,11 @@ class Sweep:
     def names(self) -> tuple[str, ...]:
         """What is varied: parameters and paths."""
         return tuple(name for block in self.blocks for name in block)
+
+    @property
+    def files(self) -> frozenset[Path]:
+        """The files that it was read from."""
+        return self.read | self.scenario.files
 
     @property
     def inputs(self) -> dict[str, Any]:
@@ -199,6 +206,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
             tuple(spec.responses),
             tuple(spec.histories),
             spec.sample.seed if spec.sample else None,
+            source.reading(*([] if spec.cases is None else [spec.cases])).files,
         )
     except InputError as error:
         if () not in source.origins:

@@ -13,7 +13,7 @@ from trainmj.cases.engine import Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
 from trainmj.cases.reader import read_about
 from trainmj.cases.runner import fill
-from trainmj.cases.store import FILE, Store, remove_store
+from trainmj.cases.store import FILE, Store
 from trainmj.cases.table import STATUS, chosen
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
@@ -23,11 +23,16 @@ from trainmj.collision.simulation import run
 from trainmj.collision.status import FAILED, PAST_LIMITS
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
-from trainmj.files.written import held
+from trainmj.files.folder import filling, own_files, remove_own
+from trainmj.files.text import printable
+from trainmj.files.written import remove
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
 
-_LEFT = ("results.csv", "results.parquet", "report.html")
+OWN = r"results\.(sqlite(-\w+)?|csv|parquet)|report\.html|case_\d+\.(nc|html)"
+"""The files of the folder, as a pattern of their names."""
+
+_MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
 _HISTORIES = "histories"
 
 
@@ -87,17 +92,22 @@ def run_sweep(
     sweep = given(sweep, Sweep, load_sweep)
     engine = engine or Local(sweep.scenario, threads)
     check_responses(sweep)
-    with held(folder) as folder:
+    with filling(folder, OWN, sweep.files) as folder:
         file = folder / FILE
         if fresh:
-            histories = {*sweep.histories, *_histories_in(read_about(file))}
-            remove_store(file, [*_LEFT, *map(_history, histories)])
+            ours = {_history(number).stem for number in {*sweep.histories, *_histories_in(read_about(file))}}
+            others = {found.name for found in own_files(folder, r"case_.*") if found.stem not in ours}
+            remove_own(folder, OWN, kept=others)
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
             store.describe(_further(sweep, store.about()))
             finished = store.finished()
             progress(there := len(finished))
+            if there < len(sweep):
+                remove_own(folder, _MADE_OF_IT)  # of fewer cases than there will be
             fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
+            if there < len(sweep):
+                remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
             failed, past_limits = (_said(store.ended(kinds)) for kinds in (FAILED, PAST_LIMITS))
         _write_histories(sweep, folder)
@@ -108,7 +118,7 @@ def run_sweep(
 def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
     """How many cases there are, and the first of them in words."""
     all_of_them = list(cases)
-    return len(all_of_them), next((f"case {n}, {status}: {reason}" for n, status, reason in all_of_them), "")
+    return len(all_of_them), next((printable(f"case {n}, {status}: {reason}") for n, status, reason in all_of_them), "")
 
 
 def check_responses(sweep: Sweep) -> None:
@@ -144,8 +154,8 @@ def _histories_in(about: Mapping[str, str]) -> set[int]:
     return {number for number in said if isinstance(number, int)} if isinstance(said, list) else set()
 
 
-def _history(number: int) -> str:
-    return f"case_{number}.nc"
+def _history(number: int) -> Path:
+    return Path(f"case_{number}.nc")
 
 
 def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
@@ -171,6 +181,7 @@ def _write_histories(sweep: Sweep, folder: Path) -> None:
         with suppress(InputError):  # of a refused case; its row says why
             scenario = sweep.scenario.with_values(sweep.case(number))
             if not _is_of(file, scenario):
+                remove(file.with_suffix(".html"))  # its report
                 run(scenario).save(file)
 
 
