@@ -6,6 +6,7 @@ from pathlib import Path
 from shlex import quote
 
 from trainmj.collision.result import Result, load_result
+from trainmj.collision.status import MEANING
 from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
@@ -81,7 +82,13 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
     b = summary.balance
     section.cards(
-        Card("Status", f"{summary.duration_s:.3f}", "s simulated", verdict=tables.outcome(summary.status)),
+        Card(
+            "Status",
+            f"{summary.duration_s:.3f}",
+            "s simulated",
+            MEANING[summary.status.kind],
+            tables.outcome(summary.status),
+        ),
         Card(
             "Limits",
             f"{kept} of {len(limits)}" if limits else "none",
@@ -93,6 +100,8 @@ def _add_outcome(section: Section, summary: Summary) -> None:
         Card("Largest peak", f"{worst.peak_device_acceleration_g:.3f}", "g", f"device acceleration of {worst.name}"),
         Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact"),
     )
+    if summary.status.detail:
+        section.text(f"Status: {summary.status}.")
     if limits:
         section.table(tables.limits(limits))
         section.text(

@@ -14,7 +14,7 @@ from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, VEHICLE, Quantity
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
-from trainmj.collision.status import MEANING, Kind, Status
+from trainmj.collision.status import Kind, Status
 from trainmj.collision.summary import UNSTABLE, Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, against
@@ -27,10 +27,10 @@ _MOMENTUM = 1e-9  # momentum is kept to round-off; a larger error, relative to t
 
 
 def outcome(status: Status) -> Verdict:
-    """How a collision ended, as a verdict."""
+    """The way in which a collision ended, as a verdict."""
     if status.kind is Kind.OVER:
-        return passed(f"{status}: {MEANING[status.kind]}")
-    return warned(str(status)) if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed(str(status))
+        return passed(status.kind)
+    return (warned if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed)(status.kind)
 
 
 def limits(criteria: Sequence[Criterion]) -> Table:

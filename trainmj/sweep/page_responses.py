@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trainmj.collision.device import Array
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import Kind
+from trainmj.collision.status import PAST_LIMITS, Kind
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
@@ -94,6 +94,8 @@ def add_responses(
 ) -> None:
     """A plot of each response over the factor with most levels; the others tell lines or colours apart."""
     drawn = _thinned(table)
+    if table["status"].isin(PAST_LIMITS).any():
+        section.text("Hollow points passed a limit or the end of a device's curve.")
     if len(drawn) < len(table):
         section.text(f"{len(drawn)} of {len(table)} cases are drawn.")
     first, *others = _most_levels_first(factors)
@@ -138,9 +140,15 @@ def _lines(groups: dict[str, pd.DataFrame], first: Factor, response: Response) -
         y = part[response.name].to_numpy(dtype=np.float64)[order]
         colour = shade(0.85 * k / max(1, len(groups) - 1), VIRIDIS) if len(groups) > 1 else PALETTE[0]
         name = said or response.title
-        trace = line(name, x[order], y, response.unit, colour, mode="lines+markers", marker={"size": 5})
+        marker = {"size": 6, "symbol": _symbols(part.iloc[order])}
+        trace = line(name, x[order], y, response.unit, colour, mode="lines+markers", marker=marker)
         traces.append(trace | {"showlegend": len(groups) > 1})
     return traces
+
+
+def _symbols(table: pd.DataFrame) -> list[str]:
+    """Hollow for a case that passed a limit or the end of a curve."""
+    return ["circle-open" if status in PAST_LIMITS else "circle" for status in table["status"]]
 
 
 def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response) -> Trace:
@@ -149,6 +157,7 @@ def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], resp
     rows = zip(table.index, table[response.name], *(table[f.name] for f in factors), strict=True)
     texts = [f"case {n}: {y:.5g} {response.unit}; {_setting(factors, values)}" for n, y, *values in rows]
     trace = dots(response.title, first.places(table[first.name]), table[response.name], texts=texts, size=6)
+    trace["marker"]["symbol"] = _symbols(table)
     if others:
         second = others[0]
         bar = {"title": {"text": label(*second.axis), "side": "right"}, "thickness": 12, "outlinewidth": 0}
