@@ -56,7 +56,7 @@ def page_of_folder(folder: Path) -> Page:
     varied = ", ".join(f.name for f in sweep.factors)
     page = Page(
         f"Sweep: {scenario.heading}",
-        subtitle=f"{scenario.subject}; {len(sweep.table)} of {sweep.planned} cases over {varied}",
+        subtitle=f"{len(sweep.table)} of {sweep.planned} cases over {varied}; otherwise {scenario.subject}",
         command=_commands(sweep, folder.resolve().name),
         versions=versions_in(sweep.about),
     )
