@@ -7,12 +7,12 @@ from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from PIL.Image import Image
 
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN

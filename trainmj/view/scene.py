@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 
-import mujoco
 import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.mj import mujoco
 from trainmj.collision.model import plateau, spec
 from trainmj.units import KN, KN_PER_MM
 from trainmj.view import meshes
