@@ -22,6 +22,7 @@ import logging
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
 from itertools import zip_longest
 from typing import Any
@@ -61,24 +62,47 @@ def installed() -> Iterator[None]:
     Raises:
         EngineError: if the running MuJoCo does not have the fields the law needs.
     """
-    global _users, _before
-    with _lock:
-        if _users == 0:
-            _before = [get() for get, _ in _SLOTS]
-            try:
-                _put([])  # MuJoCo compiles no model, not even a probe, under a Python callback
-                _put(_callbacks())
-            except BaseException:
-                _put(_before)
-                raise
-        _users += 1
-    try:
+    with undisturbed(), _law.held():
         yield
-    finally:
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Use MuJoCo without anyone's callbacks, under which it compiles no model if they are in Python."""
+    with _silence.held():
+        yield
+
+
+@dataclass
+class _Shared:
+    """What is done for the first of several blocks, nested or in several threads, and undone after the last."""
+
+    do: Callable[[], None]
+    undo: Callable[[], None]
+    users: int = 0
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
         with _lock:
-            _users -= 1
-            if _users == 0:
-                _put(_before)
+            if self.users == 0:
+                self.do()
+            self.users += 1
+        try:
+            yield
+        finally:
+            with _lock:
+                self.users -= 1
+                if self.users == 0:
+                    self.undo()
+
+
+def _set_aside() -> None:
+    _before[:] = [get() for get, _ in _SLOTS]
+    _put([])
+
+
+_lock = threading.Lock()
+_before: list[Any] = []
 
 
 def _put(functions: Sequence[Any]) -> None:
@@ -92,9 +116,6 @@ _OTHERS = sorted({name[4:] for name in dir(mujoco) if name.startswith("set_mjcb_
 _SLOTS: tuple[tuple[Callable[[], Any], Callable[[Any], None]], ...] = tuple(
     (getattr(mujoco, f"get_{name}"), getattr(mujoco, f"set_{name}")) for name in (*_OURS, *_OTHERS)
 )
-_lock = threading.Lock()
-_users = 0
-_before: list[Any] = []
 
 
 @cache
@@ -126,6 +147,8 @@ def _note(text: bytes) -> None:
 
 
 _warned = ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_note)
+_silence = _Shared(_set_aside, lambda: _put(_before))
+_law = _Shared(lambda: _put(_callbacks()), lambda: _put([]))
 
 
 @intrinsic
