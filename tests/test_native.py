@@ -233,7 +233,7 @@ def test_a_callback_in_c_is_back_afterwards_too(ours):
     assert not called
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     mujoco.mj_step(model, mujoco.MjData(model))
-    assert called == [1]
+    assert called
 
 
 def slots() -> list[object]:
