@@ -69,9 +69,11 @@ def _local_client() -> Iterator[Client]:
     """A client of workers on this machine, in a session of their own: Ctrl-C at the terminal is not for them."""
     with LocalCluster(n_workers=0, dashboard_address=None) as cluster, Client(cluster) as client:
         options = f"--nworkers {CPU_COUNT} --nthreads 1 --no-dashboard --death-timeout {_LONGER:g}".split()
-        command = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address, *options]
-        quiet = subprocess.DEVNULL
-        workers = subprocess.Popen(command, stdin=quiet, stdout=quiet, stderr=quiet, start_new_session=True)
+        command = [sys.executable, "-P", "-m", "distributed.cli.dask_worker", cluster.scheduler_address, *options]
+        quiet, found_here = subprocess.DEVNULL, {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        workers = subprocess.Popen(
+            command, stdin=quiet, stdout=quiet, stderr=quiet, env=os.environ | found_here, start_new_session=True
+        )
         try:
             yield client
         finally:
