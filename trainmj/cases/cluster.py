@@ -67,7 +67,7 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
 @contextmanager
 def _local_client() -> Iterator[Client]:
     """A client of workers on this machine, in a session of their own: Ctrl-C at the terminal is not for them."""
-    with LocalCluster(n_workers=0, dashboard_address=None) as cluster, Client(cluster) as client:
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster, Client(cluster) as client:
         options = f"--nworkers {CPU_COUNT} --nthreads 1 --no-dashboard --death-timeout {_LONGER:g}".split()
         command = [sys.executable, "-P", "-m", "distributed.cli.dask_worker", cluster.scheduler_address, *options]
         quiet, found_here = subprocess.DEVNULL, {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}

@@ -48,10 +48,12 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
             about = dict(db.execute("SELECT key, value FROM about"))
             table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
     except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
-        if "locked" in str(error) or (folder.is_dir() and is_held(folder)):
+        if folder.is_dir() and is_held(folder):
             raise InputError(f"{folder}: another trainmj is writing to this folder: try again in a moment") from None
         if isinstance(error, InputError):
             raise
+        if "locked" in str(error):
+            raise InputError(f"{file}: is being written by another process: try again in a moment") from None
         reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
         raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
     columns = read_columns(about, file)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import io
 import os
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -100,6 +101,8 @@ def _matplotlib() -> Any:
             import matplotlib
 
             return matplotlib
+        for name in [name for name in sys.modules if name.startswith("matplotlib.")]:
+            del sys.modules[name]  # they know the one that failed
     exists = os.path.exists
     try:
         os.path.exists = lambda path: path != "matplotlibrc" and exists(path)  # which it tries first
