@@ -187,7 +187,7 @@ def sweep_until(tmp_path, client, act):
             acted.append(act())
 
     with pytest.raises(trainmj.TrainmjError) as raised:
-        trainmj.run_sweep(sweep, tmp_path, engine=engine(client, sweep.scenario), progress=progress)
+        trainmj.run_sweep(sweep, tmp_path, engine=engine(client, sweep.scenario, 3.0), progress=progress)
     return len(trainmj.read_table(tmp_path)), str(raised.value)
 
 
@@ -224,10 +224,10 @@ def test_a_worker_that_hangs_from_the_start_is_named(scheduler):
 
 
 @pytest.mark.thorough
-def test_a_scheduler_without_workers_is_said(scheduler):
-    cluster, client, _ = scheduler
-    with pytest.raises(trainmj.InputError, match=f"the scheduler {cluster.scheduler_address} has no workers"):
-        trainmj.cases.cluster.engine(client, trainmj.load("b_type"))
+def test_a_scheduler_without_workers_is_said(scheduler, tmp_path):
+    address = scheduler[0].scheduler_address
+    done = trainmj_sweep("b_type", *CASES, "--out", tmp_path, "--dask", address)
+    assert said_no(done, f"the scheduler {address} has no workers: start some first")
 
 
 @pytest.mark.thorough

@@ -61,7 +61,7 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
             yield engine(client, scenario, _LONGER)
         return
     with _client(address) as client:
-        yield engine(client, scenario)
+        yield engine(client, scenario, _PATIENCE)
 
 
 @contextmanager
@@ -97,29 +97,36 @@ async def _reach(address: str) -> None:
     await comm.close()
 
 
-def engine(client: Client, scenario: Scenario, patience: float = _PATIENCE) -> Engine:
-    """An engine that computes with a given Dask client; waits for the first worker, with some patience [s].
+def engine(client: Client, scenario: Scenario, patience: float | None = None) -> Engine:
+    """An engine that computes with a given Dask client.
+
+    Args:
+        client: of a scheduler.
+        scenario: what the cases vary.
+        patience: how long to wait for the first worker, and for others when all have left [s]; by default as long as it
+            takes, since jobs may stand in a queue.
 
     Raises:
         InputError: if there is no worker, one does not answer or has other versions than this process, or another
             processor than the other workers.
         EngineError: if the scheduler does not answer.
     """
-    try:
-        client.wait_for_workers(1, timeout=patience)
-    except TimeoutError:
-        raise InputError(f"the scheduler {_address(client)} has no workers: start some first") from None
-    return _Cluster(client, scenario)
+    with _working(client):
+        try:
+            client.wait_for_workers(1, timeout=patience)
+        except TimeoutError:
+            raise InputError(f"the scheduler {_address(client)} has no workers: start some first") from None
+    return _Cluster(client, scenario, queue=patience is None)
 
 
 class _Cluster:
     """The workers of a client."""
 
-    def __init__(self, client: Client, scenario: Scenario) -> None:
-        self._client = client
+    def __init__(self, client: Client, scenario: Scenario, queue: bool) -> None:
+        self._client, self._queue = client, queue
         self._scenario = to_yaml(scenario)
         self.identity = identity()
-        with self._working():
+        with _working(self._client):
             workers = self._workers()
             first = next((found for found in workers.values() if isinstance(found, dict)), {})
             self.identity |= {_MAY_DIFFER: first.get(_MAY_DIFFER, "")}
@@ -131,14 +138,14 @@ class _Cluster:
         tasks = iter(lambda: list(islice(source, CASES_PER_TASK)), [])
         running = as_completed([], with_results=True)
         while True:
-            with self._working():
+            with _working(self._client):
                 threads = self._client.sync(self._client.nthreads, callback_timeout=_PATIENCE)
                 most = max(1, sum(threads.values())) * _TASKS_PER_THREAD
             for task in islice(tasks, max(0, most - running.count())):
                 running.add(self._client.submit(compute, self._scenario, task, pure=False))
             if running.is_empty():
                 return
-            with self._working():
+            with _working(self._client):
                 worker, found, computed = self._next(running)
                 self._agree({worker: found})
             yield from computed
@@ -171,7 +178,7 @@ class _Cluster:
             return dict(zip(workers, await asyncio.gather(*map(asked, workers)), strict=True))
 
         found: dict[str, Any] = self._client.sync(all_asked)
-        if not found:
+        if not found and not self._queue:
             raise OSError("no worker is left")
         return found
 
@@ -187,15 +194,16 @@ class _Cluster:
             if differs := "; ".join(changes(found, self.identity, ("there", "here"))):
                 raise InputError(f"worker {worker}: would compute other numbers: {differs}: make all machines alike")
 
-    @contextmanager
-    def _working(self) -> Iterator[None]:
-        """Say that the cluster failed, whatever Dask says."""
-        try:
-            yield
-        except TrainmjError:
-            raise
-        except Exception as error:  # noqa: BLE001 Dask raises many kinds
-            raise EngineError(f"the cluster {_address(self._client)} failed ({_said(error)}); {_KEPT}") from None
+
+@contextmanager
+def _working(client: Client) -> Iterator[None]:
+    """Say that the cluster failed, whatever Dask says."""
+    try:
+        yield
+    except TrainmjError:
+        raise
+    except Exception as error:  # noqa: BLE001 Dask raises many kinds
+        raise EngineError(f"the cluster {_address(client)} failed ({_said(error)}); {_KEPT}") from None
 
 
 def _address(client: Client) -> str:
