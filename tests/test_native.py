@@ -8,25 +8,30 @@ import shutil
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import mujoco
 import numba
 import numpy as np
+import pandas as pd
 import pytest
 from builders import chain, envelope, step_once
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numba.core import caching
+from numba.core import caching, ccallback
 
-from trainmj.collision import kernel, offsets
+import trainmj
+from trainmj.collision import compiled, kernel, offsets
 from trainmj.collision.block import MAGIC, Car, Head, Joint, Layout
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Envelope
+from trainmj.collision.lineup import line_up
 from trainmj.collision.model import build, check_integrator
 from trainmj.collision.simulation import run, start
+from trainmj.collision.summary import summarise
 from trainmj.errors import EngineError
+from trainmj.view.scene import export
 
 ROOT = Path(__file__).parents[1]
 
@@ -181,6 +186,13 @@ def test_rail_friction_of_one_vehicle(law, limit, speed, pushed, expected):
 # a good guest
 
 
+PHYSICS = [name for name in dir(mujoco) if name.startswith("set_mjcb_")]
+
+
+def failing(*_: object) -> None:
+    raise ZeroDivisionError("someone's own callback")
+
+
 @pytest.fixture
 def ours() -> Iterator[list[object]]:
     """Someone's own callbacks, in place while a test runs."""
@@ -192,7 +204,36 @@ def ours() -> Iterator[list[object]]:
 
     mujoco.set_mjcb_passive(passive)
     yield [passive, calls]
+    for name in PHYSICS:
+        getattr(mujoco, name)(None)
+    mujoco.set_mju_user_warning(None)
+
+
+@pytest.mark.parametrize("name", [*PHYSICS, "set_mju_user_warning"])
+def test_nobodys_callback_is_called_and_it_is_back_afterwards(ours, name, standard, standard_summary):
+    """Breaks if a callback of the user's, left from other work, changes a number, stops a run, or is lost."""
     mujoco.set_mjcb_passive(None)
+    getattr(mujoco, name)(failing)
+    fast = standard.with_values({"simulation.step_ms": 0.5})
+    single = summarise(run(fast))
+    table = trainmj.run_cases(fast, pd.DataFrame({"mass_t": [33.0, 33.0]}), threads=2)
+    assert single.TS_mm == pytest.approx(standard_summary.TS_mm, rel=1e-3)
+    assert list(table.TS_mm) == [single.TS_mm] * 2
+    assert export(line_up(standard)).startswith("<!--")
+    assert getattr(mujoco, name.replace("set", "get", 1))() is failing
+
+
+def test_a_callback_in_c_is_back_afterwards_too(ours):
+    called: list[int] = []
+    theirs = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(lambda model, data: called.append(1))
+    mujoco.set_mjcb_passive(None)
+    mujoco.set_mjcb_control(theirs)
+    case = walled()
+    step_once(build(case), case)
+    assert not called
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    mujoco.mj_step(model, mujoco.MjData(model))
+    assert called
 
 
 def slots() -> list[object]:
@@ -376,7 +417,7 @@ def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_p
     wrong = offsets.Offsets(*range(800, 1520, 80))
     signature = "void(voidptr, voidptr, intc)"
     for places in (wrong, right, wrong):
-        kernel._compile(kernel._sensor, signature, places)
+        assert not kernel._compile(kernel._sensor, signature, places)[1]
     assert len(list(tmp_path.rglob("*.nbc"))) == 2, "one of each, and the second wrong one was there"
     case = walled()
     model, layout = build(case), Layout.of(case)
@@ -386,14 +427,110 @@ def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_p
         mujoco.mj_forward(model, data)
     expected = data.sensordata.copy()
     data.sensordata[:] = 0.0
-    address = kernel._compile(kernel._sensor, signature, right)
+    address, _ = kernel._compile(kernel._sensor, signature, right)
     sensor = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)(address)
     sensor(model._address, data._address, int(mujoco.mjtStage.mjSTAGE_ACC))
     assert data.sensordata[:8].tolist() == expected[:8].tolist()
     assert expected[:4].all()
 
 
-def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(monkeypatch, caplog):
+@pytest.fixture
+def cache(tmp_path, monkeypatch) -> Callable[[], tuple[Path, Path]]:
+    """The cache of one function, filled: gives its index and its code."""
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert law_again() == ""
+    return lambda: (next(tmp_path.rglob("*.nbi")), next(tmp_path.rglob("*.nbc")))
+
+
+def law_again() -> str:
+    """Take a function from the cache, or compile it: what is said."""
+    address, said = kernel._compile(kernel._no_clock, "float64()", offsets.field_offsets())
+    assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == 0.0
+    return said
+
+
+def compilations(monkeypatch) -> list[object]:
+    made: list[object] = []
+    compile_ = ccallback.CFunc._compile_uncached
+    monkeypatch.setattr(ccallback.CFunc, "_compile_uncached", lambda self: made.append(self) or compile_(self))
+    return made
+
+
+@pytest.mark.parametrize("which", ["index", "code"])
+@pytest.mark.parametrize(
+    "harm",
+    [
+        lambda file: file.write_bytes(b""),
+        lambda file: file.write_bytes(file.read_bytes()[:100]),
+        lambda file: file.write_bytes(file.read_bytes()[:-1]),
+        lambda file: file.write_bytes(b"\0" * file.stat().st_size),
+        lambda file: file.write_bytes(os.urandom(5000)),
+        lambda file: file.write_bytes(bytes([file.read_bytes()[0]]) + b"x" + file.read_bytes()[2:]),
+        lambda file: (file.unlink(), os.mkfifo(file)),
+    ],
+    ids=["empty", "cut", "a byte short", "zeros", "garbage", "a byte changed", "a pipe"],
+)
+def test_a_damaged_cache_is_said_compiled_afresh_and_mended(cache, monkeypatch, which, harm):
+    """Breaks if a torn file stops every later start, costs every later start some seconds, or is run."""
+    file = cache()[which == "code"]
+    made = compilations(monkeypatch)
+    harm(file)
+    assert law_again() == f"the compiled law on disk was damaged ({file}): it is compiled afresh"
+    assert len(made) == 1
+    assert law_again() == ""
+    assert len(made) == 1, "mended: the next start is fast again"
+
+
+@pytest.mark.parametrize("which", ["index", "code"])
+def test_a_cache_that_is_gone_or_old_is_filled_again_without_a_word(cache, monkeypatch, which):
+    made = compilations(monkeypatch)
+    cache()[which == "code"].unlink()
+    assert law_again() == law_again() == ""
+    monkeypatch.setattr(numba, "__version__", "0.1")
+    assert law_again() == law_again() == ""
+    shutil.rmtree(cache()[0].parent)
+    assert law_again() == law_again() == ""
+    assert len(made) == 3
+
+
+@pytest.mark.parametrize("which", ["index", "code"])
+def test_a_cache_that_cannot_be_written_is_said_and_the_law_works(cache, monkeypatch, which):
+    file = cache()[which == "code"]
+    file.unlink()
+    file.mkdir()
+    said = f"the compiled law is not kept between processes ({file}: Is a directory); set NUMBA_CACHE_DIR to a writable"
+    assert law_again().startswith(said)
+
+
+def test_a_full_disk_under_the_cache_is_said_and_the_law_works(cache, monkeypatch):
+    index, code = cache()
+    index.unlink()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(compiled._Files, "_open_for_write", full)
+    made = compilations(monkeypatch)
+    assert f"({code.parent}: No space left on device)" in law_again()
+    assert len(made) == 1, "compiled once, not once more for itself"
+
+
+def test_code_that_another_process_put_in_its_place_is_not_run(tmp_path, monkeypatch):
+    """Two processes with different laws number their files alike: one would run the law of the other."""
+    codes = []
+    for name, places in (("one", range(800, 1520, 80)), ("two", range(8, 80, 8))):
+        monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / name))
+        kernel._compile(kernel._sensor, "void(voidptr, voidptr, intc)", offsets.Offsets(*places))
+        codes.append(next((tmp_path / name).rglob("*.nbc")))
+    shutil.copy(codes[0], codes[1])
+    made = compilations(monkeypatch)
+    for _ in range(2):
+        _, said = kernel._compile(kernel._sensor, "void(voidptr, voidptr, intc)", offsets.Offsets(*range(8, 80, 8)))
+        assert said == ""
+    assert len(made) == 1, "compiled afresh, and then the right one is there"
+
+
+def test_what_is_wrong_with_the_cache_is_said_once_for_the_whole_law(monkeypatch, caplog):
     """As in a container with a read-only home and package."""
 
     def refuse(self: object) -> None:
@@ -402,22 +539,21 @@ def test_without_a_writable_cache_the_law_is_compiled_anew_and_says_so(monkeypat
     for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
         if "ensure_cache_path" in vars(cls):
             monkeypatch.setattr(cls, "ensure_cache_path", refuse)
-    address = kernel._compile(kernel._no_clock, "float64()", offsets.field_offsets())
-    assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == 0.0
+    kernel._callbacks.__wrapped__()
     (said,) = (record.getMessage() for record in caplog.records)
     assert said.startswith("the compiled law is not kept between processes (")
     assert "NUMBA_CACHE_DIR" in said
 
 
 def test_with_a_cache_there_is_nothing_to_say(caplog):
-    kernel._compile(kernel._no_clock, "float64()", offsets.field_offsets())
+    kernel._callbacks.__wrapped__()
     assert not caplog.records
 
 
 def test_compiled_functions_live_on():
     """MuJoCo holds bare pointers into them."""
-    kept = {function.address for function in kernel._kept}
-    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in kernel._callbacks()} <= kept
+    kept = {function.address for function in compiled._kept}
+    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in kernel._callbacks()[:3]} <= kept
 
 
 def test_sensors_are_written_when_their_stage_is_reached_and_not_before(law, system):

@@ -3,11 +3,12 @@
 import json
 import os
 import signal
-import socket
 import sqlite3
 import subprocess
+import threading
 import time
-from contextlib import closing
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, suppress
 
 import numpy as np
 import pandas as pd
@@ -19,7 +20,6 @@ import trainmj
 from trainmj.cases.engine import Computed, Local
 from trainmj.cases.store import Store
 from trainmj.cli import main
-from trainmj.collision.identity import identity
 from trainmj.files.written import held
 from trainmj.sweep.plan import grid_values
 
@@ -411,6 +411,61 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
             trainmj.read_table(tmp_path)
 
 
+def test_many_readers_do_not_keep_a_sweep_from_writing(tmp_path, monkeypatch):
+    """Breaks if a sweep gives up because others look at its table again and again: one of them would always read."""
+    read_sql, seen, ended = pd.read_sql, [], threading.Event()
+
+    def read_slowly(*args, **named):
+        time.sleep(0.2)
+        return read_sql(*args, **named)
+
+    def look():
+        while not ended.is_set():
+            with suppress(trainmj.InputError):  # it comes too early
+                seen.append(len(trainmj.read_table(tmp_path)))
+
+    def prepare():
+        trainmj.cases.runner.COMMIT_EVERY = 0.0
+        trainmj.cases.store.PATIENCE = 2.0
+
+    monkeypatch.setattr(pd, "read_sql", read_slowly)
+    sweep = Forked(tmp_path, "sweep", "b_type", "--vary", "mass_t=30:36:6", *FAST, "--out", tmp_path, prepare=prepare)
+    with ThreadPoolExecutor(4) as readers:
+        looking = [readers.submit(look) for _ in range(4)]
+        done = sweep.ended()
+        ended.set()
+    for reader in looking:
+        reader.result()
+    assert done.returncode == 0, done.stderr
+    assert len(seen) > 4
+
+
+def test_a_reader_who_comes_too_early_is_told_to_wait(tmp_path):
+    """A sweep holds its folder some milliseconds before its table is there."""
+    with held(tmp_path):
+        for content in (None, b""):
+            if content is not None:
+                (tmp_path / "results.sqlite").write_bytes(content)
+            with pytest.raises(trainmj.InputError, match="another trainmj is writing to this folder: try again"):
+                trainmj.read_table(tmp_path)
+
+
+def test_a_folder_that_somebody_only_looks_at_can_be_taken(tmp_path):
+    """Breaks if a report that asks whether a sweep is running keeps it from starting."""
+    looked = threading.Event()
+
+    def look():
+        with held(tmp_path):
+            looked.set()
+            time.sleep(0.02)
+
+    with ThreadPoolExecutor(1) as other:
+        other.submit(look)
+        looked.wait()
+        with held(tmp_path):
+            pass
+
+
 def test_what_a_killed_process_left_half_written_is_taken_back_by_a_reader(tmp_path):
     def prepare():
         def killed(self, progress):
@@ -469,84 +524,6 @@ def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
     done = trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
     assert csv_of(tmp_path) == csv_of(undisturbed[0])
-
-
-# on a cluster
-
-
-@pytest.mark.thorough
-def test_dask_with_two_workers_of_which_one_is_killed_gives_the_same_table(undisturbed, tmp_path):
-    from dask.distributed import Client, LocalCluster
-
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        from trainmj.cases import cluster as engines
-
-        sweep = trainmj.grid_of(
-            trainmj.load("b_type", {"simulation.step_ms": 0.5}),
-            {"empty_stroke_mm": "20:50:30", "mass_t": "30,33,36,-1"},
-        )
-        victims = sorted(client.run(os.getpid).values())
-        killed = []
-
-        def progress(finished):
-            if 0 < finished < len(sweep) and not killed:
-                killed.append(victims[0])
-                os.kill(victims[0], signal.SIGKILL)
-
-        engines_before, engines.CASES_PER_TASK = engines.CASES_PER_TASK, 8
-        try:
-            trainmj.run_sweep(sweep, tmp_path, engine=engines.engine(client, sweep.scenario), progress=progress)
-        finally:
-            engines.CASES_PER_TASK = engines_before
-    assert killed, "no worker was killed while the sweep ran: the test proves nothing"
-    assert csv_of(tmp_path) == csv_of(undisturbed[0])
-
-
-def change_identity(**parts):
-    """On a worker: as if other versions were installed."""
-    import trainmj.collision.identity as home
-
-    now = tuple((home.identity() | parts).items())
-    home._identity = lambda: now
-
-
-@pytest.mark.thorough
-def test_workers_of_another_identity_are_refused_with_what_differs(tmp_path):
-    from dask.distributed import Client, LocalCluster
-
-    from trainmj.cases.cluster import engine
-
-    sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:200"})
-    mine = identity()
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-        one, two = client.scheduler_info()["workers"]
-        client.run(change_identity, mujoco="3.3.0", workers=[two])
-        with pytest.raises(trainmj.InputError, match=rf"worker {two}: .* mujoco 3.3.0 there, {mine['mujoco']} here"):
-            engine(client, sweep.scenario)
-        client.run(change_identity, mujoco=mine["mujoco"], platform="a node", workers=[two])
-        with pytest.raises(trainmj.InputError, match=r"platform .*a node"):
-            engine(client, sweep.scenario)
-        client.run(change_identity, platform="a node", workers=[one])
-        nodes = engine(client, sweep.scenario)  # all alike, and another processor than the one that hands cases out
-        client.run(change_identity, platform="another node", workers=[two])  # one that comes later
-        with pytest.raises(trainmj.InputError, match="platform another node there, a node here"):
-            trainmj.run_sweep(sweep, tmp_path, engine=nodes)
-    with sqlite3.connect(tmp_path / "results.sqlite") as db:
-        assert db.execute("SELECT value FROM about WHERE key = 'version_platform'").fetchone() == ("a node",)
-
-
-def test_no_scheduler_at_the_address_is_said(tmp_path):
-    done = trainmj_sweep("b_type", *CASES, "--out", tmp_path, "--dask", "nonsense")
-    assert said_no(done, "--dask nonsense", "no scheduler")
-
-
-def test_another_service_at_the_address_is_no_scheduler(tmp_path, monkeypatch):
-    """It answers nothing, for ever."""
-    monkeypatch.setattr("trainmj.cases.cluster._PATIENCE", 0.5)
-    with socket.create_server(("127.0.0.1", 0)) as service:
-        address = f"tcp://127.0.0.1:{service.getsockname()[1]}"
-        done = trainmj_sweep("b_type", *CASES, "--out", tmp_path, "--dask", address)
-    assert said_no(done, f"--dask {address}", "no scheduler answers at this address (timed out)")
 
 
 def test_json_values_survive_in_the_table(tmp_path):

@@ -8,22 +8,26 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any
 
 from trainmj.cases.engine import Case, Computed, Engine, Local
 from trainmj.collision.identity import changes, identity
-from trainmj.errors import EngineError, InputError
+from trainmj.errors import EngineError, InputError, TrainmjError
+from trainmj.files.text import printable
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 
 try:
     from dask.distributed import Client, LocalCluster, Security, as_completed
-    from distributed.client import FutureCancelledError
+    from dask.system import CPU_COUNT
     from distributed.comm.core import connect
-    from distributed.scheduler import KilledWorker
 except ImportError:
     raise InputError("--dask needs the package dask: pip install 'trainmj[dask]'") from None
 
@@ -33,9 +37,10 @@ CASES_PER_TASK = 32
 
 _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
 _PATIENCE = 10.0  # with a scheduler that does not answer [s]
+_LONGER = 30.0  # with workers, which may have to read trainmj from a slow disk, or to be started again [s]
+_PAUSE = 0.01  # from one look for results to the next [s]
 _MAY_DIFFER = "platform"  # between this process and the workers, not among the workers
-_LOST = (CancelledError, FutureCancelledError, KilledWorker, OSError)
-"""What Dask raises when the cluster is gone, or cases have killed their workers repeatedly."""
+_KEPT = "finished cases are kept: the same command goes on"
 
 
 @contextmanager
@@ -49,25 +54,42 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
     Raises:
         InputError: if no scheduler answers at the address, or it has no workers or unsuitable ones.
     """
-    for name in ("distributed", "distributed.client"):
+    for name in ("distributed", "distributed.client", "tornado.application", "asyncio"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # errors come back as exceptions
     if address == LOCAL:
-        with LocalCluster(threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
-            yield engine(client, scenario)
+        with _local_client() as client:
+            yield engine(client, scenario, _LONGER)
         return
+    with _client(address) as client:
+        yield engine(client, scenario, _PATIENCE)
+
+
+@contextmanager
+def _local_client() -> Iterator[Client]:
+    """A client of workers on this machine, in a session of their own: Ctrl-C at the terminal is not for them."""
+    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster, Client(cluster) as client:
+        options = f"--nworkers {CPU_COUNT} --nthreads 1 --no-dashboard --death-timeout {_LONGER:g}".split()
+        command = [sys.executable, "-P", "-m", "distributed.cli.dask_worker", cluster.scheduler_address, *options]
+        quiet, found_here = subprocess.DEVNULL, {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        workers = subprocess.Popen(
+            command, stdin=quiet, stdout=quiet, stderr=quiet, env=os.environ | found_here, start_new_session=True
+        )
+        try:
+            yield client
+        finally:
+            if hasattr(os, "killpg"):
+                os.killpg(workers.pid, signal.SIGKILL)  # what it has started too
+            workers.kill()
+            workers.wait()
+
+
+def _client(address: str) -> Client:
     try:
         asyncio.run(asyncio.wait_for(_reach(address), _PATIENCE))  # a client would wait for another service for ever
-        client = Client(address, timeout=_PATIENCE)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise InputError(
-            f"--dask {address}: no scheduler answers at this address ({str(error) or 'timed out'})"
-        ) from None
-    with client:
-        try:
-            client.wait_for_workers(1, timeout=_PATIENCE)
-        except TimeoutError:
-            raise InputError(f"--dask {address}: the scheduler has no workers: start some first") from None
-        yield engine(client, scenario)
+        return Client(address, timeout=_PATIENCE)
+    except Exception as error:  # noqa: BLE001 another service answers what it likes
+        said = printable(str(error)) or "timed out"
+        raise InputError(f"--dask {address}: no scheduler answers at this address ({said})") from None
 
 
 async def _reach(address: str) -> None:
@@ -75,58 +97,123 @@ async def _reach(address: str) -> None:
     await comm.close()
 
 
-def engine(client: Client, scenario: Scenario) -> Engine:
-    """An engine that computes with a given Dask client; waits for the first worker.
+def engine(client: Client, scenario: Scenario, patience: float | None = None) -> Engine:
+    """An engine that computes with a given Dask client.
+
+    Args:
+        client: of a scheduler.
+        scenario: what the cases vary.
+        patience: how long to wait for the first worker, and for others when all have left [s]; by default as long as it
+            takes, since jobs may stand in a queue.
 
     Raises:
-        InputError: if a worker has other versions than this process, or another processor than the other workers.
+        InputError: if there is no worker, one does not answer or has other versions than this process, or another
+            processor than the other workers.
+        EngineError: if the scheduler does not answer.
     """
-    client.wait_for_workers(1)
-    return _Cluster(client, scenario)
+    with _working(client):
+        try:
+            client.wait_for_workers(1, timeout=patience)
+        except TimeoutError:
+            raise InputError(f"the scheduler {_address(client)} has no workers: start some first") from None
+    return _Cluster(client, scenario, queue=patience is None)
 
 
 class _Cluster:
     """The workers of a client."""
 
-    def __init__(self, client: Client, scenario: Scenario) -> None:
-        self._client = client
+    def __init__(self, client: Client, scenario: Scenario, queue: bool) -> None:
+        self._client, self._queue = client, queue
         self._scenario = to_yaml(scenario)
-        workers = client.run(identity, on_error="return")
-        first = next((found for found in workers.values() if isinstance(found, dict)), {})
-        self.identity = identity() | {_MAY_DIFFER: first.get(_MAY_DIFFER, "")}
-        for worker, found in workers.items():
-            self._agree(worker, found)
-
-    def _agree(self, worker: str, found: Mapping[str, str] | Exception) -> None:
-        """Refuse a worker that would compute other numbers."""
-        if isinstance(found, Exception):
-            raise InputError(f"worker {worker}: trainmj cannot be used there ({found}): install the same version")
-        if differs := "; ".join(changes(found, self.identity, ("there", "here"))):
-            raise InputError(f"worker {worker}: would compute other numbers: {differs}: make all machines alike")
+        self.identity = identity()
+        with _working(self._client):
+            workers = self._workers()
+            first = next((found for found in workers.values() if isinstance(found, dict)), {})
+            self.identity |= {_MAY_DIFFER: first.get(_MAY_DIFFER, "")}
+            self._agree(workers)
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
         """Hand cases out and yield each as its task ends."""
         source = iter(cases)
         tasks = iter(lambda: list(islice(source, CASES_PER_TASK)), [])
         running = as_completed([], with_results=True)
-        try:
-            while True:
-                most = max(1, sum(self._client.nthreads().values())) * _TASKS_PER_THREAD
-                for task in islice(tasks, max(0, most - running.count())):
-                    running.add(self._client.submit(compute, self._scenario, task, pure=False))
-                if running.is_empty():
-                    return
-                _, result = next(running)
-                if isinstance(result, Exception):  # Dask returns the error of a cancelled task
-                    raise result
-                worker, found, computed = result
-                self._agree(worker, found)
-                yield from computed
-        except _LOST as error:
-            said = (str(error) or type(error).__name__).splitlines()[0]
-            raise EngineError(
-                f"the cluster failed ({said}); finished cases are kept: the same command goes on"
-            ) from None
+        while True:
+            with _working(self._client):
+                threads = self._client.sync(self._client.nthreads, callback_timeout=_PATIENCE)
+                most = max(1, sum(threads.values())) * _TASKS_PER_THREAD
+            for task in islice(tasks, max(0, most - running.count())):
+                running.add(self._client.submit(compute, self._scenario, task, pure=False))
+            if running.is_empty():
+                return
+            with _working(self._client):
+                worker, found, computed = self._next(running)
+                self._agree({worker: found})
+            yield from computed
+
+    def _next(self, running: as_completed) -> Any:
+        """The next result; asks the workers whether they are there when there is none for long."""
+        until = time.monotonic() + _LONGER
+        while not running.has_ready():
+            time.sleep(_PAUSE)
+            if time.monotonic() > until:
+                self._agree(self._workers())
+                until = time.monotonic() + _LONGER
+        _, result = next(running)
+        if isinstance(result, Exception):  # Dask returns the error of a task that failed, or was cancelled
+            raise result
+        return result
+
+    def _workers(self) -> dict[str, Any]:
+        """What each worker says of its identity, or the error that it ends in."""
+
+        async def asked(worker: str) -> Any:
+            try:
+                answer = self._client.run(identity, workers=[worker], on_error="return")
+                return (await asyncio.wait_for(answer, _LONGER))[worker]
+            except TimeoutError:
+                return TimeoutError(f"no answer in {_LONGER:g} s")
+
+        async def all_asked() -> dict[str, Any]:
+            workers = list(await asyncio.wait_for(self._client.nthreads(), _PATIENCE))
+            return dict(zip(workers, await asyncio.gather(*map(asked, workers)), strict=True))
+
+        found: dict[str, Any] = self._client.sync(all_asked)
+        if not found and not self._queue:
+            raise OSError("no worker is left")
+        return found
+
+    def _agree(self, workers: Mapping[str, Any]) -> None:
+        """Refuse workers that would compute other numbers, or none."""
+        for worker, found in workers.items():
+            if isinstance(found, OSError):
+                raise InputError(f"worker {worker}: does not answer ({_said(found)}): stop it; {_KEPT}")
+            if isinstance(found, Exception):
+                raise InputError(
+                    f"worker {worker}: trainmj cannot be used there ({_said(found)}): install the same version"
+                )
+            if differs := "; ".join(changes(found, self.identity, ("there", "here"))):
+                raise InputError(f"worker {worker}: would compute other numbers: {differs}: make all machines alike")
+
+
+@contextmanager
+def _working(client: Client) -> Iterator[None]:
+    """Say that the cluster failed, whatever Dask says."""
+    try:
+        yield
+    except TrainmjError:
+        raise
+    except Exception as error:  # noqa: BLE001 Dask raises many kinds
+        raise EngineError(f"the cluster {_address(client)} failed ({_said(error)}); {_KEPT}") from None
+
+
+def _address(client: Client) -> str:
+    return str(client.scheduler.address) if client.scheduler else ""
+
+
+def _said(error: BaseException) -> str:
+    """The first line of what an error says."""
+    lines = printable(str(error)).splitlines()
+    return lines[0] if lines else type(error).__name__
 
 
 def compute(scenario: str, cases: list[tuple[Any, dict[str, Any]]]) -> tuple[str, dict[str, str], list[Computed]]:

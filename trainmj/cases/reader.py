@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sqlite3
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING
 
 from trainmj.cases.store import CASE, FILE, PATIENCE, about_in, connected, in_order, read_columns
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
 from trainmj.files.text import printable
+from trainmj.files.written import is_held
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,14 +41,18 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     from pandas.errors import DatabaseError
 
     file = folder / FILE
-    if not file.is_file():
-        raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
     try:
-        with closing(connected(file, "rw", PATIENCE)) as db:
+        if not file.is_file():
+            raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
+        with _reading(file) as db:
             db.execute("BEGIN")  # both from one moment
             about = about_in(db)
             table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
     except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
+        if folder.is_dir() and is_held(folder):
+            raise InputError(f"{folder}: another trainmj is writing to this folder: try again in a moment") from None
+        if isinstance(error, InputError):
+            raise
         if "locked" in str(error):
             raise InputError(f"{file}: is being written by another process: try again in a moment") from None
         reason = printable(str(error)).splitlines()[-1:] or [type(error).__name__]
@@ -61,7 +68,18 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
 def read_about(file: Path) -> dict[str, str]:
     """What a store says of its cases; empty if there is no store, or a damaged one."""
     try:
-        with closing(connected(file, "rw", PATIENCE)) as db:
+        with _reading(file) as db:
             return about_in(db)
     except (sqlite3.Error, OutputError):
         return {}
+
+
+_alone = Lock()
+"""SQLite lets readers of one process in without a look at who waits to write: together they would keep a sweep out."""
+
+
+@contextmanager
+def _reading(file: Path) -> Iterator[sqlite3.Connection]:
+    """A connection for reading; it may write, to take back what a killed process left half written."""
+    with _alone, closing(connected(file, "rw", PATIENCE)) as db:
+        yield db

@@ -14,11 +14,12 @@ from typing import Any
 
 import click
 
-from trainmj.cli import collision, inputs, references, tasks
+from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
+from trainmj.output.style import without_settings
 
 
 @contextmanager
@@ -57,22 +58,33 @@ class _Group(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)  # as they are added, not by the alphabet
 
-    def invoke(self, ctx: click.Context) -> Any:
-        with _ends_as_interrupted():
-            return self._invoke(ctx)
+    def main(self, *args: Any, **options: Any) -> Any:
+        streams.prepare()
+        without_settings()
+        return super().main(*args, **options)
 
-    def _invoke(self, ctx: click.Context) -> Any:
-        try:
+    def make_context(self, *args: Any, **options: Any) -> click.Context:
+        with _told():
+            return super().make_context(*args, **options)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        with _ends_as_interrupted(), _told():
             return super().invoke(ctx)
-        except TrainmjError as error:
-            click.echo(f"Error: {printable(str(error))}", err=True)
-            sys.exit(2)
-        except KeyboardInterrupt:
-            click.echo("Stopped.", err=True)
-            sys.exit(130)
-        except BrokenPipeError:
-            sys.stderr.close()  # the reader of the output has gone; nobody is left to tell
-            sys.exit(0)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Say what ends a command, before click does in its way."""
+    try:
+        yield
+    except TrainmjError as error:
+        click.echo(f"Error: {printable(str(error))}", err=True)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        click.echo("Stopped.", err=True)
+        sys.exit(130)
+    except EOFError as error:
+        raise RuntimeError(f"EOFError: {error}") from error  # click would take it for Ctrl-C
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -54,11 +53,8 @@ def render(
     This needs no screen and no graphics card. SCENARIO may also be a saved result, result.nc or its folder, which is
     shown without simulating again.
     """
-    platform = os.environ.pop("MUJOCO_GL", None)  # MuJoCo would load that library on import, and fail in its own way
     from trainmj.view import film, offscreen
 
-    if platform is not None:
-        os.environ["MUJOCO_GL"] = platform
     film.check(out, camera, slow, size, at, fps)
     offscreen.check_platform()
     result = _result(scenario, changes)

@@ -17,11 +17,11 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from mujoco.batch import Batch
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Head, Layout, Tally
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build
 from trainmj.collision.simulation import LAW_NOT_CALLED
 from trainmj.collision.summary import Summary, measure
@@ -183,7 +183,7 @@ class _Engine(Generic[Key]):
         rings = -(-size.n_records // _RING)
         bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
         self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
-        self._batch = Batch(build(chain, self.layout, bare=True), self._places, 1)
+        self._batch = mujoco.batch.Batch(build(chain, self.layout, bare=True), self._places, 1)
         self._mass = self._batch.expand("body_mass")
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")

@@ -22,18 +22,20 @@ import logging
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
+from itertools import zip_longest
+from typing import Any
 
-import mujoco
-import numba
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
 from trainmj.collision.block import MAGIC, Car, Head, Joint, places
+from trainmj.collision.compiled import address_of
 from trainmj.collision.interrupts import held_back
 from trainmj.collision.law import CRUSH, crush
+from trainmj.collision.mj import mujoco
 from trainmj.collision.offsets import Offsets, field_offsets
 
 log = logging.getLogger(__name__)
@@ -53,74 +55,100 @@ LAST_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
 def installed() -> Iterator[None]:
     """Run MuJoCo with the device law; on leaving, restore the callbacks that were there.
 
-    The block may be nested and entered from several threads: the law stays until the last one leaves. Meanwhile
-    MuJoCo's timers, which read the clock a dozen times a step, stand still.
+    The block may be nested and entered from several threads: the law stays until the last one leaves. Meanwhile no
+    other callback is called, MuJoCo's timers, which read the clock a dozen times a step, stand still, and its warnings
+    go to the log.
 
     Raises:
         EngineError: if the running MuJoCo does not have the fields the law needs.
     """
-    global _users, _before
-    with _lock:
-        if _users == 0:
-            _before = [get() for get, _ in _SLOTS]
-            try:
-                _put([None] * len(_SLOTS))  # MuJoCo compiles no model, not even a probe, under a Python callback
-                _put(_callbacks())
-            except BaseException:
-                _put(_before)
-                raise
-        _users += 1
-    try:
+    with undisturbed(), _law.held():
         yield
-    finally:
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Use MuJoCo without anyone's callbacks, under which it compiles no model if they are in Python."""
+    with _silence.held():
+        yield
+
+
+@dataclass
+class _Shared:
+    """What is done for the first of several blocks, nested or in several threads, and undone after the last."""
+
+    do: Callable[[], None]
+    undo: Callable[[], None]
+    users: int = 0
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
         with _lock:
-            _users -= 1
-            if _users == 0:
-                _put(_before)
+            if self.users == 0:
+                self.do()
+            self.users += 1
+        try:
+            yield
+        finally:
+            with _lock:
+                self.users -= 1
+                if self.users == 0:
+                    self.undo()
 
 
-def _put(functions: Sequence[Any]) -> None:
-    for (_, put), function in zip(_SLOTS, functions, strict=True):
-        put(function)
+def _set_aside() -> None:
+    _before[:] = [get() for get, _ in _SLOTS]
+    _put([])
 
 
-_SLOTS: tuple[tuple[Callable[[], Any], Callable[[Any], None]], ...] = (
-    (mujoco.get_mjcb_passive, mujoco.set_mjcb_passive),
-    (mujoco.get_mjcb_sensor, mujoco.set_mjcb_sensor),
-    (mujoco.get_mjcb_time, mujoco.set_mjcb_time),
-)
 _lock = threading.Lock()
-_users = 0
 _before: list[Any] = []
 
 
+def _put(functions: Sequence[Any]) -> None:
+    """Fill the first slots and empty the others."""
+    for (_, put), function in zip_longest(_SLOTS, functions):
+        put(function)
+
+
+_OURS = ("mjcb_passive", "mjcb_sensor", "mjcb_time", "mju_user_warning")
+_OTHERS = sorted({name[4:] for name in dir(mujoco) if name.startswith("set_mjcb_")} - set(_OURS))
+_SLOTS: tuple[tuple[Callable[[], Any], Callable[[Any], None]], ...] = tuple(
+    (getattr(mujoco, f"get_{name}"), getattr(mujoco, f"set_{name}")) for name in (*_OURS, *_OTHERS)
+)
+
+
 @cache
-def _callbacks() -> tuple[Any, Any, Any]:
-    """The compiled passive, sensor and time callbacks as ctypes function pointers."""
+def _callbacks() -> tuple[Any, Any, Any, Any]:
+    """The compiled passive, sensor and time callbacks and the one for warnings, as ctypes function pointers."""
     offsets = field_offsets()
-    pair = (ctypes.c_void_p, ctypes.c_void_p)
+    void, pair = None, (ctypes.c_void_p, ctypes.c_void_p)
     with held_back():
-        return (
-            ctypes.CFUNCTYPE(None, *pair)(_compile(_passive, "void(voidptr, voidptr)", offsets)),
-            ctypes.CFUNCTYPE(None, *pair, ctypes.c_int)(_compile(_sensor, "void(voidptr, voidptr, intc)", offsets)),
-            ctypes.CFUNCTYPE(ctypes.c_double)(_compile(_no_clock, "float64()", offsets)),
-        )
+        made = [
+            (ctypes.CFUNCTYPE(void, *pair), *_compile(_passive, "void(voidptr, voidptr)", offsets)),
+            (ctypes.CFUNCTYPE(void, *pair, ctypes.c_int), *_compile(_sensor, "void(voidptr, voidptr, intc)", offsets)),
+            (ctypes.CFUNCTYPE(ctypes.c_double), *_compile(_no_clock, "float64()", offsets)),
+        ]
+    troubles = [trouble for *_, trouble in made if trouble]
+    if troubles:
+        log.warning("%s", troubles[0])
+    passive, sensor, clock = (kind(address) for kind, address, _ in made)
+    return passive, sensor, clock, _warned
 
 
-_kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo holds bare pointers
+def _compile(factory: Callable[[Offsets], Any], signature: str, offsets: Offsets) -> tuple[int, str]:
+    """Address of a C function, and what was wrong with the copy of it on disk."""
+    return address_of(factory(offsets), signature)
 
 
-def _compile(factory: Callable[[Offsets], Any], signature: str, offsets: Offsets) -> int:
-    """Address of a C function, from numba's cache on disk where there is one."""
-    try:
-        function = numba.cfunc(signature, cache=True)(factory(offsets))
-    except RuntimeError as error:
-        log.warning(
-            "the compiled law is not kept between processes (%s); set NUMBA_CACHE_DIR to a writable folder", error
-        )
-        function = numba.cfunc(signature)(factory(offsets))
-    _kept.append(function)
-    return cast(int, function.address)
+def _note(text: bytes) -> None:
+    """Keep a warning of MuJoCo's from its log file and from someone's handler: the status of the case says it."""
+    log.debug("%s", text.decode(errors="replace"))
+
+
+_warned = ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_note)
+_silence = _Shared(_set_aside, lambda: _put(_before))
+_law = _Shared(lambda: _put(_callbacks()), lambda: _put([]))
 
 
 @intrinsic

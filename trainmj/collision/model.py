@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
 from trainmj.collision.device import Array
+from trainmj.collision.mj import mujoco
 from trainmj.errors import EngineError
 from trainmj.files.resources import shipped_folder
 

@@ -10,9 +10,9 @@ import ctypes
 from functools import cache
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
+from trainmj.collision.mj import mujoco
 from trainmj.errors import EngineError
 
 _PAGE = 4096

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import mujoco
 import numpy as np
 
 from trainmj.collision import kernel
@@ -13,6 +12,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.device import Array
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
+from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build, split_sensors
 from trainmj.collision.result import Result
 from trainmj.errors import EngineError

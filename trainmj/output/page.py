@@ -84,7 +84,7 @@ class Page:
         style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8"))
         marked = [Markup(script) for script in scripts]
         html: str = _template().render(page=self, style=style, scripts=marked, policy=_policy(scripts))
-        return html
+        return html.encode(errors="backslashreplace").decode()  # the name of a folder need not be UTF-8
 
     def write(self, file: str | Path) -> None:
         """Write the page, whole or not at all.

@@ -8,19 +8,24 @@ Draw under :func:`styled`, take the figure from :func:`figure` or :func:`grid`, 
         axes.plot(time, force, color=BLUE)
     save(picture, "out/force", ["png", "svg", "pdf"])
 
-The same figure gives the same bytes: no file carries a date or a random name.
+The same figure gives the same bytes, whatever its user has set up: no file carries a date or a random name, no
+matplotlibrc is heeded, no window is opened, and pyplot stays as it is.
 """
 
 from __future__ import annotations
 
 import io
+import os
+import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from trainmj.errors import InputError
 from trainmj.files.arguments import listed
+from trainmj.files.environment import variables
 from trainmj.files.written import write_bytes
 
 if TYPE_CHECKING:
@@ -79,18 +84,51 @@ _STYLE: dict[Any, Any] = {
     "svg.fonttype": "path",  # letters as shapes: right where the font is missing
     "svg.hashsalt": "trainmj",  # names inside the file do not change from run to run
 }
+_OF_SESSION = ("backend", "backend_fallback", "interactive")  # how windows are opened, which figures never are
 _NO_DATE: dict[Format, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _MM = 1 / 25.4
+
+
+_settings = True  # whether matplotlib is imported with its user's settings
+
+
+def without_settings() -> None:
+    """Import matplotlib, when it comes to that, without its user's settings: for a process of our own.
+
+    Elsewhere somebody may draw as well and wants them; :func:`styled` sets them aside.
+    """
+    global _settings
+    _settings = False
+
+
+@cache
+def _matplotlib() -> Any:
+    if _settings:
+        with suppress(Exception):  # a backend that is not there, a matplotlibrc that is no text
+            import matplotlib
+
+            return matplotlib
+        for name in [name for name in sys.modules if name.startswith("matplotlib.")]:
+            del sys.modules[name]  # they know the one that failed
+    exists = os.path.exists
+    try:
+        os.path.exists = lambda path: path != "matplotlibrc" and exists(path)  # which it tries first
+        with variables(MPLBACKEND="", MATPLOTLIBRC=os.devnull):
+            import matplotlib
+    finally:
+        os.path.exists = exists
+    return matplotlib
 
 
 @contextmanager
 def styled(width: Width = "page") -> Iterator[None]:
     """Draw in the look of trainmj, figures as wide as this unless another width is given."""
-    import matplotlib as mpl
+    mpl = _matplotlib()
     from cycler import cycler
 
+    plain = {name: value for name, value in mpl.rcParamsDefault.items() if name not in _OF_SESSION}
     size = (WIDTHS[width] * _MM, WIDTHS[width] * _MM * 0.62)
-    with mpl.rc_context(_STYLE | {"figure.figsize": size, "axes.prop_cycle": cycler(color=PALETTE)}):
+    with mpl.rc_context(plain | _STYLE | {"figure.figsize": size, "axes.prop_cycle": cycler(color=PALETTE)}):
         yield
 
 

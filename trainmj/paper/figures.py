@@ -49,11 +49,11 @@ CAPTIONS = {
 
 def figures(reproduction: Reproduction) -> dict[str, Figure]:
     """Every figure, at the width of a page, by the name of its file."""
-    import matplotlib as mpl
-
     c = reproduction.collisions
-    # titles that need not look for their place draw faster
-    with styled("page"), mpl.rc_context({"axes.titley": 1.0}):
+    with styled("page"):
+        import matplotlib as mpl
+
+        mpl.rcParams["axes.titley"] = 1.0  # titles that need not look for their place draw faster
         drawn = (
             _scenarios(c),
             *(draw(c, factor) for factor in SERIES for draw in (_devices, _vehicles)),

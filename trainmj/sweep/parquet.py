@@ -16,5 +16,9 @@ except ImportError:
 
 def write_parquet(folder: Path) -> None:
     """Write results.parquet from the results.csv of a finished sweep."""
-    with replacing(folder / "results.parquet") as part:
-        pyarrow.parquet.write_table(pyarrow.csv.read_csv(folder / "results.csv"), part)
+    with (
+        replacing(folder / "results.parquet") as part,
+        (folder / "results.csv").open("rb") as table,
+        part.open("wb") as out,  # Arrow itself opens only what has a name in UTF-8
+    ):
+        pyarrow.parquet.write_table(pyarrow.csv.read_csv(table), out)

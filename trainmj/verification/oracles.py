@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Joint, Tally
+from trainmj.collision.mj import mujoco
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import UNSTABLE, summarise
 from trainmj.scenario import load

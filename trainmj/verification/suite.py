@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from trainmj.collision.identity import identity
+from trainmj.collision.kernel import undisturbed
 from trainmj.errors import TrainmjError
 from trainmj.verification import closed_forms, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check
@@ -85,6 +86,7 @@ class Verification:
         }
 
 
+@undisturbed()
 def verify(tell: Callable[[str], object] = lambda _: None) -> Verification:
     """Compute every case.
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from trainmj.collision import kernel
@@ -15,6 +14,7 @@ from trainmj.collision.block import Joint, Layout, Tally
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
 from trainmj.collision.device import Array, Device, Envelope, Stage
 from trainmj.collision.lineup import line_up
+from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 from trainmj.collision.summary import Summary

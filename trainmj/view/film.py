@@ -7,12 +7,13 @@ from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from PIL.Image import Image
 
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.kernel import undisturbed
+from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN
@@ -27,6 +28,7 @@ _LARGEST = 7680, 4320  # most pixels of a picture, wide and high
 _MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and whose names and energies, fit below the strip
 
 
+@undisturbed()
 def render(
     result: Result,
     file: str | Path,

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from trainmj.collision.device import Array
+from trainmj.collision.mj import mujoco
 from trainmj.errors import EngineError
 
 Picture = NDArray[np.uint8]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 
-import mujoco
 import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.kernel import undisturbed
+from trainmj.collision.mj import mujoco
 from trainmj.collision.model import plateau, spec
 from trainmj.units import KN, KN_PER_MM
 from trainmj.view import meshes
@@ -39,6 +40,7 @@ def visible(chain: Chain, layout: Layout | None = None, stand_in: bool = False) 
     return model
 
 
+@undisturbed()
 def export(chain: Chain, title: str = "") -> str:
     """The model as MJCF text that MuJoCo's own programs can run.
 

@@ -6,11 +6,10 @@ import os
 import sys
 import time
 
-import mujoco
-
 from trainmj.collision import kernel
 from trainmj.collision.block import Head, Joint, Layout
 from trainmj.collision.lineup import line_up
+from trainmj.collision.mj import mujoco
 from trainmj.collision.simulation import run, start
 from trainmj.errors import EngineError
 from trainmj.scenario import Scenario

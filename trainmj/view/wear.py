@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.device import Array
+from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.units import MM
 from trainmj.view.parts import device_of, ends, is_shared
