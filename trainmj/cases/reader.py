@@ -7,7 +7,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from trainmj.cases.store import CASE, FILE, PATIENCE, about_in, connected, in_order, read_columns
+from trainmj.cases.store import CASE, FILE, about_in, connected, in_order, read_columns
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
 from trainmj.files.text import printable
@@ -41,7 +41,7 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
     if not file.is_file():
         raise InputError(f"{folder}: has no {FILE}: it is not the folder of a sweep")
     try:
-        with closing(connected(file, "rw", PATIENCE)) as db:
+        with closing(connected(file, "rw")) as db:
             db.execute("BEGIN")  # both from one moment
             about = about_in(db)
             table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
@@ -61,7 +61,7 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
 def read_about(file: Path) -> dict[str, str]:
     """What a store says of its cases; empty if there is no store, or a damaged one."""
     try:
-        with closing(connected(file, "rw", PATIENCE)) as db:
+        with closing(connected(file, "rw")) as db:
             return about_in(db)
     except (sqlite3.Error, OutputError):
         return {}

@@ -160,8 +160,7 @@ class Result:
             if name == "stroke":
                 column = interface.side_history(self.stroke[:, k], side) / history.factor
             elif name == "energy":
-                largest = np.maximum.accumulate(np.maximum(self.stroke[:, k], 0.0))
-                column = column * interface.energy_shares(largest)[side]
+                column = column * interface.energy_shares(self.stroke[:, k])[side]
             found[name_of_side(interface, side)] = column
         return found
 

@@ -17,7 +17,7 @@ import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from trainmj.errors import InputError
 from trainmj.files.arguments import listed
@@ -83,6 +83,10 @@ _NO_DATE: dict[Format, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pd
 _MM = 1 / 25.4
 
 
+ENDINGS = f"({'|'.join(FORMATS)})"
+"""The endings of figures, as a pattern."""
+
+
 @contextmanager
 def styled(width: Width = "page") -> Iterator[None]:
     """Draw in the look of trainmj, figures as wide as this unless another width is given."""
@@ -100,10 +104,11 @@ def formats_given(names: str | Sequence[str]) -> tuple[Format, ...]:
     Raises:
         InputError: if there is no such format.
     """
-    for name in listed(names):
+    chosen = tuple(dict.fromkeys(listed(names)))
+    for name in chosen:
         if name not in FORMATS:
             raise InputError(f"figures: {name!r} is not a format of figures; known: {', '.join(FORMATS)}")
-    return tuple(form for form in dict.fromkeys(listed(names)) if form in FORMATS)
+    return cast(tuple[Format, ...], chosen)
 
 
 def figure(width: Width | None = None, height: float | None = None) -> Figure:

@@ -29,10 +29,10 @@ from trainmj.files.written import remove
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
 
-OWN = r"results\.(sqlite(-\w+)?|csv|parquet)|report\.html|case_\d+\.(nc|html)"
+_MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
+OWN = rf"results\.sqlite(-\w+)?|{_MADE_OF_IT}|case_\d+\.(nc|html)"
 """The files of the folder, as a pattern of their names."""
 
-_MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
 _HISTORIES = "histories"
 
 
