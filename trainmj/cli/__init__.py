@@ -36,10 +36,9 @@ def _ends_as_interrupted() -> Iterator[None]:
             raise KeyboardInterrupt
         interrupted(signal.SIGINT, frame)
 
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    changed = []
-    if threading.current_thread() is threading.main_thread():
-        changed = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    allowed = threading.current_thread() is threading.main_thread()
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if allowed and hasattr(signal, name)]
+    changed = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
     for number in changed:
         signal.signal(number, stop)
     try:
@@ -57,11 +56,8 @@ class _Group(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)  # as they are added, not by the alphabet
 
+    @_ends_as_interrupted()
     def invoke(self, ctx: click.Context) -> Any:
-        with _ends_as_interrupted():
-            return self._invoke(ctx)
-
-    def _invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)
         except TrainmjError as error:
