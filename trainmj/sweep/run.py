@@ -135,7 +135,7 @@ def check_responses(sweep: Sweep) -> None:
     chosen(sweep.responses, columns)
     if any(path[0] == "simulation" for name in sweep.names for path in sweep.scenario.places(name)):
         return  # another case may record often enough
-    for pattern in set(sweep.responses) - set(STATUS):
+    for pattern in (pattern for pattern in sweep.responses if pattern not in STATUS):
         reasons = [no_number(column, chain) for column in matching([pattern], columns).values()]
         if all(reasons):
             raise InputError(f"responses: {reasons[0]}")
