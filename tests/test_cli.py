@@ -293,13 +293,16 @@ def test_check_of_a_sweep_says_how_many_cases_would_be_refused(tmp_path):
     assert "Note: 2 of 3 cases would be refused; the first, case 1: " in text
 
 
-def test_check_says_what_gave_way_to_stages(tmp_path):
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_what_gave_way_to_stages_is_said(command, tmp_path):
+    """Breaks when a run drops a curve that the file below states, and does not say so."""
     file = tmp_path / "my.yaml"
     file.write_text(
         "builds_on: wagon_80t\n"
         "devices: {wagon_buffers: {stages: {only: {curve: {stroke_mm: [0, 500], force_kN: [500, 900]}}}}}\n"
     )
-    assert f"Note: {file}:2:11: devices.wagon_buffers: curve" in works("check", str(file))
+    said = works(command, str(file), "--set", "simulation.time_limit_s=0.05")
+    assert f"Note: {file}:2:11: devices.wagon_buffers: curve" in said
 
 
 def test_a_value_is_set_once():

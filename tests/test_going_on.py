@@ -16,7 +16,7 @@ import trainmj
 from trainmj.cli import main
 from trainmj.collision import identity as identities
 from trainmj.collision.identity import identity
-from trainmj.files.written import held
+from trainmj.files.folder import held
 
 TRAIN = {
     "devices": {

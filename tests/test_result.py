@@ -184,7 +184,7 @@ def test_a_file_that_claims_more_than_it_has_is_refused_though_its_checksum_is_r
     whole = saved.read_bytes()
     at = whole.index(len(name).to_bytes(4, "big") + name) + 4 + len(name)
     file = tmp_path / "claims.nc"
-    file.write_bytes(result_file._checked(whole[:at] + count.to_bytes(4, "big") + whole[at + 4 :])[1])
+    file.write_bytes(result_file._signed(whole[:at] + count.to_bytes(4, "big") + whole[at + 4 :]))
     with pytest.raises(InputError, match=r"claims\.nc: "):
         load_result(file)
 

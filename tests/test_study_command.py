@@ -433,7 +433,7 @@ def test_the_check_shows_the_digits_that_its_verdict_needs():
     row |= {"limit": "S <= 265 mm", "limits": [265.0]}
     for simulated, shown, kept in ((265.004, "265.004", False), (265.0, "265", True), (264.9996, "264.9996", True)):
         rows = [row | {"simulated": simulated, "kept": kept}]
-        table = tables.check({"check": {"rows": rows, "status": "over", "reason": ""}, "study": {}})
+        table = tables.check({"check": {"rows": rows, "status": "over", "reason": ""}, "as_it_stands": {}})
         assert table.rows[0][4] == shown
 
 

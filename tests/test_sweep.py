@@ -20,7 +20,7 @@ import trainmj
 from trainmj.cases.engine import Computed, Local
 from trainmj.cases.store import Store
 from trainmj.cli import main
-from trainmj.files.written import held
+from trainmj.files.folder import held
 from trainmj.sweep.plan import grid_values
 
 FAST = ["--set", "simulation.step_ms=0.5"]
@@ -405,7 +405,7 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
         trainmj.run_sweep(sweep, tmp_path, progress=look)
     assert len(set(seen)) > 10
     with closing(sqlite3.connect(tmp_path / "results.sqlite")) as writer, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("trainmj.cases.reader.PATIENCE", 0.1)
+        patch.setattr("trainmj.cases.store.PATIENCE", 0.1)
         writer.execute("BEGIN EXCLUSIVE")
         with pytest.raises(trainmj.InputError, match="is being written by another process"):
             trainmj.read_table(tmp_path)

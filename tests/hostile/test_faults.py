@@ -46,7 +46,7 @@ import trainmj.view.film
 import trainmj.view.scene
 from trainmj.cli.report import write_report
 from trainmj.collision.identity import identity
-from trainmj.files.written import held
+from trainmj.files.folder import held
 from trainmj.single.folder import write_run
 
 pytestmark = pytest.mark.thorough

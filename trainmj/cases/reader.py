@@ -9,11 +9,11 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from trainmj.cases.store import CASE, FILE, PATIENCE, about_in, connected, in_order, read_columns
+from trainmj.cases.store import CASE, FILE, about_in, connected, in_order, read_columns
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
+from trainmj.files.folder import is_held
 from trainmj.files.text import printable
-from trainmj.files.written import is_held
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -81,5 +81,5 @@ _alone = Lock()
 @contextmanager
 def _reading(file: Path) -> Iterator[sqlite3.Connection]:
     """A connection for reading; it may write, to take back what a killed process left half written."""
-    with _alone, closing(connected(file, "rw", PATIENCE)) as db:
+    with _alone, closing(connected(file, "rw")) as db:
         yield db

@@ -2,7 +2,7 @@
 
 Table ``results`` has a row for each finished case: its key, then its values by column name, units in the names. Table
 ``about`` says what they were computed from, and in ``columns`` what the responses are, as JSON. A transaction is
-complete or absent. The writer holds the folder (:func:`trainmj.files.written.held`); others may read meanwhile.
+complete or absent. The writer holds the folder (:func:`trainmj.files.folder.held`); others may read meanwhile.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ MOST_COLUMNS = 1990
 PATIENCE = 30.0
 """How long writer and readers wait for each other [s]."""
 
-BESIDE = ("", "-journal", "-wal", "-shm")
+_BESIDE = ("", "-journal", "-wal", "-shm")
 """What SQLite appends to the name of a file for those that it keeps beside it."""
 
 _MOST_BYTES = 100_000_000
@@ -73,7 +73,7 @@ class Store:
         """Open or make the file."""
         self.file, self._key, self._numbered = file, key, key == CASE
         with self._troubles():
-            self._db = connected(file, "rwc", PATIENCE)
+            self._db = connected(file, "rwc")
             self._db.execute("PRAGMA synchronous = NORMAL")
         with self._transaction() as db:
             db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
@@ -226,7 +226,7 @@ def key_of(*content: Any) -> str:
     return sha256(json.dumps(content, default=str).encode()).hexdigest()[:32]
 
 
-def connected(file: Path, mode: str, patience: float) -> sqlite3.Connection:
+def connected(file: Path, mode: str) -> sqlite3.Connection:
     """A connection to a file that somebody else may have made, and in which nothing can run.
 
     It has two plain tables, and each page of it is in one place: reading ends, and takes no more memory than the file.
@@ -235,17 +235,16 @@ def connected(file: Path, mode: str, patience: float) -> sqlite3.Connection:
         file: of a store.
         mode: rw or rwc, as SQLite's URIs have it. Readers write too: they take back what a killed process has left half
             written.
-        patience: how long it waits for a process that writes [s].
 
     Raises:
         OutputError: if the file, or one that SQLite keeps beside it, is no plain file, or it has anything else in it.
         sqlite3.Error: if it is damaged, or locked.
     """
-    for beside in (file.with_name(file.name + end) for end in BESIDE):
+    for beside in (file.with_name(file.name + end) for end in _BESIDE):
         if what := "is a link to another file" if beside.is_symlink() else special(beside):
             raise OutputError(f"{beside}: {what}: remove it, or take another folder")
     uri = f"{Path(os.path.abspath(file)).as_uri()}?mode={mode}"
-    db = sqlite3.connect(uri, timeout=patience, isolation_level=None, uri=True)
+    db = sqlite3.connect(uri, timeout=PATIENCE, isolation_level=None, uri=True)
     try:
         db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MOST_BYTES)
         db.execute("PRAGMA trusted_schema = OFF")

@@ -81,21 +81,17 @@ def _table(cases: Any) -> pd.DataFrame:
 
     if isinstance(cases, pd.DataFrame):
         return cases
-    rows = [cases] if isinstance(cases, Mapping) else list(cases) if isinstance(cases, Iterable) else [cases]
-    if isinstance(cases, str) or not all(isinstance(row, Mapping) for row in rows):
+    if isinstance(cases, Mapping):
+        lists = {k: v for k, v in cases.items() if isinstance(v, Sized) and not isinstance(v, (str, Mapping))}
+        if len({len(values) for values in lists.values()}) > 1:
+            said = ", ".join(f"{name} {len(values)}" for name, values in lists.items())
+            raise InputError(f"cases: needs lists of equal length; these have {said}")
+        return pd.DataFrame(dict(cases) if lists else [cases])
+    rows = list(cases) if isinstance(cases, Iterable) and not isinstance(cases, str) else [cases]
+    if not all(isinstance(row, Mapping) for row in rows):
         kind = type(cases).__name__
         raise TypeError(f"needs a pandas table, lists by column in a dict, or a list of dicts, not {kind}")
-    if not isinstance(cases, Mapping) or not any(map(_is_list, cases.values())):
-        return pd.DataFrame(rows)
-    lengths = {name: len(values) for name, values in cases.items() if _is_list(values)}
-    if len(set(lengths.values())) > 1:
-        said = ", ".join(f"{name} {length}" for name, length in lengths.items())
-        raise InputError(f"cases: needs lists of equal length; these have {said}")
-    return pd.DataFrame(dict(cases))
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, Sized) and not isinstance(value, (str, Mapping))
+    return pd.DataFrame(rows)
 
 
 def chosen(patterns: Sequence[str], columns: Mapping[str, Column]) -> list[str]:

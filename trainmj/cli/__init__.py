@@ -37,10 +37,9 @@ def _ends_as_interrupted() -> Iterator[None]:
             raise KeyboardInterrupt
         interrupted(signal.SIGINT, frame)
 
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    changed = []
-    if threading.current_thread() is threading.main_thread():
-        changed = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    allowed = threading.current_thread() is threading.main_thread()
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if allowed and hasattr(signal, name)]
+    changed = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
     for number in changed:
         signal.signal(number, stop)
     try:

@@ -68,6 +68,7 @@ def run(
     before = None if saved is None else _load_saved(saved, changes, out)
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
     from trainmj.collision.status import PAST_LIMITS
+    from trainmj.output.page import REPORT
     from trainmj.single import screen
     from trainmj.single.folder import OWN, write_run
 
@@ -82,7 +83,6 @@ def run(
     if out is not None:
         write_run(result, summary, out, figures, figure_width)
         if with_report:
-            from trainmj.output.page import REPORT
             from trainmj.single.page import page_of_run
 
             page_of_run(result, summary, out / FILE).write(out / REPORT)
@@ -96,7 +96,7 @@ def run(
         if again is not None:
             click.echo(str(again))
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / 'report.html'}" if with_report else ""))
+            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     past_limits = fail_on_limit and summary.status.kind in PAST_LIMITS
     if summary.status.failed or differs or drifts or past_limits:

@@ -54,7 +54,8 @@ def check(file: str, changes: dict[str, Any]) -> None:
             raise
         click.echo(f"Note: the scenario as it stands: {error}")  # its cases may mend it
     else:
-        click.echo("" if kind is SCENARIO else "\n", nl=False)
+        if kind is not SCENARIO:
+            click.echo()
         print_chain(loaded, chain)
 
 

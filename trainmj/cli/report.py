@@ -11,9 +11,8 @@ import click
 
 from trainmj.errors import InputError
 from trainmj.files.arguments import path_given
-from trainmj.files.folder import spare
+from trainmj.files.folder import is_held, spare
 from trainmj.files.text import printable
-from trainmj.files.written import is_held
 
 if TYPE_CHECKING:
     from trainmj.output.page import Page

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.device import Array, Device, Envelope
+from trainmj.collision.device import Array, Device, Envelope, work_along
 from trainmj.errors import InputError
 from trainmj.units import G, rounded_down
 
@@ -58,10 +58,13 @@ class Interface:
     @cached_property
     def equal_sides(self) -> bool:
         """Whether both sides bring equal devices, so that one stands for both."""
-        if len(self.devices) == 1:
-            return False
-        left, right = self.devices
-        return left.stages == right.stages and left.envelope.is_like(right.envelope)
+        return len(self.devices) == 2 and not self.unequal_sides
+
+    @cached_property
+    def unequal_sides(self) -> bool:
+        """Whether both sides bring devices, and these differ."""
+        left, right = self.devices[0], self.devices[-1]
+        return left.stages != right.stages or not left.envelope.is_like(right.envelope)
 
     def side_stroke(self, stroke: Any, side: int) -> Any:
         """Stroke of one side's device as the interface is first compressed by a stroke, or strokes (n,) [m].
@@ -78,7 +81,7 @@ class Interface:
 
         What the interface gives back its sides share as their stiffnesses say, and a gap between them equally.
         """
-        if len(self.devices) == 1 or self.equal_sides:
+        if not self.unequal_sides:
             return stroke / len(self.devices)
         path, k = self.envelope.climbing, self.envelope.stiffness
         largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
@@ -88,22 +91,21 @@ class Interface:
         return np.asarray(self.side_stroke(largest, side) - own - 0.5 * (back - sprung))
 
     def energy_shares(self, stroke: Array) -> tuple[Array, ...]:
-        """For each side, (n,) parts of the absorbed energy that its device has taken up to largest strokes (n,) [m].
+        """For each side, (n,) parts of the absorbed energy that its device has taken, by strokes over time (n,) [m].
 
-        That is the work on it less what it gives back, along the path of first loading.
+        That is the work on it up to the largest stroke so far less what it gives back, along the path of first loading.
         """
-        if len(self.devices) == 1:
-            return (np.ones_like(stroke),)
-        if self.equal_sides:
-            return (np.full_like(stroke, 0.5),) * 2
+        if not self.unequal_sides:
+            return (np.full_like(stroke, 1 / len(self.devices)),) * len(self.devices)
         e = self.envelope
-        k = np.maximum(0, np.searchsorted(e.stroke, stroke, side="left") - 1)
-        force = np.array([e.force_at(float(u)) for u in stroke])
+        largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
+        k = np.maximum(0, np.searchsorted(e.stroke, largest, side="left") - 1)
+        force = np.array([e.force_at(float(u)) for u in largest])
         own, whole = (
-            _work(x, e.force)[k] + 0.5 * (e.force[k] + force) * (at - x[k]) - 0.5 * force**2 / stiffness
+            work_along(x, e.force)[k] + 0.5 * (e.force[k] + force) * (at - x[k]) - 0.5 * force**2 / stiffness
             for x, at, stiffness in (
-                (self.left_stroke, self.side_stroke(stroke, 0), self.devices[0].envelope.stiffness),
-                (e.stroke, stroke, e.stiffness),
+                (self.left_stroke, self.side_stroke(largest, 0), self.devices[0].envelope.stiffness),
+                (e.stroke, largest, e.stiffness),
             )
         )
         left = np.clip(np.divide(own, whole, out=np.full_like(own, 0.5), where=whole > 0), 0.0, 1.0)
@@ -116,11 +118,6 @@ class Interface:
         last = float(self.left_stroke[-1]), float(self.envelope.stroke[-1] - self.left_stroke[-1])
         left, right = (x > d.envelope.stroke[-1] - _TOUCH for x, d in zip(last, self.devices, strict=True))
         return 0.5 if left == right else float(left)
-
-
-def _work(stroke: Array, force: Array) -> Array:
-    """(n,) work along a path up to each of its points [J]."""
-    return np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(stroke)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,9 +191,8 @@ class Chain:
 def places_of_sides(chain: Chain) -> list[tuple[int, int]]:
     """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first."""
     front = chain.front
-    own = [(k, 0) for k in range(front, -1, -1)]
-    unequal = len(chain.interfaces[front].devices) == 2 and not chain.interfaces[front].equal_sides
-    return own + [(front, 1)] * unequal + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
+    partner = [(front, 1)] * chain.interfaces[front].unequal_sides
+    return [(k, 0) for k in range(front, -1, -1)] + partner + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
 
 
 def order_of_vehicles(chain: Chain) -> list[int]:

@@ -127,8 +127,7 @@ class Envelope:
     @cached_property
     def _work(self) -> Array:
         """(n,) work up to each point [J]."""
-        parts = 0.5 * (self.force[1:] + self.force[:-1]) * np.diff(self.stroke)
-        return np.append(0.0, np.cumsum(parts))
+        return work_along(self.stroke, self.force)
 
     def respond(self, stroke: float, rate: float, plastic: float) -> tuple[float, float]:
         """Force and plastic state after one step of the law.
@@ -142,6 +141,11 @@ class Envelope:
             The force F [N] and the plastic state u_p [m] after the step.
         """
         return crush.respond(stroke, rate, plastic, self.stiffness, self.damping, self.force_at(stroke))
+
+
+def work_along(stroke: Array, force: Array) -> Array:
+    """(n,) work along a path up to each of its points, strokes [m] and forces [N] given [J]."""
+    return np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(stroke)))
 
 
 @dataclass(frozen=True, eq=False)

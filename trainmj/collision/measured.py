@@ -44,9 +44,9 @@ class Measured:
     def energy_error(self) -> float:
         """What is missing in the balance of energy, relative to what the collision can convert.
 
-        The forces times the travel of a step give back the kinetic energy
-        exactly, by the way the step is made, and would prove nothing. The absorbed energy is therefore added up from
-        the law; it closes the balance only where the step is small enough.
+        The forces times the travel of a step give back the kinetic energy exactly, by the way the step is made, and
+        would prove nothing. The absorbed energy is therefore added up from the law; it closes the balance only where
+        the step is small enough.
         """
         start, end = self.kinetic
         absorbed, friction = float(self.tally.dissipated.sum()), float(self.tally.friction_work.sum())
@@ -132,7 +132,8 @@ class Side:
     @property
     def energy(self) -> float:
         """Absorbed energy [J]."""
-        return self._share() * float(self._tally.dissipated[self._index])
+        share = self.interface.energy_shares(np.array([self._largest]))[self._side]
+        return float(share[0] * self._tally.dissipated[self._index])
 
     @property
     def energy_by_curve(self) -> float:
@@ -149,7 +150,3 @@ class Side:
     def tallied(self, name: str) -> float:
         """A value of the tally at this interface."""
         return float(getattr(self._tally, name)[self._index])
-
-    def _share(self) -> float:
-        """Part of the absorbed energy that this side takes."""
-        return float(self.interface.energy_shares(np.array([self._largest]))[self._side][0])

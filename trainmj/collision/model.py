@@ -108,7 +108,7 @@ def plateau(interface: Interface) -> float:
     ends = [float(interface.envelope.stroke[-1])]
     for side, device in enumerate(interface.devices):
         limit = min((s.start + s.limit for s in device.stages), default=np.inf)
-        own = np.array([interface.side_stroke(float(u), side) for u in interface.envelope.stroke])
+        own = interface.side_stroke(interface.envelope.stroke, side)
         if limit < own[-1]:
             ends.append(float(np.interp(limit, own, interface.envelope.stroke)))
     reach = min(ends)

@@ -24,7 +24,7 @@ def remarks(chain: Chain) -> tuple[str, ...]:
 
 def _in_series(interface: Interface) -> Iterator[str]:
     """What becomes of the dashpots of two different devices."""
-    if len(interface.devices) == 1 or interface.equal_sides:
+    if not interface.unequal_sides:
         return
     first, second = (device.envelope for device in interface.devices)
     for one, other in (interface.devices, interface.devices[::-1]):

@@ -160,8 +160,7 @@ class Result:
             if name == "stroke":
                 column = interface.side_history(self.stroke[:, k], side) / history.factor
             elif name == "energy":
-                largest = np.maximum.accumulate(np.maximum(self.stroke[:, k], 0.0))
-                column = column * interface.energy_shares(largest)[side]
+                column = column * interface.energy_shares(self.stroke[:, k])[side]
             found[name_of_side(interface, side)] = column
         return found
 
@@ -222,23 +221,15 @@ def load_result(file: str | Path) -> Result:
 
 
 def _packed(data: xr.Dataset) -> bytes:
-    """A dataset as a NetCDF 3 file with a checksum of all its bytes, for which the checksum itself counts as zeros."""
-    content = bytes(data.assign_attrs({_CHECKSUM: "0" * 64}).to_netcdf(engine="scipy"))
-    return _checked(content)[1]
+    """A dataset as a NetCDF 3 file with a checksum."""
+    return _signed(bytes(data.assign_attrs({_CHECKSUM: _ZEROS.decode()}).to_netcdf(engine="scipy")))
 
 
-def _checked(content: bytes) -> tuple[bool, bytes]:
-    """Whether the checksum in a file is right, and the file with the right one.
-
-    Raises:
-        InputError: if it has none.
-    """
-    place = _PLACE.search(content)
-    if place is None:
-        raise InputError("is not a result of this trainmj: it has no checksum")
-    before, after = content[: place.start(1)], content[place.end(1) :]
-    right = sha256(b"".join((before, b"0" * 64, after))).hexdigest().encode()
-    return place[1] == right, b"".join((before, right, after))
+def _signed(content: bytes) -> bytes:
+    """A file with the checksum of all its bytes in the place for it, which itself counts as zeros."""
+    zeroed = _PLACE.sub(lambda found: found[1] + _ZEROS, content, count=1)
+    checksum = sha256(zeroed).hexdigest().encode()
+    return _PLACE.sub(lambda found: found[1] + checksum, content, count=1)
 
 
 def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -253,7 +244,9 @@ def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
         raise InputError("is an HDF5 file; results are NetCDF 3: compute it again from the scenario.yaml beside it")
     if not content.startswith(b"CDF"):
         raise InputError("is not a readable NetCDF file")
-    if not _checked(content)[0]:
+    if not _PLACE.search(content):
+        raise InputError("is not a result of this trainmj: it has no checksum")
+    if _signed(content) != content:
         raise InputError("is damaged, or was changed: its checksum is not that of its content")
     try:
         with netcdf_file(_Bounded(content), mmap=False) as data:
@@ -321,4 +314,5 @@ _MOST_BYTES = 300_000_000
 
 _FORMAT = "trainmj result 2"
 _CHECKSUM = "sha256"
-_PLACE = re.compile(rb"sha256\0\0\0\0\0\x02\0\0\0\x40([0-9a-f]{64})")  # the attribute: name, type, length, text
+_ZEROS = b"0" * 64
+_PLACE = re.compile(rb"(sha256\0\0\0\0\0\x02\0\0\0\x40)[0-9a-f]{64}")  # the attribute: name, type, length, text

@@ -144,8 +144,7 @@ def mopso(
 
     Raises:
         InfeasibleError: no feasible point found.
-        InputError: ``evaluate`` returned the
-            wrong shape.
+        InputError: ``evaluate`` returned the wrong shape.
     """
     options = options or SwarmOptions()
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Folders that a command fills. It knows its own files there by their names, and touches nothing else.
+"""Folders that one command fills. It knows its own files there by their names, and touches nothing else.
 
 What a command is about to write never stands beside what an earlier one left: the old report, say, goes before the new
 numbers come. What a command reads is never written over.
@@ -9,16 +9,82 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import time
 from collections.abc import Container, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from trainmj.errors import OutputError
-from trainmj.files.written import held, part_name, remove, special
+from trainmj.files.arguments import path_given
+from trainmj.files.written import UNFINISHED, part_name, remove, special
+
+_MOMENT = 0.1  # for those who only look whether a folder is held [s]
+
+try:
+    import fcntl
+except ImportError:  # pragma: no cover - not on Windows
+    fcntl = None  # type: ignore[assignment]
 
 _STAGE = "trainmj"
-_PART = re.compile(r"\.(.+)\.(\d+)\.\w{8}\.part")  # of written.part_name, and of a stage
+
+
+@contextmanager
+def held(folder: str | Path) -> Iterator[Path]:
+    """Make a folder, if it is not there, and hold it, so that nothing else writes results there meanwhile.
+
+    The lock is on the folder itself: it leaves no file, and the system lifts it however the process ends. Where a file
+    system has no locks nobody is refused.
+
+    Raises:
+        OutputError: if it cannot be made, or something else holds it.
+    """
+    folder = path_given(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be made a folder ({error.strerror})") from None
+    handle = _locked(folder)
+    try:
+        yield folder
+    finally:
+        if handle is not None:
+            fcntl.flock(handle, fcntl.LOCK_UN)  # a forked process may still have the handle
+            os.close(handle)
+
+
+def is_held(folder: Path) -> bool:
+    """Whether something is writing results to a folder."""
+    try:
+        with held(folder):
+            return False
+    except OutputError:
+        return True
+
+
+def _locked(folder: Path) -> int | None:
+    """A handle that holds the folder; None where there are no locks."""
+    if fcntl is None:  # pragma: no cover
+        return None
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            time.sleep(_MOMENT)
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(handle)
+        raise OutputError(
+            f"{folder}: another trainmj is writing to this folder: wait for it, or take another folder"
+        ) from None
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
 
 
 @contextmanager
@@ -124,8 +190,8 @@ def _check_writable(folder: Path) -> None:
 
 def _remove_unfinished(folder: Path, own: str) -> None:
     """Remove what a process that is no more has not finished."""
-    for file in own_files(folder, _PART.pattern):
-        name, process = _PART.fullmatch(file.name).groups()  # type: ignore[union-attr]
+    for file in own_files(folder, UNFINISHED.pattern):
+        name, process = UNFINISHED.fullmatch(file.name).groups()  # type: ignore[union-attr]
         if (name == _STAGE or re.fullmatch(own, name)) and not _runs(int(process)):
             with suppress(OSError):
                 shutil.rmtree(file) if file.is_dir() and not file.is_symlink() else file.unlink()

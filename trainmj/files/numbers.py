@@ -3,24 +3,10 @@
 from __future__ import annotations
 
 import re
-from typing import TypeVar
-
-N = TypeVar("N", int, float)
 
 LARGEST = 1e100  # sums and squares stay finite
 _LONGEST = 100  # characters
 _PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-
-
-def bounded(number: N) -> N:
-    """The same number, if it can be computed with.
-
-    Raises:
-        ValueError: if its magnitude is above LARGEST, or it is infinite or not a number.
-    """
-    if not abs(number) <= LARGEST:
-        raise ValueError(f"must be a finite number of at most {LARGEST:g}")
-    return number
 
 
 def read_number(text: str) -> int | float:
@@ -35,4 +21,7 @@ def read_number(text: str) -> int | float:
         raise ValueError(f"must be a number of at most {_LONGEST} characters")
     if not _PLAIN.fullmatch(text):
         raise ValueError("must be a number")
-    return bounded(int(text) if text.lstrip("+-").isdecimal() else float(text))
+    number = int(text) if text.lstrip("+-").isdecimal() else float(text)
+    if not abs(number) <= LARGEST:
+        raise ValueError(f"must be a finite number of at most {LARGEST:g}")
+    return number

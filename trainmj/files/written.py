@@ -1,4 +1,4 @@
-"""What is written: files replaced as a whole, folders that one process holds, and values as JSON holds them.
+"""What is written: files replaced as a whole, and values as JSON holds them.
 
 Whatever stops the program, the old file or the new one is there, complete.
 """
@@ -9,7 +9,6 @@ import math
 import os
 import re
 import stat
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,15 +16,6 @@ from secrets import token_hex
 from typing import Any
 
 from trainmj.errors import OutputError
-from trainmj.files.arguments import path_given
-
-try:
-    import fcntl
-except ImportError:  # pragma: no cover - not on Windows
-    fcntl = None  # type: ignore[assignment]
-
-_MOMENT = 0.1  # for those who only look whether a folder is held [s]
-
 
 _STREAM = re.compile(r"/dev/[^/]+|/dev/fd/\d+|/proc/[^/]+/fd/\d+")
 """Paths that are written to as they are."""
@@ -66,6 +56,10 @@ def replacing(file: str | Path) -> Iterator[Path]:
                 part.unlink(missing_ok=True)
 
 
+UNFINISHED = re.compile(r"\.(.+)\.(\d+)\.\w{8}\.part")
+"""Hidden names of what a process has not finished: name and process."""
+
+
 def part_name(name: str) -> str:
     """The hidden name of a file that this process has not finished, unlike any that is there."""
     return f".{name}.{os.getpid()}.{token_hex(4)}.part"
@@ -102,64 +96,6 @@ def remove(file: Path) -> None:
         file.unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(f"{file}: cannot be removed ({error.strerror or error})") from None
-
-
-@contextmanager
-def held(folder: str | Path) -> Iterator[Path]:
-    """Make a folder, if it is not there, and hold it, so that nothing else writes results there meanwhile.
-
-    The lock is on the folder itself: it leaves no file, and the system lifts it however the process ends. Where a file
-    system has no locks nobody is refused.
-
-    Raises:
-        OutputError: if it cannot be made, or something else holds it.
-    """
-    folder = path_given(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made a folder ({error.strerror})") from None
-    handle = _locked(folder)
-    try:
-        yield folder
-    finally:
-        if handle is not None:
-            fcntl.flock(handle, fcntl.LOCK_UN)  # a forked process may still have the handle
-            os.close(handle)
-
-
-def is_held(folder: Path) -> bool:
-    """Whether something is writing results to a folder."""
-    try:
-        with held(folder):
-            return False
-    except OutputError:
-        return True
-
-
-def _locked(folder: Path) -> int | None:
-    """A handle that holds the folder; None where there are no locks."""
-    if fcntl is None:  # pragma: no cover
-        return None
-    try:
-        handle = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return None
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            time.sleep(_MOMENT)
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(handle)
-        raise OutputError(
-            f"{folder}: another trainmj is writing to this folder: wait for it, or take another folder"
-        ) from None
-    except OSError:
-        os.close(handle)
-        return None
-    return handle
 
 
 def finite(value: Any) -> Any:

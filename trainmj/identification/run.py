@@ -24,7 +24,7 @@ from trainmj.identification.plan import Identification, load_targets
 from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
-from trainmj.output.style import Format, Width, formats_given, save, styled
+from trainmj.output.style import ENDINGS, Format, Width, formats_given, save, styled
 from trainmj.scenario import to_yaml
 
 FILE = "trials.sqlite"
@@ -32,7 +32,7 @@ SUMMARY = "summary.json"
 
 OWN = (
     r"trials\.sqlite(-\w+)?|(scenario|found)\.yaml|(fit|residuals|parameters|correlations|directions|search)\.csv"
-    r"|(residuals|correlations|search)\.(png|svg|pdf)|summary\.json|report\.html"
+    rf"|(residuals|correlations|search)\.{ENDINGS}|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
 

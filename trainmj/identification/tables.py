@@ -10,7 +10,7 @@ import numpy as np
 from trainmj.identification.file import absolute
 from trainmj.identification.found import OPEN, Found
 from trainmj.identification.plan import Identification
-from trainmj.output.table import Column, Table, Verdict, judged, passed, warned
+from trainmj.output.table import Column, Table, Verdict, judged, passed, warned, worded
 from trainmj.units import against
 
 if TYPE_CHECKING:
@@ -65,25 +65,17 @@ def size(plan: Identification) -> str:
 
 def sought(plan: Identification) -> Table:
     """The parameters, and where they may be."""
-    names = ("parameter", "unit", "start", "lower_bound", "upper_bound")
-    columns = {name: _PARAMETERS.get(name, Column("start")) for name in names} | {"sets": Column("sets", text=True)}
+    name, unit, lower, upper = (_PARAMETERS[key] for key in ("parameter", "unit", "lower_bound", "upper_bound"))
     rows = [
-        {
-            "parameter": p.name,
-            "unit": p.unit,
-            "start": p.start,
-            "lower_bound": p.lower,
-            "upper_bound": p.upper,
-            "sets": ", ".join(s.path for s in p.settings),
-        }
+        [p.name, p.unit, p.start, p.lower, p.upper, ", ".join(s.path for s in p.settings)]
         for p in plan.unknowns.parameters
     ]
-    return _table(columns, rows)
+    return Table([name, unit, Column("start"), lower, upper, *worded("sets")], rows)
 
 
 def wanted(plan: Identification) -> Table:
     """The targets, and how many values each has."""
-    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), Column("response", text=True)]
+    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), *worded("response")]
     counts = [np.bincount(sample.target, minlength=len(plan.targets)) for sample in (plan.fitted, plan.held_out)]
     rows = [[t.name, t.unit, int(m), int(n), t.part.response] for t, m, n in zip(plan.targets, *counts, strict=True)]
     return Table(columns, rows)

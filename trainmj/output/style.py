@@ -21,7 +21,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 
 from trainmj.errors import InputError
 from trainmj.files.arguments import listed
@@ -89,6 +89,9 @@ _NO_DATE: dict[Format, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pd
 _MM = 1 / 25.4
 
 
+ENDINGS = f"({'|'.join(FORMATS)})"
+"""The endings of figures, as a pattern."""
+
 _settings = True  # whether matplotlib is imported with its user's settings
 
 
@@ -138,10 +141,11 @@ def formats_given(names: str | Sequence[str]) -> tuple[Format, ...]:
     Raises:
         InputError: if there is no such format.
     """
-    for name in listed(names):
+    chosen = tuple(dict.fromkeys(listed(names)))
+    for name in chosen:
         if name not in FORMATS:
             raise InputError(f"figures: {name!r} is not a format of figures; known: {', '.join(FORMATS)}")
-    return tuple(form for form in dict.fromkeys(listed(names)) if form in FORMATS)
+    return cast(tuple[Format, ...], chosen)
 
 
 def figure(width: Width | None = None, height: float | None = None) -> Figure:

@@ -12,7 +12,7 @@ from typing import Any
 import pandas as pd
 
 from trainmj.files.folder import staged
-from trainmj.output.style import Format, save
+from trainmj.output.style import ENDINGS, Format, save
 from trainmj.paper import PAGE
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
@@ -20,7 +20,7 @@ from trainmj.paper.reproduce import Reproduction
 
 SUMMARY = "summary.json"
 OWN = (
-    r"(table\d+|eq7_eq8|balance|figure\d+|tables)_\w+\.(csv|png|svg|pdf)|(optima|verdicts|laws|defects)\.csv"
+    rf"(table\d+|eq7_eq8|balance|figure\d+|tables)_\w+\.(csv|{ENDINGS})|(optima|verdicts|laws|defects)\.csv"
     r"|summary\.json|paper\.html"
 )
 """The files of the folder, as a pattern of their names."""

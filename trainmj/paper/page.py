@@ -123,7 +123,7 @@ def _result(section: Section, r: Reproduction) -> None:
         ),
     )
     if missed:
-        section.text(f"{outcome(r)}")
+        section.text(outcome(r))
         section.notes(v.missed for v in missed)
     section.text(
         "The 17 collisions of Tables 3 to 8, the two scenarios of Table 2, the ten of Table 9 and the one of Table 13 "

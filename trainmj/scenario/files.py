@@ -132,7 +132,7 @@ def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
         InputError: if there is neither, or the name leads out of the folder; said tells where it stands.
     """
     known = shipped()
-    found = beside(folder, name, said) or known.get(name.removesuffix(".yaml"))
+    found = beside(folder, name, said) or known.get(name.removesuffix(SCENARIO.ending))
     if found is None:
         raise InputError(f"{said}: there is no such file beside it or shipped scenario{close_match(name, known)}")
     return found

@@ -125,8 +125,7 @@ class Scenario(Parts):
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""
-        paths = self.parameters.get(name, name)
-        return (paths,) if isinstance(paths, str) else tuple(paths)
+        return _paths(name, self.parameters)
 
     @property
     def displaced(self) -> tuple[str, ...]:
@@ -197,14 +196,19 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
     values, origins = dict(source.values), dict(source.origins)
     for name, new in changes.items():
         value = plain(new)
-        targets = parameters.get(name, name)
-        for target in [targets] if isinstance(targets, str) else targets:
+        for target in _paths(name, parameters):
             path = _find(values, target, parameters)
             before = _replace(values, path, value)
             if isinstance(before, (dict, list)):
                 origins = placed(origins, [path], {})
             origins[path] = change(name, value)
     return replace(source, values=values, origins=origins)
+
+
+def _paths(name: str, parameters: Mapping[str, str | list[str]]) -> tuple[str, ...]:
+    """The paths that a name stands for."""
+    paths = parameters.get(name, name)
+    return (paths,) if isinstance(paths, str) else tuple(paths)
 
 
 def _replace(values: dict[str, Any], path: Path, value: Any) -> Any:

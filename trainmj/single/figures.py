@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.collision.chain import places_of_sides
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.style import Width, grid, styled
 
@@ -31,13 +30,13 @@ def collision(result: Result, width: Width = "page") -> Figure:
         title = f"{result.scenario.heading}\n{result.scenario.subject}".replace("$", r"\$")
         figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
         own, partner = range(chain.n_moving), range(chain.n_moving, len(chain.vehicles))
-        unequal = len(places_of_sides(chain)) > len(chain.interfaces)  # then both trains' devices at the front
-        joints = range(chain.n_moving + unequal)
+        front = chain.interfaces[chain.front]
+        joints = range(chain.n_moving + front.unequal_sides)  # then both trains' devices at the front
         _draw(axes[0], result, "velocity", "Speed", (own, "Blues_r", 0.1, 0.6), (partner, "Oranges_r", 0.1, 0.6))
         sides = axes[0].lines[: chain.n_moving], axes[0].lines[chain.n_moving :]
         _legend(axes[0], [_named(side, _MOST_VEHICLES) for side in sides])
         for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
-            shared = chain.interfaces[chain.front].equal_sides and name != "force"
+            shared = front.equal_sides and name != "force"
             said = f"{title} (front: of one train)" if shared else title
             _draw(panel, result, name, said, (joints, "viridis", 0.0, 0.9))
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)

@@ -9,12 +9,12 @@ from pathlib import Path
 from trainmj.collision.result import FILE, Result
 from trainmj.collision.summary import Summary
 from trainmj.files.folder import staged
-from trainmj.output.style import Format, Width, save
+from trainmj.output.style import ENDINGS, Format, Width, save
 from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
 OWN = (
-    r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|collision\.(png|svg|pdf)"
+    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|collision\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""

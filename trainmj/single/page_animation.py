@@ -67,10 +67,9 @@ def animation_data(result: Result) -> dict[str, Any]:
 def _devices(result: Result, k: int) -> list[tuple[Array, Array]]:
     """For each device of an interface, (n_sample,) strokes, as far as it is pressed [mm], and energies [kJ]."""
     interface, stroke = result.chain.interfaces[k], result.stroke[:, k]
-    shares = interface.energy_shares(np.maximum.accumulate(np.maximum(stroke, 0.0)))
     return [
         (np.maximum(0.0, interface.side_history(stroke, side)) / MM, share * result.energy[:, k] / KJ)
-        for side, share in enumerate(shares)
+        for side, share in enumerate(interface.energy_shares(stroke))
     ]
 
 

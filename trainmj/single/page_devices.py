@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydantic import BaseModel
 
-from trainmj.collision.chain import Chain, Interface, name_of_side
+from trainmj.collision.chain import Chain, Interface, name_of_side, places_of_sides
 from trainmj.collision.device import Array, Device
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
@@ -72,11 +72,9 @@ class Place:
 def _users(chain: Chain) -> dict[str, list[Place]]:
     """Where each device stands, the front first; if both sides of the front are equal, one stands for both."""
     found: dict[str, list[Place]] = {}
-    for k in [*range(chain.front, -1, -1), *range(chain.front + 1, len(chain.interfaces))]:
-        interface = chain.interfaces[k]
-        for side in range(1 if interface.equal_sides else len(interface.devices)):
-            place = Place(interface, k, side)
-            found.setdefault(place.device.name, []).append(place)
+    for k, side in places_of_sides(chain):
+        place = Place(chain.interfaces[k], k, side)
+        found.setdefault(place.device.name, []).append(place)
     return found
 
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from trainmj.collision.chain import Chain, places_of_sides
-from trainmj.collision.device import Array
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade
 from trainmj.output.style import BLUE, PURPLE, YELLOW
 from trainmj.single.figures import OF_INTERFACES
-from trainmj.units import KJ
+from trainmj.units import KJ, MS
 
 MOST_LINES = 8
 """Vehicles and interfaces of each side that are drawn, those nearest to the impact."""
@@ -25,22 +24,19 @@ def add_histories(section: Section, result: Result) -> None:
     """Put the plots over time into a section."""
     chain = result.chain
     step = -(-len(result.time) // _MOST_SAMPLES)
-    time = result.time[::step]
     joints = _nearest(chain, len(chain.interfaces))
     one_side = chain.interfaces[chain.front].equal_sides
     section.text(
-        f"Drawn every {1e3 * (time[1] - time[0]):.3g} ms; peaks in the tables are from every step. Drag to zoom, "
-        "double-click to go back, click a name in a legend to hide or show its line."
+        f"Drawn every {step * chain.record_interval / MS:.3g} ms; peaks in the tables are from every step. Drag to "
+        "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        unit = HISTORIES[name].shown
-        _plot(section, axis + more, _vehicle_lines(chain, time, result.shown(name), step, unit), axis, unit)
+        _plot(section, axis + more, _vehicle_lines(result, name, step), axis, HISTORIES[name].shown)
     for name, title in OF_INTERFACES.items():
-        unit = HISTORIES[name].shown
-        traces = _interface_lines(chain, joints, time, result.shown(name), step, unit)
+        traces = _interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        _plot(section, title, traces, title, unit, " ".join(notes))
+        _plot(section, title, traces, title, HISTORIES[name].shown, " ".join(notes))
     note = "Stacked; elastic energy is the rest of the kinetic energy at the start."
     _plot(section, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
     left_out = len(chain.interfaces) - len(joints)
@@ -60,31 +56,29 @@ def _nearest(chain: Chain, n: int) -> list[int]:
     return [*own, *range(chain.front + 1, min(n, chain.front + MOST_LINES))]
 
 
-def _vehicle_lines(chain: Chain, time: Array, shown: dict[str, Array], step: int, unit: str) -> list[Trace]:
+def _vehicle_lines(result: Result, history: str, step: int) -> list[Trace]:
     """A line for each vehicle: the moving train in blue, its partner in orange, paler towards the rear."""
-    traces = []
+    chain, unit, shown, traces = result.chain, HISTORIES[history].shown, result.shown(history), []
     for i in _nearest(chain, len(chain.vehicles)):
         moving = i < chain.n_moving
         away = chain.front - i if moving else i - chain.n_moving
         colour = shade(away / max(1, MOST_LINES - 2), _MOVING if moving else _PARTNER)
         more: Trace = {} if moving else {"line": {"dash": "4px,2px"}}
         name = chain.vehicles[i].name
-        traces.append(line(name, time, shown[name][::step], unit, colour, **more))
+        traces.append(line(name, result.time[::step], shown[name][::step], unit, colour, **more))
     return traces
 
 
-def _interface_lines(
-    chain: Chain, joints: list[int], time: Array, shown: dict[str, Array], step: int, unit: str
-) -> list[Trace]:
+def _interface_lines(result: Result, history: str, step: int, joints: list[int]) -> list[Trace]:
     """A line for each interface, in the same colour on both sides; those behind the partner's head are hidden."""
+    chain, unit, traces = result.chain, HISTORIES[history].shown, []
     most = max(1, max(abs(k - chain.front) for k in joints))
-    traces = []
-    for (k, side), (name, values) in zip(places_of_sides(chain), shown.items(), strict=True):
+    for (k, side), (name, values) in zip(places_of_sides(chain), result.shown(history).items(), strict=True):
         if k in joints:
             colour = shade(0.88 * abs(k - chain.front) / most, VIRIDIS)
             more: Trace = {"line": {"dash": "dot"}} if side or k > chain.front else {}
             more |= {"visible": "legendonly"} if k > chain.front else {}
-            traces.append(line(name, time, values[::step], unit, colour, **more))
+            traces.append(line(name, result.time[::step], values[::step], unit, colour, **more))
     return traces
 
 

@@ -40,7 +40,7 @@ def print_summary(result: Result, summary: Summary) -> None:
     ):
         console.print()
         print_table(console, table)
-    _print_remarks(console, summary.remarks)
+    _print_notes(console, result.scenario, summary.remarks)
 
 
 def _print_head(console: Console, scenario: Scenario) -> None:
@@ -48,7 +48,9 @@ def _print_head(console: Console, scenario: Scenario) -> None:
     console.print(Text(scenario.subject))
 
 
-def _print_remarks(console: Console, found: Iterable[str]) -> None:
+def _print_notes(console: Console, scenario: Scenario, found: Iterable[str]) -> None:
+    for note in scenario.displaced:
+        console.print(Text(f"Note: {note}"), soft_wrap=True)  # paths in it stay whole
     for remark in found:
         console.print(Text(f"Note: {remark}"))
 
@@ -76,9 +78,7 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.vehicles_of(chain))
     console.print()
     print_table(console, tables.interfaces_of(chain))
-    for note in scenario.displaced:
-        console.print(f"Note: {note}", soft_wrap=True)
-    _print_remarks(console, remarks(chain))
+    _print_notes(console, scenario, remarks(chain))
     largest = rounded_down(largest_step(chain) / MS, 3)
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest} ms; "

@@ -36,20 +36,11 @@ def outcome(status: Status) -> Verdict:
 def limits(criteria: Sequence[Criterion]) -> Table:
     """The limits of the scenario beside what was found."""
     heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%"), *worded("verdict")]
-    return Table(
-        heads,
-        [
-            (
-                c.title,
-                c.where,
-                f"{c.text} {c.unit}",
-                f"{c.limit:.12g} {c.unit}",
-                against(c.used, 100, 0),
-                judged(c.kept),
-            )
-            for c in criteria
-        ],
-    )
+    rows = [
+        (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:.12g} {c.unit}", against(c.used, 100, 0), judged(c.kept))
+        for c in criteria
+    ]
+    return Table(heads, rows)
 
 
 def interfaces(summary: Summary) -> Table:
@@ -126,15 +117,10 @@ def checks(result: Result, summary: Summary) -> Table:
         ("absorbed energy, against the curves", b.curve_error, UNSTABLE),
         ("momentum balance", b.momentum_error, _MOMENTUM),
     )
-    end, last = summary.duration_s, chain.time_limit
+    stable, end, last = f"{against(largest, step, -3)} ms", summary.duration_s, chain.time_limit
     rows = [
         *((name, against(abs(e), most, -2), f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
-        (
-            "step, against the largest stable one",
-            f"{step:.12g} ms",
-            f"{against(largest, step, -3)} ms",
-            judged(step <= largest),
-        ),
+        ("step, against the largest stable one", f"{step:.12g} ms", stable, judged(step <= largest)),
         ("end, before the time limit", f"{end:.3f} s", f"{last:g} s", judged(result.tally.over)),
     ]
     return Table(

@@ -27,7 +27,7 @@ from trainmj.files.tables import read_back
 from trainmj.files.text import from_json, read_bytes
 from trainmj.files.written import remove, write_bytes
 from trainmj.output.page import REPORT
-from trainmj.output.style import Format, Width, encode, styled
+from trainmj.output.style import ENDINGS, Format, Width, encode, styled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,7 +38,7 @@ Tables = Mapping[str, "pd.DataFrame"]
 """Tables of a step by file name without ending."""
 
 STATE = "steps.json"
-OF_STEPS = r"\d\d_\w+\.(csv|png|svg|pdf)"
+OF_STEPS = rf"\d\d_\w+\.(csv|{ENDINGS})"
 """The files of steps, as a pattern of their names."""
 
 _MOST_BYTES = 500_000_000  # of a table; of the record

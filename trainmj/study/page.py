@@ -25,8 +25,6 @@ from trainmj.study.run import SUMMARY
 from trainmj.study.tables import Summary, columns, number, table_of
 from trainmj.units import label
 
-_MOST_BYTES = 50_000_000  # of the summary
-
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
@@ -34,6 +32,7 @@ if TYPE_CHECKING:
 
     from trainmj.study.folder import Tables
 
+_MOST_BYTES = 50_000_000  # of the summary
 _LOOKS = {"surrogate": (YELLOW, "square-open"), "simulator": (BLUE, "circle")}
 """Colour and sign of each search."""
 

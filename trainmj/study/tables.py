@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from trainmj.output.table import Column, Table, judged, passed, warned
+from trainmj.output.table import Column, Table, judged, passed, warned, worded
 from trainmj.study.file import ChoiceFactor
 from trainmj.study.plan import Study
 from trainmj.units import against, head
@@ -37,7 +37,6 @@ def table_of(rows: Iterable[Mapping[Any, Any]], columns: Mapping[str, Column], t
 
 def factors_of(study: Study) -> Table:
     """What a study varies."""
-    columns = [Column("Factor", text=True), Column("values", text=True), Column("sets", text=True)]
     rows = []
     for name, part in study.spec.factors.items():
         if isinstance(part, ChoiceFactor):
@@ -45,16 +44,16 @@ def factors_of(study: Study) -> Table:
         else:
             values = f"{part.bounds[0]:g} to {part.bounds[1]:g} {part.stated_unit}".rstrip()
         rows.append([name, values, ", ".join(part.targets)])
-    return Table(columns, rows)
+    return Table(worded("Factor", "values", "sets"), rows)
 
 
 def responses_of(study: Study) -> Table:
     """What a study asks of its responses."""
-    columns = [_NAME, Column("column", text=True), Column("wanted", text=True)]
     asked: dict[str, list[str]] = {r.name: [study.spec.objectives[r.name]] for r in study.objectives}
     for limit in study.limits:
         asked.setdefault(limit.response.name, []).append(limit.text.removeprefix(f"{limit.response.name} "))
-    return Table(columns, [[r.name, r.column, ", ".join(asked.get(r.name, ["-"]))] for r in study.responses])
+    rows = [[r.name, r.column, ", ".join(asked.get(r.name, ["-"]))] for r in study.responses]
+    return Table([_NAME, *worded("column", "wanted")], rows)
 
 
 def design(summary: Summary) -> dict[str, Any]:
@@ -176,14 +175,11 @@ def check(summary: Summary) -> Table:
     rows = []
     for row in found["rows"]:
         limit = row["limit"].replace(f"{row['response']} ", "").replace("<=", "≤").replace(">=", "≥")
-        simulated = max(
-            (against(row["simulated"], value, -5) for value in row.get("limits", ())), key=len, default=None
-        )
-        shown_row = {"limit": limit, "kept": judged(row["kept"])}
-        rows.append(row | shown_row | ({} if simulated is None else {"simulated": simulated}))
+        rows.append(row | {"limit": limit, "kept": judged(row["kept"])})
+        if row.get("limits"):
+            rows[-1]["simulated"] = max((against(row["simulated"], value, -5) for value in row["limits"]), key=len)
     status = f"{found['status']} {found['reason']}".strip()
-    study = summary["study"]
-    as_it_stands, simulated = study.get("set", {}), study.get("set", {}) | study.get("check", {}).get("set", {})
+    as_it_stands, simulated = summary["as_it_stands"].get("set", {}), found.get("set", {})
     apart = " trainmj run on the scenario sets none of this, so its numbers differ." if as_it_stands else ""
     note = (
         f"As it stands: the scenario{_with(as_it_stands)}. Simulated: the chosen design{_with(simulated)}.{apart} "

@@ -29,10 +29,10 @@ from trainmj.files.written import remove
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.plan import Sweep, load_sweep
 
-OWN = r"results\.(sqlite(-\w+)?|csv|parquet)|report\.html|case_\d+\.(nc|html)"
+_MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
+OWN = rf"results\.sqlite(-\w+)?|{_MADE_OF_IT}|case_\d+\.(nc|html)"
 """The files of the folder, as a pattern of their names."""
 
-_MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
 _HISTORIES = "histories"
 
 
@@ -135,7 +135,7 @@ def check_responses(sweep: Sweep) -> None:
     chosen(sweep.responses, columns)
     if any(path[0] == "simulation" for name in sweep.names for path in sweep.scenario.places(name)):
         return  # another case may record often enough
-    for pattern in set(sweep.responses) - set(STATUS):
+    for pattern in (pattern for pattern in sweep.responses if pattern not in STATUS):
         reasons = [no_number(column, chain) for column in matching([pattern], columns).values()]
         if all(reasons):
             raise InputError(f"responses: {reasons[0]}")

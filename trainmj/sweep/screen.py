@@ -14,7 +14,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.errors import InputError
 from trainmj.output.console import new_console, print_table
-from trainmj.output.table import Column, Table
+from trainmj.output.table import Column, Table, worded
 from trainmj.sweep.plan import Sweep
 from trainmj.sweep.run import SweepResult, check_responses
 
@@ -44,19 +44,17 @@ def print_plan(sweep: Sweep) -> None:
         console.print(f"Responses: {kept} of {len(columns)}", soft_wrap=True)
     if sweep.histories:
         console.print(f"Histories: of the cases {', '.join(map(str, sweep.histories))}", soft_wrap=True)
-    of = "All" if tried == len(sweep) else f"The first {tried}"
     if refused:
-        console.print(
-            f"Note: {len(refused)} of {tried} cases would be refused; the first, {refused[0]}", soft_wrap=True
-        )
+        said = f"Note: {len(refused)} of {tried} cases would be refused; the first, {refused[0]}"
     else:
-        console.print(f"{of} cases keep the rules of a scenario.")
+        said = f"{'All' if tried == len(sweep) else f'The first {tried}'} cases keep the rules of a scenario."
+    console.print(said, soft_wrap=True)
 
 
 def _varied(sweep: Sweep) -> Table:
     """What a sweep varies; values in one row of a table or sample go together, all others are combined."""
     several = [block for block in sweep.blocks if len(block) > 1]
-    columns = [Column("Varied", text=True), Column("values"), Column("which", text=True)]
+    columns = [*worded("Varied"), Column("values"), *worded("which")]
     rows: list[list[Any]] = [
         [name, len(values), _listed(values)] for block in sweep.blocks for name, values in block.items()
     ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trainmj.collision.chain import WALL, Chain, Interface
+from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.device import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
@@ -19,8 +19,6 @@ _RAMP = {  # colours by share: from steel to dark red, darker for more, to every
     0.75: (0.84, 0.12, 0.12),
     1.0: (0.50, 0, 0.15),
 }
-
-_SAMPLES = 50  # of a whole collision, enough to tell how unequal sides share its energy
 
 
 def colour(share: float | Array) -> Array:
@@ -41,7 +39,6 @@ class Wear:
         """Untouched devices."""
         n = len(chain.interfaces)
         self._chain = chain
-        self._seen = np.zeros(n)
         self.largest = np.zeros(n)
         self.crushed = np.zeros(n)
         self.energy = {
@@ -52,28 +49,26 @@ class Wear:
 
     def update(self, stroke: Array, energy: Array) -> None:
         """Follow a sample: (n_interface,) strokes [m] and absorbed energies [J]."""
-        before = self.largest.copy()
         np.maximum(self.largest, stroke, out=self.largest)
         for k, interface in enumerate(self._chain.interfaces):
             envelope, most = interface.envelope, float(self.largest[k])
             set_ = most - envelope.force_at(most) / envelope.stiffness if most > 0 else 0.0
             self.crushed[k] = max(0.0, set_, stroke[k])
-            more = energy[k] - self._seen[k]
-            if more <= 0.0:
-                continue
-            sides = [s for j, s in self.energy if j == k]
-            was = [self.side_stroke(k, s, float(before[k])) for s in sides]
-            now = [self.side_stroke(k, s, most) for s in sides]
-            scale = 0.5 if is_shared(interface) else 1.0
-            for s, share, u in zip(sides, _shares(interface, np.subtract(now, was)), now, strict=True):
-                reached = sum(u >= scale * stage.start for stage in device_of(interface, s).stages[1:])
-                self.energy[k, s][reached] += share * more
-        self._seen = np.maximum(self._seen, energy)
+            shares = interface.energy_shares(self.largest[k : k + 1])
+            for side in [s for j, s in self.energy if j == k]:
+                own = 0 if is_shared(interface) else side  # both ends draw a shared device, and all of its energy
+                reached = sum(
+                    interface.side_stroke(most, own) >= stage.start for stage in device_of(interface, side).stages[1:]
+                )
+                stages = self.energy[k, side]
+                stages[reached] += max(0.0, float(shares[own][0] * energy[k]) - stages.sum())
 
-    def side_stroke(self, k: int, side: int, stroke: float) -> float:
-        """What one side of an interface shows of a stroke [m]: its own device's, or half of a shared one's."""
-        interface = self._chain.interfaces[k]
-        return stroke / 2 if is_shared(interface) else interface.side_stroke(stroke, side)
+    def side_stroke(self, k: int, side: int) -> float:
+        """What one side of an interface shows of its stroke now [m]: its own device's, or half of a shared one's."""
+        interface, now = self._chain.interfaces[k], self.crushed[k]
+        if is_shared(interface):
+            return float(now / 2)
+        return float(interface.side_history(np.array([self.largest[k], now]), side)[-1])
 
     @property
     def TS_mm(self) -> float:
@@ -85,19 +80,10 @@ class Wear:
         )
 
 
-def _shares(interface: Interface, grown: Array) -> Array:
-    """Parts of an energy for the sides of an interface, from the growth of their strokes; all for a shared device."""
-    if is_shared(interface):
-        return np.ones(2)
-    return np.asarray(grown / grown.sum()) if grown.sum() > 0 else np.full(grown.size, 1 / grown.size)
-
-
 def largest_energy(result: Result) -> float:
     """The largest energy that any device of a collision absorbs [J], at which the colours end."""
     wear = Wear(result.chain)
-    last = len(result.time) - 1
-    for k in np.unique(np.linspace(0, last, min(last + 1, _SAMPLES)).astype(int)):
-        wear.update(result.stroke[k], result.energy[k])
+    wear.update(result.stroke.max(axis=0), result.energy.max(axis=0))
     return max(float(energy.sum()) for energy in wear.energy.values())
 
 
@@ -113,7 +99,7 @@ class DeviceShapes:
         """Shorten and colour every part."""
         model = self._model
         for end, parts in self._ends:
-            stroke = wear.side_stroke(end.interface, end.side, float(wear.crushed[end.interface]))
+            stroke = wear.side_stroke(end.interface, end.side)
             colours = colour(wear.energy[end.interface, end.side] / self._full)
             for part, geom in parts:
                 begin, finish = part.placed(stroke)
