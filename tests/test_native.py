@@ -27,6 +27,7 @@ from trainmj.collision.block import MAGIC, Car, Head, Joint, Layout
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import Envelope
 from trainmj.collision.lineup import line_up
+from trainmj.collision.mj import SLOTS
 from trainmj.collision.model import build, check_integrator
 from trainmj.collision.simulation import run, start
 from trainmj.collision.summary import summarise
@@ -223,6 +224,20 @@ def test_nobodys_callback_is_called_and_it_is_back_afterwards(ours, name, standa
     assert getattr(mujoco, name.replace("set", "get", 1))() is failing
 
 
+def test_a_callback_that_was_there_before_trainmj_stops_nothing(python):
+    """MuJoCo compiles models as its parts are imported, too."""
+    code = """
+import mujoco, pandas, trainmj
+def failing(model, data): raise ZeroDivisionError
+mujoco.set_mjcb_passive(failing)
+scenario = trainmj.load("b_type_wall", {"simulation.time_limit_s": 0.01})
+print(trainmj.run_cases(scenario, pandas.DataFrame({"mass_t": [33]})).status[0])
+assert mujoco.get_mjcb_passive() is failing
+"""
+    done = python("-c", code)
+    assert done.stdout == "time limit\n", done.stderr
+
+
 def test_a_callback_in_c_is_back_afterwards_too(ours):
     called: list[int] = []
     theirs = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(lambda model, data: called.append(1))
@@ -237,7 +252,7 @@ def test_a_callback_in_c_is_back_afterwards_too(ours):
 
 
 def slots() -> list[object]:
-    return [get() for get, _ in kernel._SLOTS]
+    return [get() for get, _ in SLOTS]
 
 
 def test_leaving_puts_back_what_was_there(ours):

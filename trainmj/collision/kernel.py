@@ -19,12 +19,9 @@ from __future__ import annotations
 
 import ctypes
 import logging
-import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
-from itertools import zip_longest
 from typing import Any
 
 from numba import types
@@ -35,7 +32,7 @@ from trainmj.collision.block import MAGIC, Car, Head, Joint, places
 from trainmj.collision.compiled import address_of
 from trainmj.collision.interrupts import held_back
 from trainmj.collision.law import CRUSH, crush
-from trainmj.collision.mj import mujoco
+from trainmj.collision.mj import Shared, mujoco, put, undisturbed
 from trainmj.collision.offsets import Offsets, field_offsets
 
 log = logging.getLogger(__name__)
@@ -66,61 +63,11 @@ def installed() -> Iterator[None]:
         yield
 
 
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Use MuJoCo without anyone's callbacks, under which it compiles no model if they are in Python."""
-    with _silence.held():
-        yield
-
-
-@dataclass
-class _Shared:
-    """What is done for the first of several blocks, nested or in several threads, and undone after the last."""
-
-    do: Callable[[], None]
-    undo: Callable[[], None]
-    users: int = 0
-
-    @contextmanager
-    def held(self) -> Iterator[None]:
-        with _lock:
-            if self.users == 0:
-                self.do()
-            self.users += 1
-        try:
-            yield
-        finally:
-            with _lock:
-                self.users -= 1
-                if self.users == 0:
-                    self.undo()
-
-
-def _set_aside() -> None:
-    _before[:] = [get() for get, _ in _SLOTS]
-    _put([])
-
-
-_lock = threading.Lock()
-_before: list[Any] = []
-
-
-def _put(functions: Sequence[Any]) -> None:
-    """Fill the first slots and empty the others."""
-    for (_, put), function in zip_longest(_SLOTS, functions):
-        put(function)
-
-
-_OURS = ("mjcb_passive", "mjcb_sensor", "mjcb_time", "mju_user_warning")
-_OTHERS = sorted({name[4:] for name in dir(mujoco) if name.startswith("set_mjcb_")} - set(_OURS))
-_SLOTS: tuple[tuple[Callable[[], Any], Callable[[Any], None]], ...] = tuple(
-    (getattr(mujoco, f"get_{name}"), getattr(mujoco, f"set_{name}")) for name in (*_OURS, *_OTHERS)
-)
-
-
 @cache
 def _callbacks() -> tuple[Any, Any, Any, Any]:
-    """The compiled passive, sensor and time callbacks and the one for warnings, as ctypes function pointers."""
+    """The compiled passive, sensor and time callbacks and the one for warnings, as ctypes function pointers: those of
+    the first slots.
+    """
     offsets = field_offsets()
     void, pair = None, (ctypes.c_void_p, ctypes.c_void_p)
     with held_back():
@@ -147,8 +94,7 @@ def _note(text: bytes) -> None:
 
 
 _warned = ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_note)
-_silence = _Shared(_set_aside, lambda: _put(_before))
-_law = _Shared(lambda: _put(_callbacks()), lambda: _put([]))
+_law = Shared(lambda: put(_callbacks()), lambda: put([]))
 
 
 @intrinsic

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from trainmj.collision.identity import identity
-from trainmj.collision.kernel import undisturbed
+from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
 from trainmj.verification import closed_forms, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check

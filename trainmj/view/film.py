@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from PIL.Image import Image
 
 from trainmj.collision.chain import WALL, Chain
-from trainmj.collision.kernel import undisturbed
-from trainmj.collision.mj import mujoco
+from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.result import Result
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN

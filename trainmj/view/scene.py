@@ -8,8 +8,7 @@ import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain
-from trainmj.collision.kernel import undisturbed
-from trainmj.collision.mj import mujoco
+from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.model import plateau, spec
 from trainmj.units import KN, KN_PER_MM
 from trainmj.view import meshes
