@@ -97,6 +97,8 @@ class Envelope:
         at, force = 0.0, 0.0
         path = [(at, force)]
         for k in range(1, self.stroke.size):
+            if np.all(self.stroke[k - 1 : k + 2] == self.stroke[k]) and k + 1 < self.stroke.size:
+                continue  # within a jump: the law goes from its first point to its last
             stroke, crush = float(self.stroke[k]), float(self.force[k])
             climbed = force + self.stiffness * (stroke - at)
             missing = float(self.force[k - 1]) - force
@@ -159,32 +161,38 @@ class Device:
     stages: tuple[Stage, ...]
 
 
-def in_series(first: Device, second: Device) -> tuple[Envelope, Array]:
+def in_series(first: Device, second: Device) -> tuple[Envelope, tuple[Array, Array]]:
     """Two devices, one behind the other, as one: equal force, strokes added.
 
     Two equal devices act alike: the force of one at twice the stroke, half the stiffness, half the dashpot. Of two
-    different ones the weaker crushes first; while one drops after shear-off the other unloads along its stiffness,
-    and where the pair would snap back its force drops at constant stroke. A curve that rises faster than its
-    stiffness counts as climbing along it, as it does alone. The path holds for loading without earlier unloading;
-    the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses, and for the dashpots when
-    c/K is the same on both sides.
+    different ones the weaker crushes first; while one drops after shear-off the other unloads along its stiffness.
+    Where the pair would snap back, its force drops at constant stroke to where the path comes back to this stroke. A
+    curve that rises faster than its stiffness counts as climbing along it, as it does alone. The path holds for loading
+    without earlier unloading; the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses,
+    and for the dashpots when c/K is the same on both sides.
 
     Args:
         first: the device on the left.
         second: the device on the right.
 
     Returns:
-        The envelope of the pair, and (n,) the stroke of the first device [m] at each of its points.
+        The envelope of the pair, and of both devices (n,) the stroke [m] at each of its points.
     """
     a, b = first.envelope, second.envelope
     stiffness = 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness)
     damping = a.damping * b.damping / (a.damping + b.damping) if a.damping and b.damping else 0.0
     if a.is_like(b):
-        return Envelope(2.0 * a.stroke, a.force, a.stiffness / 2.0, a.damping / 2.0), a.stroke
+        return Envelope(2.0 * a.stroke, a.force, a.stiffness / 2.0, a.damping / 2.0), (a.stroke, a.stroke)
     path = _series_path(a.climbing, b.climbing)
     path = path[np.append(True, np.any(np.diff(path, axis=0) != 0.0, axis=1))]
-    stroke = np.maximum.accumulate(path[:, 0] + path[:, 1])
-    return Envelope(stroke, path[:, 2], stiffness, damping), path[:, 0]
+    stroke = path[:, 0] + path[:, 1]
+    largest = np.maximum.accumulate(stroke)
+    back = np.flatnonzero((stroke[:-1] < largest[:-1]) & (stroke[1:] > largest[:-1]))  # between these two it comes back
+    share = (largest[back] - stroke[back]) / (stroke[back + 1] - stroke[back])
+    met = path[back] + share[:, None] * (path[back + 1] - path[back])
+    path = np.insert(path, back + 1, met, axis=0)
+    largest = np.insert(largest, back + 1, largest[back])
+    return Envelope(largest, path[:, 2], stiffness, damping), (path[:, 0], path[:, 1])
 
 
 def _series_path(a: Envelope, b: Envelope) -> Array:
@@ -206,6 +214,11 @@ def _series_path(a: Envelope, b: Envelope) -> Array:
                 strokes[1 - i] -= (level - force) / other.stiffness
                 rows.append((strokes[0], strokes[1], force))
             held[i] = points[-1][0] if points else held[i]
+    largest, (u, v, force) = max(u + v for u, v, _ in rows), rows[-1]
+    if u + v < largest:  # it has snapped at its end: what has ended runs on
+        ended = [e.force.max() <= other.force.max() for e, other in ((a, b), (b, a))]
+        on = (largest - u - v) / sum(ended)
+        rows.append((u + on * ended[0], v + on * ended[1], force))
     return np.array(rows)
 
 

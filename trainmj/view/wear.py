@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from trainmj.collision.chain import WALL, Chain, Interface
+from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.device import Array
 from trainmj.collision.result import Result
 from trainmj.units import MM
@@ -41,7 +41,6 @@ class Wear:
         """Untouched devices."""
         n = len(chain.interfaces)
         self._chain = chain
-        self._seen = np.zeros(n)
         self.largest = np.zeros(n)
         self.crushed = np.zeros(n)
         self.energy = {
@@ -52,23 +51,18 @@ class Wear:
 
     def update(self, stroke: Array, energy: Array) -> None:
         """Follow a sample: (n_interface,) strokes [m] and absorbed energies [J]."""
-        before = self.largest.copy()
         np.maximum(self.largest, stroke, out=self.largest)
         for k, interface in enumerate(self._chain.interfaces):
             envelope, most = interface.envelope, float(self.largest[k])
             set_ = most - envelope.force_at(most) / envelope.stiffness if most > 0 else 0.0
             self.crushed[k] = max(0.0, set_, stroke[k])
-            more = energy[k] - self._seen[k]
-            if more <= 0.0:
-                continue
-            sides = [s for j, s in self.energy if j == k]
-            was = [self.side_stroke(k, s, float(before[k])) for s in sides]
-            now = [self.side_stroke(k, s, most) for s in sides]
-            scale = 0.5 if is_shared(interface) else 1.0
-            for s, share, u in zip(sides, _shares(interface, np.subtract(now, was)), now, strict=True):
-                reached = sum(u >= scale * stage.start for stage in device_of(interface, s).stages[1:])
-                self.energy[k, s][reached] += share * more
-        self._seen = np.maximum(self._seen, energy)
+            shares = interface.energy_shares(self.largest[k : k + 1])
+            for side in (side for j, side in self.energy if j == k):
+                own = 0 if is_shared(interface) else side
+                used = interface.side_largest(most, own)
+                reached = sum(used >= stage.start for stage in interface.devices[own].stages[1:])
+                seen = self.energy[k, side]
+                seen[reached] += max(0.0, float(shares[own][0]) * energy[k] - seen.sum())
 
     def side_stroke(self, k: int, side: int, stroke: float) -> float:
         """What one side of an interface shows of a stroke [m]: its own device's, or half of a shared one's."""
@@ -79,17 +73,10 @@ class Wear:
     def TS_mm(self) -> float:
         """Total compression along the moving train so far, as the summary counts it at the end."""
         return sum(
-            stage.stroke(self._chain.interfaces[k].side_stroke(float(self.largest[k]), 0)) / MM
+            stage.stroke(self._chain.interfaces[k].side_largest(float(self.largest[k]), 0)) / MM
             for k in range(self._chain.n_moving)
             for stage in self._chain.interfaces[k].devices[0].stages
         )
-
-
-def _shares(interface: Interface, grown: Array) -> Array:
-    """Parts of an energy for the sides of an interface, from the growth of their strokes; all for a shared device."""
-    if is_shared(interface):
-        return np.ones(2)
-    return np.asarray(grown / grown.sum()) if grown.sum() > 0 else np.full(grown.size, 1 / grown.size)
 
 
 def largest_energy(result: Result) -> float:
