@@ -69,11 +69,15 @@ class Interface:
 
         Side 0 is left, 1 right.
         """
+        if self._alike:
+            return stroke / len(self.devices)
         u = self.envelope.stroke
         return np.interp(stroke, u, self.strokes[side]) + np.maximum(0.0, stroke - u[-1]) * self._beyond[side]
 
     def side_largest(self, stroke: float, side: int) -> float:
         """Largest stroke of one side's device [m] up to one of the interface: it springs back where the other drops."""
+        if self._alike:
+            return stroke / len(self.devices)
         passed = self.strokes[side][: np.searchsorted(self.envelope.stroke, stroke, side="right")]
         return max(float(self.side_stroke(stroke, side)), float(passed.max(initial=0.0)))
 
@@ -82,7 +86,7 @@ class Interface:
 
         What the interface gives back its sides share as their stiffnesses say, and a gap between them equally.
         """
-        if len(self.devices) == 1 or self.equal_sides:
+        if self._alike:
             return stroke / len(self.devices)
         path, k = self.envelope.climbing, self.envelope.stiffness
         largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
@@ -97,10 +101,8 @@ class Interface:
         That is the work on it less what it gives back, along the path of first loading. What a pair sets free as it
         snaps is in neither part.
         """
-        if len(self.devices) == 1:
-            return (np.ones_like(stroke),)
-        if self.equal_sides:
-            return (np.full_like(stroke, 0.5),) * 2
+        if self._alike:
+            return (np.full_like(stroke, 1 / len(self.devices)),) * len(self.devices)
         e = self.envelope
         k = np.searchsorted(e.stroke, stroke, side="right") - 1
         force = np.array([e.force_at(float(u)) for u in stroke])
@@ -117,6 +119,11 @@ class Interface:
                 for side, (points, device) in enumerate(zip(self.strokes, self.devices, strict=True))
             )
         )
+
+    @cached_property
+    def _alike(self) -> bool:
+        """Whether there is one device, or two that have the same in all."""
+        return len(self.devices) == 1 or self.equal_sides
 
     @cached_property
     def _beyond(self) -> tuple[float, ...]:

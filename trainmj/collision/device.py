@@ -94,6 +94,8 @@ class Envelope:
     @cached_property
     def climbing(self) -> Envelope:
         """The path of first loading: the crush curve, and the climb along K to it where it rises faster."""
+        if not self.steep:
+            return self
         at, force = 0.0, 0.0
         path = [(at, force)]
         for k in range(1, self.stroke.size):

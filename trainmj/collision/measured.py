@@ -129,10 +129,11 @@ class Side:
         back = back * self.interface.envelope.stiffness / self.device.envelope.stiffness
         return max(0.0, float(self.interface.side_stroke(self._largest, self._side)) - back)
 
-    @property
+    @cached_property
     def energy(self) -> float:
         """Absorbed energy [J]."""
-        return self._share() * float(self._tally.dissipated[self._index])
+        share = self.interface.energy_shares(np.array([self._largest]))[self._side]
+        return float(share[0] * self._tally.dissipated[self._index])
 
     @property
     def energy_by_curve(self) -> float:
@@ -149,7 +150,3 @@ class Side:
     def tallied(self, name: str) -> float:
         """A value of the tally at this interface."""
         return float(getattr(self._tally, name)[self._index])
-
-    def _share(self) -> float:
-        """Part of the absorbed energy that this side takes."""
-        return float(self.interface.energy_shares(np.array([self._largest]))[self._side][0])

@@ -26,13 +26,15 @@ def remarks(chain: Chain) -> tuple[str, ...]:
 
 def set_free(measured: Measured) -> tuple[str, ...]:
     """What a pair of devices set free as it snapped, if that counts, for every output of this collision."""
-    tally, front = measured.tally, measured.chain.front
-    shares = measured.chain.interfaces[front].energy_shares(tally.stroke_max[front : front + 1])
-    lost = float((1.0 - sum(shares)) @ tally.dissipated[front : front + 1])
+    front = measured.chain.interfaces[measured.chain.front]
+    if len(front.devices) == 1 or front.equal_sides:
+        return ()
+    taken = sum(side.energy for side in measured.sides if side.interface is front)
+    lost = float(measured.tally.dissipated[measured.chain.front]) - taken
     if lost <= _COUNTS * measured.convertible:
         return ()
     return (
-        f"{measured.chain.interfaces[front].name}: {lost / KJ:.4g} kJ of the absorbed energy are in neither device: "
+        f"{front.name}: {lost / KJ:.4g} kJ of the absorbed energy are in neither device: "
         "the force of one fell faster than the other could give back.",
     )
 

@@ -76,10 +76,8 @@ class Scenario(Parts):
         """
         changes = group_given(changes)
         source = changed(self._source, self.parameters, changes)
-        if "title" not in changes:
-            new = {name for name, value in changes.items() if any(old != plain(value) for old in self.locate(name))}
-            source = marked(source, {*self.changed, *new})
-        return self.from_source(source)
+        new = {name for name, value in changes.items() if any(old != plain(value) for old in self.locate(name))}
+        return self.from_source(marked(source, set() if "title" in changes else {*self.changed, *new}))
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.
@@ -183,7 +181,8 @@ class Scenario(Parts):
 def marked(source: Source, names: set[str]) -> Source:
     """A source that says which values were changed after its title was written."""
     said = sorted(name for name in names if name.partition(".")[0] not in _UNSAID)
-    return replace(source, values={**source.values, "changed": said}) if said else source
+    kept = {key: value for key, value in source.values.items() if key != "changed"}
+    return replace(source, values=kept | ({"changed": said} if said else {}))
 
 
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
