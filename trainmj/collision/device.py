@@ -7,8 +7,10 @@ than the unloading stiffness K, the force climbs along K.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -82,37 +84,40 @@ class Envelope:
 
     def force_at(self, stroke: float) -> float:
         """Crush force at a stroke [m] of first loading [N]; at a jump, the force behind it."""
-        k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
-        return float(self.force[k] + self.slope[k] * (stroke - self.stroke[k]))
+        at, force, slope = self._points
+        k = max(0, bisect_right(at, stroke) - 1)
+        return force[k] + slope[k] * (stroke - at[k])
 
     @cached_property
     def steep(self) -> bool:
         """Whether it rises faster than its stiffness in places."""
-        jump = (np.diff(self.stroke) == 0.0) & (np.diff(self.force) > 0.0)
-        return bool(self.force[0] > 0.0 or jump.any() or (self.slope > self.stiffness).any())
+        at, force, slope = self._points
+        jumps = (v == u and g > f for (u, v), (f, g) in zip(pairwise(at), pairwise(force), strict=True))
+        return force[0] > 0.0 or max(slope) > self.stiffness or any(jumps)
 
     @cached_property
     def climbing(self) -> Envelope:
         """The path of first loading: the crush curve, and the climb along K to it where it rises faster."""
         if not self.steep:
             return self
+        strokes, forces, slopes = self._points
         at, force = 0.0, 0.0
         path = [(at, force)]
-        for k in range(1, self.stroke.size):
-            if np.all(self.stroke[k - 1 : k + 2] == self.stroke[k]) and k + 1 < self.stroke.size:
+        for k in range(1, len(strokes)):
+            if strokes[k - 1 : k] == strokes[k : k + 1] == strokes[k + 1 : k + 2]:
                 continue  # within a jump: the law goes from its first point to its last
-            stroke, crush = float(self.stroke[k]), float(self.force[k])
+            stroke, crush = strokes[k], forces[k]
             climbed = force + self.stiffness * (stroke - at)
-            missing = float(self.force[k - 1]) - force
+            missing = forces[k - 1] - force
             if climbed > crush and missing > 0.0 and stroke > at:  # the climb reaches the curve on the way
-                met = at + missing / (self.stiffness - float(self.slope[k - 1]))
+                met = at + missing / (self.stiffness - slopes[k - 1])
                 path.append((met, self.force_at(met)))
             at, force = stroke, min(climbed, crush)
             path.append((at, force))
-        if force < self.force[-1]:
-            path.append((at + float(self.force[-1] - force) / self.stiffness, float(self.force[-1])))
-        strokes, forces = np.array(path).T
-        return Envelope(strokes, forces, self.stiffness, self.damping)
+        if force < forces[-1]:
+            path.append((at + (forces[-1] - force) / self.stiffness, forces[-1]))
+        found = np.array(path)
+        return Envelope(found[:, 0], found[:, 1], self.stiffness, self.damping)
 
     def is_like(self, other: Envelope) -> bool:
         """Whether the other one is the same law, number by number."""
@@ -124,15 +129,20 @@ class Envelope:
 
     def energy(self, stroke: float) -> float:
         """Work of first loading from 0 to a stroke [m] along the envelope [J]."""
-        k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
-        last = 0.5 * (float(self.force[k]) + self.force_at(stroke)) * (stroke - float(self.stroke[k]))
-        return float(self._work[k]) + last
+        at, force, _ = self._points
+        k = max(0, bisect_right(at, stroke) - 1)
+        return self._work[k] + 0.5 * (force[k] + self.force_at(stroke)) * (stroke - at[k])
 
     @cached_property
-    def _work(self) -> Array:
+    def _points(self) -> tuple[list[float], list[float], list[float]]:
+        """Strokes, forces and slopes as plain numbers, which are quicker one by one."""
+        return self.stroke.tolist(), self.force.tolist(), self.slope.tolist()
+
+    @cached_property
+    def _work(self) -> list[float]:
         """(n,) work up to each point [J]."""
-        parts = 0.5 * (self.force[1:] + self.force[:-1]) * np.diff(self.stroke)
-        return np.append(0.0, np.cumsum(parts))
+        parts = 0.5 * (self.force[1:] + self.force[:-1]) * (self.stroke[1:] - self.stroke[:-1])
+        return [0.0, *np.cumsum(parts).tolist()]
 
     def respond(self, stroke: float, rate: float, plastic: float) -> tuple[float, float]:
         """Force and plastic state after one step of the law.
