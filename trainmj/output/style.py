@@ -14,6 +14,7 @@ The same figure gives the same bytes: no file carries a date or a random name.
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -154,7 +155,8 @@ def diverging() -> Colormap:
 def encode(picture: Figure, form: Format) -> bytes:
     """A figure as the bytes of a file; the first call fixes its layout, so that all formats show the same."""
     content = io.BytesIO()
-    with styled():
+    with styled(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # an empty box shows that
         _let_powers_be_formulas(picture)
         if picture.get_layout_engine() is not None:
             picture.draw_without_rendering()

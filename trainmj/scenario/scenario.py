@@ -24,6 +24,7 @@ _DIGITS = 10  # of a position: longer ones are none
 _UNSAID = ("title", "notes", "parameters", "changed")  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
+_LONGEST_NAME = 120  # and of its path
 
 
 class Scenario(Parts):
@@ -114,12 +115,13 @@ class Scenario(Parts):
 
     def _said(self, name: str) -> str:
         """A changed value, if it is a plain one, by its name."""
+        shortened = name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 3]}..."
         try:
             values = self.locate(name)
         except InputError:
-            return name
+            return shortened
         plain = isinstance(values[0], (int, float, str)) and values.count(values[0]) == len(values)
-        return f"{name} = {values[0]}" if plain and len(str(values[0])) <= _LONGEST else name
+        return f"{shortened} = {values[0]}" if plain and len(str(values[0])) <= _LONGEST else shortened
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""
