@@ -17,8 +17,8 @@ __all__ = ["chain", "device", "envelope", "joined", "scenario", "step_once", "va
 def joined(left: Envelope, right: Envelope) -> Interface:
     """A front interface of two devices in series, between vehicles 0 and 1."""
     sides = device(left, "left"), device(right, "right")
-    pair, left_stroke = in_series(*sides)
-    return Interface("front", 0, 1, pair, left_stroke, sides)
+    pair, strokes = in_series(*sides)
+    return Interface("front", 0, 1, pair, strokes, sides)
 
 
 def step_once(model: Any, chain: Chain) -> Any:

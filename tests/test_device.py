@@ -188,7 +188,7 @@ def rising(steps: list[tuple[float, float]], stiffness: float = 2000.0) -> Envel
 
 def test_equal_devices_in_series_give_the_force_of_one_at_twice_the_stroke():
     e = envelope([(0, 0), (73, 800), (353, 1000), (353.3, 0), (375, 0), (375.2, 1250), (900, 1250)], 350, 11)
-    pair, left = in_series(device(e), device(e))
+    pair, (left, _) = in_series(device(e), device(e))
     assert np.array_equal(pair.stroke, 2 * e.stroke)
     assert np.array_equal(pair.force, e.force)
     assert (pair.stiffness, pair.damping) == (e.stiffness / 2, e.damping / 2)
@@ -199,8 +199,7 @@ def test_equal_devices_in_series_give_the_force_of_one_at_twice_the_stroke():
 @given(curves, curves)
 def test_different_devices_in_series_share_the_force_and_add_strokes_and_energies(a, b):
     first, second = rising(a), rising(b, 500.0)
-    pair, left = in_series(device(first), device(second))
-    right = pair.stroke - left
+    pair, (left, right) = in_series(device(first), device(second))
     carried = pair.stroke <= pair.stroke[-1]
     assert pair.force[-1] == pytest.approx(min(first.force[-1], second.force[-1]))
     for u, f, x, y in zip(pair.stroke[carried], pair.force, left, right, strict=True):
@@ -215,8 +214,8 @@ def test_different_devices_in_series_share_the_force_and_add_strokes_and_energie
 @given(curves, curves)
 def test_series_does_not_depend_on_which_device_is_named_first(a, b):
     first, second = device(rising(a)), device(rising(b, 500.0))
-    one, left = in_series(first, second)
-    other, right = in_series(second, first)
+    one, (left, _) = in_series(first, second)
+    other, (right, _) = in_series(second, first)
     assert np.array_equal(one.stroke, other.stroke)
     assert np.array_equal(one.force, other.force)
     assert left + right == pytest.approx(one.stroke, abs=1e-12)
@@ -235,7 +234,7 @@ def test_the_weaker_plateau_crushes_first():
         envelope([(0, 0), (10, 500), (300, 500), (301, 900), (400, 900)], 1000),
         envelope([(0, 0), (10, 700), (100, 700)], 1000),
     )
-    pair, left = in_series(device(weak), device(strong))
+    pair, (left, _) = in_series(device(weak), device(strong))
     strong_at_500 = 10 * 500 / 700 * 1e-3
     assert np.interp(0.300 + strong_at_500, pair.stroke, left) == pytest.approx(0.300)
     assert pair.force_at(0.2) == 500e3
@@ -246,7 +245,7 @@ def test_the_weaker_plateau_crushes_first():
 def test_equal_plateaus_of_different_curves_crush_one_after_the_other():
     first = envelope([(0, 0), (10, 500), (100, 500), (110, 900)], 1000)
     second = envelope([(0, 0), (20, 500), (60, 500), (90, 800)], 500)
-    pair, left = in_series(device(first), device(second))
+    pair, (left, _) = in_series(device(first), device(second))
     assert (pair.stroke * 1e3).tolist() == pytest.approx([0, 30, 120, 160, 160 + 7.5 + 30])
     assert (left * 1e3).tolist() == pytest.approx([0, 10, 100, 100, 107.5])
     assert (pair.force / 1e3).tolist() == pytest.approx([0, 500, 500, 500, 800])
@@ -269,7 +268,7 @@ def test_in_series_a_steep_curve_gives_way_along_its_stiffness():
     hard = device(envelope([(0, 0), (400, 2000)], 1000))
     soft = device(envelope([(0, 0), (20, 2000), (400, 2000)], 5))
     for pair in ((hard, soft), (soft, hard)):
-        law, first = in_series(*pair)
+        law, (first, _) = in_series(*pair)
         assert law.force_at(0.32) == pytest.approx(800e3)
         assert np.interp(0.32, law.stroke, first) == pytest.approx(0.16)
 
@@ -283,7 +282,7 @@ def test_both_devices_carry_the_force_of_the_pair():
             n = int(rng.integers(2, 6))
             strokes, forces = np.append(0, np.cumsum(rng.uniform(2, 200, n))), np.cumsum(rng.uniform(0, 500, n + 1))
             pair.append(device(envelope(list(zip(strokes, forces, strict=True)), 10 ** rng.uniform(0, 3))))
-        law, first = in_series(*pair)
+        law, (first, _) = in_series(*pair)
         for each, stroke in zip(pair, (first, law.stroke - first), strict=True):
             own = [each.envelope.climbing.force_at(float(u)) for u in stroke]
             assert own == pytest.approx(law.force, rel=1e-6, abs=1.0)
@@ -293,7 +292,7 @@ def test_only_curves_that_are_alike_in_all_are_halves_of_one():
     """A pair that differs in its stiffness alone is split where the stiffness says, and so in any other constant."""
     curve = [(0, 0), (10, 500), (20, 100), (30, 900)]
     for other in (envelope(curve, 100, 3), envelope(curve, 200, 2), envelope([*curve[:3], (30, 901)], 200, 3)):
-        pair, left = in_series(device(envelope(curve, 200, 3)), device(other))
+        pair, (left, _) = in_series(device(envelope(curve, 200, 3)), device(other))
         assert len(left) > len(curve), "at the drop one side unloads while the other one goes on"
         assert pair.stiffness == pytest.approx(1 / (1 / 200e6 + 1 / other.stiffness))
 
@@ -302,7 +301,7 @@ def test_train_head_against_wagon_buffers():
     """The case of scenarios/wagon_80t.yaml: buffers at first, then the head's plateau of 1100 kN to its end."""
     head = envelope([(0, 0), (87, 600), (587, 600), (592, 1100), (3587, 1100)], 100)
     buffers = envelope([(0, 0), (105, 1180), (110, 3000), (200, 3000)], 400)
-    pair, left = in_series(device(head), device(buffers))
+    pair, (left, _) = in_series(device(head), device(buffers))
     buffers_at = {f: 105 * f / 1180 * 1e-3 for f in (600, 1100)}
     assert np.interp(0.587 + buffers_at[600], pair.stroke, left) == pytest.approx(0.587)
     assert pair.stroke[-1] == pytest.approx(3.587 + buffers_at[1100])
@@ -314,8 +313,7 @@ def test_train_head_against_wagon_buffers():
 def test_while_one_device_shears_off_the_other_unloads_along_its_stiffness():
     shearing = envelope([(0, 0), (50, 1000), (60, 0), (100, 0), (101, 1500), (500, 1500)], 2000)
     other = envelope([(0, 0), (40, 1200), (400, 1200)], 500)
-    pair, left = in_series(device(shearing), device(other))
-    right = pair.stroke - left
+    pair, (left, right) = in_series(device(shearing), device(other))
     at_peak = 40 * 1000 / 1200 * 1e-3
     k = int(np.flatnonzero(np.isclose(left, 0.060))[0])
     assert pair.force[k] == 0.0, "the sheared device carries nothing, so neither does the pair"
@@ -328,7 +326,7 @@ def test_path_of_a_pair_through_a_drop_and_back():
     """The right device gives back 80 kN / (100 kN/mm) at the drop, and takes it again on the next rise."""
     dropping = envelope([(0, 0), (10, 100), (20, 20), (30, 200)], 50)
     other = envelope([(0, 0), (10, 300)], 100)
-    pair, left = in_series(device(dropping), device(other))
+    pair, (left, right) = in_series(device(dropping), device(other))
     right = [0, 10 / 3, 10 / 3 - 0.8, 10 / 3, 20 / 3]
     assert (left * 1e3).tolist() == pytest.approx([0, 10, 20, 20 + 10 * 80 / 180, 30])
     assert ((pair.stroke - left) * 1e3).tolist() == pytest.approx(right)
@@ -343,6 +341,20 @@ def test_a_pair_that_would_snap_back_drops_at_constant_stroke():
     drop = np.flatnonzero((pair.force[:-1] == 1000e3) & (pair.force[1:] == 0))
     assert drop.size == 1
     assert pair.stroke[drop[0]] == pair.stroke[drop[0] + 1]
+
+
+def test_a_pair_that_has_snapped_goes_on_where_its_path_comes_back():
+    """The sheared device meets its anti-climber before the pair is back at this stroke: there is force again."""
+    sharp = envelope([(0, 0), (50, 1000), (50.2, 0), (60, 0), (160, 1500), (500, 1500)], 2000)
+    soft = envelope([(0, 0), (400, 1200), (800, 1200)], 10)
+    pair, (left, right) = in_series(device(sharp), device(soft))
+    snapped = pair.stroke[np.argmax(pair.force == 1000e3)]
+    for u in snapped + np.array([1e-6, 0.01, 0.05]):
+        x, y = np.interp(u, pair.stroke, left), np.interp(u, pair.stroke, right)
+        assert x + y == pytest.approx(u)
+        assert pair.force_at(u) == pytest.approx(sharp.force_at(x), rel=1e-6)
+        back = 1000e3 / 1200e3 * 0.4 - 1000e3 / 10e6  # the permanent set of the soft one
+        assert pair.force_at(u) == pytest.approx(min(10e6 * (y - back), soft.force_at(y)), rel=1e-6)
 
 
 def test_beyond_the_curves_the_device_that_has_ended_takes_the_stroke():

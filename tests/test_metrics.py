@@ -334,6 +334,34 @@ def test_each_side_of_an_unequal_front_is_reported(unequal):
     assert summary.TS_mm == pytest.approx(own.stroke_mm), "TS is that of the moving train"
 
 
+@pytest.mark.parametrize("speed", [1.5, 4.0, 6.0])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_pair_that_snaps_gives_each_device_what_its_own_curve_takes(speed, swapped):
+    """A device that shears off before a soft one is no instability, and what it sets free is not the partner's energy.
+
+    On either side, each device has its largest stroke, before it sprang back, and the area below its curve.
+    """
+    shearing = envelope([(0, 0), (50, 1000), (50.2, 0), (100, 0), (180, 1500), (900, 1500)], 2000)
+    spring = envelope([(0, 0), (20, 900), (400, 1300), (800, 1300)], 30)
+    sides = (spring, shearing) if swapped else (shearing, spring)
+    front = joined(*sides)
+    case = replace(chain([33e3, 50e3], [front.envelope], [speed, 0.0], step=2e-5), interfaces=(front,))
+    summary = collide(case)
+    assert str(summary.status) == "over"
+    assert summary.balance.curve_error < 1e-4
+    for side, e in zip(summary.interfaces, sides, strict=True):
+        path, stroke = e.climbing, side.stroke_mm * 1e-3
+        area = path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / e.stiffness
+        assert side.energy_kJ == pytest.approx(area / 1e3, abs=0.05)
+    lost = summary.balance.absorbed_kJ - sum(side.energy_kJ for side in summary.interfaces)
+    if speed == 1.5:
+        assert lost == pytest.approx(0.0, abs=1e-9)
+        assert not any("neither" in remark for remark in summary.remarks)
+    else:
+        assert summary.interfaces[0 if swapped else 1].stroke_mm > 50, "the soft one had 1000 kN before it sprang back"
+        assert f"front: {lost:.4g} kJ of the absorbed energy are in neither device" in summary.remarks[-1]
+
+
 def test_sides_of_equal_curve_but_different_limits_are_both_reported():
     """A partner whose device is allowed less stroke must not hide behind the moving train's."""
     v = values([(0, 0), (10, 500), (500, 500)], 100, partner="u", speed_m_s=3.0, step_ms=0.1)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+import warnings
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError
+from trainmj.output.style import encode, styled
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.single.figures import collision
 
@@ -224,12 +226,26 @@ def test_figure_shows_speeds_strokes_forces_and_energies_with_units(name):
     figure = collision(result)
     axes = figure.get_axes()
     shared = " (front: of one train)" if result.chain.interfaces[result.chain.front].equal_sides else ""
-    titles = ["Speed", f"Stroke{shared}", "Force", f"Absorbed energy{shared}"]
-    assert [a.get_title(loc="left") for a in axes] == titles
-    assert [a.get_ylabel() for a in axes] == ["km/h", "mm", "kN", "kJ"]
+    assert [a.get_title(loc="left") for a in axes] == ["Speed", "Stroke", "Force", "Absorbed energy"]
+    assert [a.get_ylabel() for a in axes] == ["km/h", f"mm{shared}", "kN", f"kJ{shared}"]
     assert [a.get_xlabel() for a in axes[2:]] == ["Time (s)"] * 2
     assert len(axes[0].lines) == len(result.chain.vehicles)
     assert len(axes[2].lines) == result.chain.n_moving, "the interfaces of the moving train"
+
+
+@pytest.mark.parametrize("width", ["column", "page"])
+def test_nothing_in_the_figure_lies_over_the_names_of_lines(standard_result, width, recwarn):
+    """A title that runs into the legend of its panel could not be read; one in another script warns nobody."""
+    result = replace(standard_result, scenario=standard_result.scenario.with_values({"title": "\u4e2d $x^2$"}))
+    figure = collision(result, width)
+    encode(figure, "png")
+    assert not recwarn.list, [str(w.message) for w in recwarn.list]
+    with styled(width), warnings.catch_warnings(action="ignore"):
+        figure.draw_without_rendering()  # at its own resolution, not that of the file
+    for axes in figure.get_axes()[:2]:
+        title, legend = axes._left_title.get_window_extent(), axes.get_legend().get_window_extent()
+        assert title.width > 0
+        assert not legend.overlaps(title)
 
 
 def test_figure_shows_the_front_as_the_tables_do(standard_result, standard_summary):

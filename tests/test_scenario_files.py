@@ -315,7 +315,7 @@ def test_a_title_is_never_alone_over_what_was_changed_since(good, tmp_path):
     assert slow.heading == "Two cars, 25 km/h; changed: collision.speed_km_h = 10.5"
     assert " at 10.5 km/h into " in slow.subject
     assert from_yaml(to_yaml(slow)).heading == slow.heading, "and says so in its own file"
-    assert slow.with_values({"title": "Slow"}).heading == "Slow; changed: collision.speed_km_h = 10.5"
+    assert slow.with_values({"title": "Slow"}).heading == "Slow", "a title that is written after the change knows of it"
     assert (
         load(tmp_path / "base.yaml", {"collision.speed_km_h": good.collision.speed_km_h}).heading == "Two cars, 25 km/h"
     )
@@ -323,6 +323,16 @@ def test_a_title_is_never_alone_over_what_was_changed_since(good, tmp_path):
     assert load(over).heading == "Two cars, 25 km/h; changed: collision.speed_km_h = 11"
     own = written(tmp_path, "builds_on: base.yaml\ntitle: Mine\ncollision: {speed_km_h: 11}\n")
     assert load(own).heading == "Mine"
+
+
+def test_changed_values_that_somebody_wrote_by_hand_are_checked_and_bounded(good, tmp_path):
+    """Names that lead nowhere, or are no names, must not take a command down or fill its pages."""
+    save(good.with_values({"title": "T"}), tmp_path / "base.yaml")
+    for text, said in (("5", "must be a list"), ("[5, {a: 1}, [x]]", r"changed\.1: must be text")):
+        with pytest.raises(InputError, match=said):
+            load(written(tmp_path, f"builds_on: base.yaml\nchanged: {text}\n"))
+    odd = load(written(tmp_path, f"builds_on: base.yaml\ncollision: {{gap_mm: 3}}\nchanged: [{'z' * 900}, no.where]\n"))
+    assert odd.heading == f"T; changed: collision.gap_mm = 3, no.where, {'z' * 117}..."
 
 
 def test_stages_over_a_curve_replace_what_does_not_go_with_them(tmp_path):

@@ -94,7 +94,14 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
 def shape(scenario: Scenario) -> str:
     chain = line_up(scenario)
     interfaces = [
-        (i.name, i.left, i.right, i.envelope.stroke.tolist(), i.envelope.force.tolist(), i.left_stroke.tolist())
+        (
+            i.name,
+            i.left,
+            i.right,
+            i.envelope.stroke.tolist(),
+            i.envelope.force.tolist(),
+            [u.tolist() for u in i.strokes],
+        )
         for i in chain.interfaces
     ]
     return repr((chain.vehicles, interfaces, [i.envelope.damping for i in chain.interfaces], chain.gap, chain.step))

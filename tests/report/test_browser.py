@@ -135,8 +135,11 @@ class TestAnimation:
         seen.page.locator(".animation .time").focus()
         seen.page.keyboard.press("End")
         front = standard_summary.interfaces[0]
-        energies = [float(t) for t in seen.page.locator(".animation text.energy").all_text_contents()]
-        assert max(energies) == pytest.approx(2 * front.energy_kJ, abs=1.0)  # of both trains
+        energies = seen.page.locator(".animation text.energy").all_text_contents()
+        assert f"{front.energy_kJ:.0f} + {front.energy_kJ:.0f}" in energies, "of either train, as the table has it"
+        strokes = seen.page.locator(".animation text.stroke").all_text_contents()
+        (shown,) = (text for text in strokes if "+" in text)
+        assert [float(t) for t in shown.split("+")] == pytest.approx([front.stroke_mm] * 2, abs=1.5)
         speeds = [float(t) for t in seen.page.locator(".animation .speed").all_text_contents()]
         finals = {v.name: v.final_speed_km_h for v in standard_summary.vehicles}
         assert speeds == pytest.approx(

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any
@@ -85,7 +86,8 @@ def _local_client() -> Iterator[Client]:
 
 def _client(address: str) -> Client:
     try:
-        asyncio.run(asyncio.wait_for(_reach(address), _PATIENCE))  # a client would wait for another service for ever
+        with ThreadPoolExecutor(1) as apart:  # from a loop that runs here, as in a notebook
+            apart.submit(asyncio.run, _reach(address)).result()
         return Client(address, timeout=_PATIENCE)
     except Exception as error:  # noqa: BLE001 another service answers what it likes
         said = printable(str(error)) or "timed out"
@@ -93,8 +95,10 @@ def _client(address: str) -> Client:
 
 
 async def _reach(address: str) -> None:
-    comm = await connect(address, **Security().get_connection_args("client"))
-    await comm.close()
+    """Find out whether a scheduler answers; a client would wait for another service for ever."""
+    async with asyncio.timeout(_PATIENCE):
+        comm = await connect(address, **Security().get_connection_args("client"))
+        await comm.close()
 
 
 def engine(client: Client, scenario: Scenario, patience: float | None = None) -> Engine:

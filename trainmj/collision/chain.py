@@ -44,7 +44,8 @@ class Interface:
         left: index of the vehicle on the left.
         right: index of the vehicle on the right, or WALL.
         envelope: the law of the whole interface.
-        left_stroke: (n,) stroke of the left device [m] at each point of the envelope; the right device takes the rest.
+        strokes: of each device, (n,) its stroke [m] at each point of the envelope; they add up to the envelope's, but
+            for points that a pair passes as it snaps.
         devices: the device of the left side, and of the right side if it has its own, as at the front.
     """
 
@@ -52,7 +53,7 @@ class Interface:
     left: int
     right: int
     envelope: Envelope
-    left_stroke: Array
+    strokes: tuple[Array, ...]
     devices: tuple[Device, ...]
 
     @cached_property
@@ -71,10 +72,17 @@ class Interface:
 
         Side 0 is left, 1 right.
         """
+        if not self.unequal_sides:
+            return stroke / len(self.devices)
         u = self.envelope.stroke
-        beyond = np.maximum(0.0, stroke - u[-1]) * self._left_share_beyond()
-        left = np.interp(stroke, u, self.left_stroke) + beyond
-        return left if side == 0 else stroke - left
+        return np.interp(stroke, u, self.strokes[side]) + np.maximum(0.0, stroke - u[-1]) * self._beyond[side]
+
+    def side_largest(self, stroke: float, side: int) -> float:
+        """Largest stroke of one side's device [m] up to one of the interface: it springs back where the other drops."""
+        if not self.unequal_sides:
+            return stroke / len(self.devices)
+        passed = self.strokes[side][: np.searchsorted(self.envelope.stroke, stroke, side="right")]
+        return max(float(self.side_stroke(stroke, side)), float(passed.max(initial=0.0)))
 
     def side_history(self, stroke: Array, side: int) -> Array:
         """(n,) strokes of one side's device, from those of the interface over time (n,) [m].
@@ -94,30 +102,36 @@ class Interface:
         """For each side, (n,) parts of the absorbed energy that its device has taken, by strokes over time (n,) [m].
 
         That is the work on it up to the largest stroke so far less what it gives back, along the path of first loading.
+        What a pair sets free as it snaps is in neither part.
         """
         if not self.unequal_sides:
             return (np.full_like(stroke, 1 / len(self.devices)),) * len(self.devices)
         e = self.envelope
         largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
-        k = np.maximum(0, np.searchsorted(e.stroke, largest, side="left") - 1)
+        k = np.searchsorted(e.stroke, largest, side="right") - 1
         force = np.array([e.force_at(float(u)) for u in largest])
-        own, whole = (
-            work_along(x, e.force)[k] + 0.5 * (e.force[k] + force) * (at - x[k]) - 0.5 * force**2 / stiffness
-            for x, at, stiffness in (
-                (self.left_stroke, self.side_stroke(largest, 0), self.devices[0].envelope.stiffness),
-                (e.stroke, largest, e.stiffness),
+
+        def absorbed(points: Array, at: Array, stiffness: float) -> Array:
+            work = work_along(points, e.force)[k] + 0.5 * (e.force[k] + force) * (at - points[k])
+            return np.asarray(work - 0.5 * force**2 / stiffness)
+
+        whole = absorbed(e.stroke, largest, e.stiffness)
+        return tuple(
+            np.clip(np.divide(own, whole, out=np.full_like(own, 0.5), where=whole > 0), 0.0, 1.0)
+            for own in (
+                absorbed(points, self.side_stroke(largest, side), device.envelope.stiffness)
+                for side, (points, device) in enumerate(zip(self.strokes, self.devices, strict=True))
             )
         )
-        left = np.clip(np.divide(own, whole, out=np.full_like(own, 0.5), where=whole > 0), 0.0, 1.0)
-        return left, 1.0 - left
 
-    def _left_share_beyond(self) -> float:
-        """Part of the stroke past the last point that the left device takes: all, where only its curve has ended."""
-        if len(self.devices) == 1:
-            return 1.0
-        last = float(self.left_stroke[-1]), float(self.envelope.stroke[-1] - self.left_stroke[-1])
-        left, right = (x > d.envelope.stroke[-1] - _TOUCH for x, d in zip(last, self.devices, strict=True))
-        return 0.5 if left == right else float(left)
+    @cached_property
+    def _beyond(self) -> tuple[float, ...]:
+        """Parts of the stroke past the last point that the devices take: all, where only its curve has ended."""
+        ended = [
+            points[-1] > device.envelope.climbing.stroke[-1] - _TOUCH
+            for points, device in zip(self.strokes, self.devices, strict=True)
+        ]
+        return tuple(1 / len(ended) if all(ended) or not any(ended) else float(end) for end in ended)
 
 
 @dataclass(frozen=True, eq=False)

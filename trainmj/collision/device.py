@@ -7,8 +7,10 @@ than the unloading stiffness K, the force climbs along K.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -82,33 +84,40 @@ class Envelope:
 
     def force_at(self, stroke: float) -> float:
         """Crush force at a stroke [m] of first loading [N]; at a jump, the force behind it."""
-        k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
-        return float(self.force[k] + self.slope[k] * (stroke - self.stroke[k]))
+        at, force, slope = self._points
+        k = max(0, bisect_right(at, stroke) - 1)
+        return force[k] + slope[k] * (stroke - at[k])
 
     @cached_property
     def steep(self) -> bool:
         """Whether it rises faster than its stiffness in places."""
-        jump = (np.diff(self.stroke) == 0.0) & (np.diff(self.force) > 0.0)
-        return bool(self.force[0] > 0.0 or jump.any() or (self.slope > self.stiffness).any())
+        at, force, slope = self._points
+        jumps = (v == u and g > f for (u, v), (f, g) in zip(pairwise(at), pairwise(force), strict=True))
+        return force[0] > 0.0 or max(slope) > self.stiffness or any(jumps)
 
     @cached_property
     def climbing(self) -> Envelope:
         """The path of first loading: the crush curve, and the climb along K to it where it rises faster."""
+        if not self.steep:
+            return self
+        strokes, forces, slopes = self._points
         at, force = 0.0, 0.0
         path = [(at, force)]
-        for k in range(1, self.stroke.size):
-            stroke, crush = float(self.stroke[k]), float(self.force[k])
+        for k in range(1, len(strokes)):
+            if strokes[k - 1 : k] == strokes[k : k + 1] == strokes[k + 1 : k + 2]:
+                continue  # within a jump: the law goes from its first point to its last
+            stroke, crush = strokes[k], forces[k]
             climbed = force + self.stiffness * (stroke - at)
-            missing = float(self.force[k - 1]) - force
+            missing = forces[k - 1] - force
             if climbed > crush and missing > 0.0 and stroke > at:  # the climb reaches the curve on the way
-                met = at + missing / (self.stiffness - float(self.slope[k - 1]))
+                met = at + missing / (self.stiffness - slopes[k - 1])
                 path.append((met, self.force_at(met)))
             at, force = stroke, min(climbed, crush)
             path.append((at, force))
-        if force < self.force[-1]:
-            path.append((at + float(self.force[-1] - force) / self.stiffness, float(self.force[-1])))
-        strokes, forces = np.array(path).T
-        return Envelope(strokes, forces, self.stiffness, self.damping)
+        if force < forces[-1]:
+            path.append((at + (forces[-1] - force) / self.stiffness, forces[-1]))
+        found = np.array(path)
+        return Envelope(found[:, 0], found[:, 1], self.stiffness, self.damping)
 
     def is_like(self, other: Envelope) -> bool:
         """Whether the other one is the same law, number by number."""
@@ -120,14 +129,20 @@ class Envelope:
 
     def energy(self, stroke: float) -> float:
         """Work of first loading from 0 to a stroke [m] along the envelope [J]."""
-        k = max(0, int(np.searchsorted(self.stroke, stroke, side="right")) - 1)
-        last = 0.5 * (float(self.force[k]) + self.force_at(stroke)) * (stroke - float(self.stroke[k]))
-        return float(self._work[k]) + last
+        at, force, _ = self._points
+        k = max(0, bisect_right(at, stroke) - 1)
+        return self._work[k] + 0.5 * (force[k] + self.force_at(stroke)) * (stroke - at[k])
 
     @cached_property
-    def _work(self) -> Array:
+    def _points(self) -> tuple[list[float], list[float], list[float]]:
+        """Strokes, forces and slopes as plain numbers, which are quicker one by one."""
+        return self.stroke.tolist(), self.force.tolist(), self.slope.tolist()
+
+    @cached_property
+    def _work(self) -> list[float]:
         """(n,) work up to each point [J]."""
-        return work_along(self.stroke, self.force)
+        work: list[float] = work_along(self.stroke, self.force).tolist()
+        return work
 
     def respond(self, stroke: float, rate: float, plastic: float) -> tuple[float, float]:
         """Force and plastic state after one step of the law.
@@ -163,32 +178,38 @@ class Device:
     stages: tuple[Stage, ...]
 
 
-def in_series(first: Device, second: Device) -> tuple[Envelope, Array]:
+def in_series(first: Device, second: Device) -> tuple[Envelope, tuple[Array, Array]]:
     """Two devices, one behind the other, as one: equal force, strokes added.
 
     Two equal devices act alike: the force of one at twice the stroke, half the stiffness, half the dashpot. Of two
-    different ones the weaker crushes first; while one drops after shear-off the other unloads along its stiffness,
-    and where the pair would snap back its force drops at constant stroke. A curve that rises faster than its
-    stiffness counts as climbing along it, as it does alone. The path holds for loading without earlier unloading;
-    the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses, and for the dashpots when
-    c/K is the same on both sides.
+    different ones the weaker crushes first; while one drops after shear-off the other unloads along its stiffness.
+    Where the pair would snap back, its force drops at constant stroke to where the path comes back to this stroke. A
+    curve that rises faster than its stiffness counts as climbing along it, as it does alone. The path holds for loading
+    without earlier unloading; the stiffnesses and dashpots combine as reciprocals, which is exact for the stiffnesses,
+    and for the dashpots when c/K is the same on both sides.
 
     Args:
         first: the device on the left.
         second: the device on the right.
 
     Returns:
-        The envelope of the pair, and (n,) the stroke of the first device [m] at each of its points.
+        The envelope of the pair, and of both devices (n,) the stroke [m] at each of its points.
     """
     a, b = first.envelope, second.envelope
     stiffness = 1.0 / (1.0 / a.stiffness + 1.0 / b.stiffness)
     damping = a.damping * b.damping / (a.damping + b.damping) if a.damping and b.damping else 0.0
     if a.is_like(b):
-        return Envelope(2.0 * a.stroke, a.force, a.stiffness / 2.0, a.damping / 2.0), a.stroke
+        return Envelope(2.0 * a.stroke, a.force, a.stiffness / 2.0, a.damping / 2.0), (a.stroke, a.stroke)
     path = _series_path(a.climbing, b.climbing)
     path = path[np.append(True, np.any(np.diff(path, axis=0) != 0.0, axis=1))]
-    stroke = np.maximum.accumulate(path[:, 0] + path[:, 1])
-    return Envelope(stroke, path[:, 2], stiffness, damping), path[:, 0]
+    stroke = path[:, 0] + path[:, 1]
+    largest = np.maximum.accumulate(stroke)
+    back = np.flatnonzero((stroke[:-1] < largest[:-1]) & (stroke[1:] > largest[:-1]))  # between these two it comes back
+    share = (largest[back] - stroke[back]) / (stroke[back + 1] - stroke[back])
+    met = path[back] + share[:, None] * (path[back + 1] - path[back])
+    path = np.insert(path, back + 1, met, axis=0)
+    largest = np.insert(largest, back + 1, largest[back])
+    return Envelope(largest, path[:, 2], stiffness, damping), (path[:, 0], path[:, 1])
 
 
 def _series_path(a: Envelope, b: Envelope) -> Array:
@@ -210,6 +231,11 @@ def _series_path(a: Envelope, b: Envelope) -> Array:
                 strokes[1 - i] -= (level - force) / other.stiffness
                 rows.append((strokes[0], strokes[1], force))
             held[i] = points[-1][0] if points else held[i]
+    largest, (u, v, force) = max(u + v for u, v, _ in rows), rows[-1]
+    if u + v < largest:  # it has snapped at its end: what has ended runs on
+        ended = [e.force.max() <= other.force.max() for e, other in ((a, b), (b, a))]
+        on = (largest - u - v) / sum(ended)
+        rows.append((u + on * ended[0], v + on * ended[1], force))
     return np.array(rows)
 
 

@@ -39,7 +39,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     near = devices[str(train.front)]
     n = len(moving)
     if c.partner == RIGID_WALL:
-        interfaces.append(Interface("M1-wall", n - 1, WALL, near.envelope, near.envelope.stroke, (near,)))
+        interfaces.append(Interface("M1-wall", n - 1, WALL, near.envelope, (near.envelope.stroke,), (near,)))
     else:
         partner = scenario.trains[c.partner]
         cars = partner.cars()
@@ -47,8 +47,8 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         if c.partner_end == "rear":
             cars, couplers = cars[::-1], couplers[::-1]
         far = devices[str(getattr(partner, c.partner_end))]
-        envelope, left_stroke = in_series(near, far)
-        interfaces.append(Interface("S1-M1", n - 1, n, envelope, left_stroke, (near, far)))
+        envelope, strokes = in_series(near, far)
+        interfaces.append(Interface("S1-M1", n - 1, n, envelope, strokes, (near, far)))
         vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h) for i, car in enumerate(cars)]
         interfaces += [_joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)]
     s = scenario.simulation
@@ -85,7 +85,7 @@ def _vehicle(name: str, car: Car, speed_km_h: float) -> Vehicle:
 
 
 def _joint(name: str, left: int, device: Device) -> Interface:
-    return Interface(name, left, left + 1, device.envelope, device.envelope.stroke, (device,))
+    return Interface(name, left, left + 1, device.envelope, (device.envelope.stroke,), (device,))
 
 
 def _device(name: str, spec: DeviceSpec, parts: Parts) -> Device:

@@ -107,7 +107,7 @@ class Side:
         self.interface = measured.chain.interfaces[index]
         self.device = self.interface.devices[side]
         self._largest = float(measured.tally.stroke_max[index])
-        self.stroke = float(self.interface.side_stroke(self._largest, side))
+        self.stroke = self.interface.side_largest(self._largest, side)
 
     @property
     def name(self) -> str:
@@ -127,9 +127,9 @@ class Side:
         """
         back = self._largest - float(self._tally.plastic[self._index])
         back = back * self.interface.envelope.stiffness / self.device.envelope.stiffness
-        return max(0.0, self.stroke - back)
+        return max(0.0, float(self.interface.side_stroke(self._largest, self._side)) - back)
 
-    @property
+    @cached_property
     def energy(self) -> float:
         """Absorbed energy [J]."""
         share = self.interface.energy_shares(np.array([self._largest]))[self._side]

@@ -1,12 +1,14 @@
-"""What is computed otherwise than one might read the scenario: dashpots in series, curves that rise too fast."""
+"""What is computed otherwise than one might read the scenario: dashpots in series, curves too steep."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from trainmj.collision.chain import Chain, Interface
-from trainmj.units import KN_S_PER_M
+from trainmj.collision.measured import Measured
+from trainmj.units import KJ, KN_S_PER_M
 
+_COUNTS = 1e-3  # energy to speak of, relative to what the collision can convert
 _ALIKE = 1e-6  # relative difference of two c/K that counts as none
 
 
@@ -20,6 +22,21 @@ def remarks(chain: Chain) -> tuple[str, ...]:
             "climbs along the stiffness."
         )
     return tuple(found)
+
+
+def set_free(measured: Measured) -> tuple[str, ...]:
+    """What a pair of devices set free as it snapped, if that counts, for every output of this collision."""
+    front = measured.chain.interfaces[measured.chain.front]
+    if len(front.devices) == 1 or front.equal_sides:
+        return ()
+    taken = sum(side.energy for side in measured.sides if side.interface is front)
+    lost = float(measured.tally.dissipated[measured.chain.front]) - taken
+    if lost <= _COUNTS * measured.convertible:
+        return ()
+    return (
+        f"{front.name}: {lost / KJ:.4g} kJ of the absorbed energy are in neither device: "
+        "the force of one fell faster than the other could give back.",
+    )
 
 
 def _in_series(interface: Interface) -> Iterator[str]:

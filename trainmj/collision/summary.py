@@ -31,7 +31,7 @@ from trainmj.collision.quantities import (
     with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
-from trainmj.collision.remarks import remarks
+from trainmj.collision.remarks import remarks, set_free
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status
 from trainmj.files.written import finite
@@ -141,7 +141,8 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
     responses = dict(zip(columns, _responses(whole, balance, interfaces, vehicles), strict=True))
     limits = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
     status = _status(measured, interfaces, balance, limits)
-    return Summary(whole.values, status, interfaces, vehicles, balance, limits, remarks(chain), responses, columns)
+    said = (*remarks(chain), *set_free(measured))
+    return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
 
 
 def _responses(

@@ -17,6 +17,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -196,7 +197,8 @@ def diverging() -> Colormap:
 def encode(picture: Figure, form: Format) -> bytes:
     """A figure as the bytes of a file; the first call fixes its layout, so that all formats show the same."""
     content = io.BytesIO()
-    with styled():
+    with styled(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # an empty box shows that
         _let_powers_be_formulas(picture)
         if picture.get_layout_engine() is not None:
             picture.draw_without_rendering()

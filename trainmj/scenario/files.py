@@ -276,5 +276,7 @@ def _built(below: Source, over: Source) -> Source:
     if "title" in over.values:  # what is below it is its own
         stated = {"changed": over.values["changed"]} if "changed" in over.values else {}
         return replace(built, values={key: v for key, v in values.items() if key != "changed"} | stated)
-    before = values.get("changed")
-    return marked(built, new | set(before if isinstance(before, list) else []))
+    before = values.get("changed", [])
+    if not (isinstance(before, list) and all(isinstance(name, str) for name in before)):
+        return built  # the checks say what is wrong with it
+    return marked(built, {*before, *new})

@@ -24,6 +24,7 @@ _DIGITS = 10  # of a position: longer ones are none
 _UNSAID = ("title", "notes", "parameters", "changed")  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
+_LONGEST_NAME = 120  # and of its path
 
 
 class Scenario(Parts):
@@ -76,10 +77,8 @@ class Scenario(Parts):
         """
         changes = group_given(changes)
         source = changed(self._source, self.parameters, changes)
-        if "title" not in changes:
-            new = {name for name, value in changes.items() if any(old != plain(value) for old in self.locate(name))}
-            source = marked(source, {*self.changed, *new})
-        return self.from_source(source)
+        new = {name for name, value in changes.items() if any(old != plain(value) for old in self.locate(name))}
+        return self.from_source(marked(source, set() if "title" in changes else {*self.changed, *new}))
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.
@@ -116,12 +115,13 @@ class Scenario(Parts):
 
     def _said(self, name: str) -> str:
         """A changed value, if it is a plain one, by its name."""
+        shortened = name if len(name) <= _LONGEST_NAME else f"{name[: _LONGEST_NAME - 3]}..."
         try:
             values = self.locate(name)
         except InputError:
-            return name
+            return shortened
         plain = isinstance(values[0], (int, float, str)) and values.count(values[0]) == len(values)
-        return f"{name} = {values[0]}" if plain and len(str(values[0])) <= _LONGEST else name
+        return f"{shortened} = {values[0]}" if plain and len(str(values[0])) <= _LONGEST else shortened
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""
@@ -182,7 +182,8 @@ class Scenario(Parts):
 def marked(source: Source, names: set[str]) -> Source:
     """A source that says which values were changed after its title was written."""
     said = sorted(name for name in names if name.partition(".")[0] not in _UNSAID)
-    return replace(source, values={**source.values, "changed": said}) if said else source
+    kept = {key: value for key, value in source.values.items() if key != "changed"}
+    return replace(source, values=kept | ({"changed": said} if said else {}))
 
 
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:

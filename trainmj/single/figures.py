@@ -36,9 +36,9 @@ def collision(result: Result, width: Width = "page") -> Figure:
         sides = axes[0].lines[: chain.n_moving], axes[0].lines[chain.n_moving :]
         _legend(axes[0], [_named(side, _MOST_VEHICLES) for side in sides])
         for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
-            shared = front.equal_sides and name != "force"
-            said = f"{title} (front: of one train)" if shared else title
-            _draw(panel, result, name, said, (joints, "viridis", 0.0, 0.9))
+            _draw(panel, result, name, title, (joints, "viridis", 0.0, 0.9))
+            if front.equal_sides and name != "force":  # above the panel there are the names of the lines
+                panel.set_ylabel(f"{panel.get_ylabel()} (front: of one train)")
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
         named = _named(axes[1].lines, _MOST_INTERFACES)
         half = (len(named) + 1) // 2

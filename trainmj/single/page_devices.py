@@ -58,7 +58,7 @@ class Place:
 
     def largest(self, result: Result) -> float:
         """Largest stroke [m]."""
-        return float(self.interface.side_stroke(max(0.0, float(result.tally.stroke_max[self.index])), self.side))
+        return self.interface.side_largest(max(0.0, float(result.tally.stroke_max[self.index])), self.side)
 
     def path(self, result: Result) -> tuple[Array, Array]:
         """Strokes [mm] and forces [kN] while the interface is pressed."""

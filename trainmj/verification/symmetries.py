@@ -87,7 +87,7 @@ def scaled(case: Chain, scale: float) -> Chain:
     for i in case.interfaces:
         e = i.envelope
         small = Envelope(e.stroke / scale, e.force / scale**2, e.stiffness / scale, e.damping / scale**2)
-        interfaces.append(replace(i, envelope=small, left_stroke=i.left_stroke / scale))
+        interfaces.append(replace(i, envelope=small, strokes=tuple(u / scale for u in i.strokes)))
     return replace(
         case,
         vehicles=tuple(replace(v, mass=v.mass / scale**3, length=v.length / scale) for v in case.vehicles),

@@ -51,7 +51,8 @@ def chain(
     n = len(mass_kg)
     vehicles = tuple(Vehicle(f"V{i}", "", m, 20.0, v) for i, (m, v) in enumerate(zip(mass_kg, speed, strict=True)))
     interfaces = tuple(
-        Interface(f"I{i}", i, i + 1 if i + 1 < n else WALL, e, e.stroke, (device(e),)) for i, e in enumerate(envelopes)
+        Interface(f"I{i}", i, i + 1 if i + 1 < n else WALL, e, (e.stroke,), (device(e),))
+        for i, e in enumerate(envelopes)
     )
     return Chain(vehicles, interfaces, n_moving, gap, friction, step, steps_per_record, time_limit)
 

@@ -57,9 +57,8 @@ class Wear:
             shares = interface.energy_shares(self.largest[k : k + 1])
             for side in [s for j, s in self.energy if j == k]:
                 own = 0 if is_shared(interface) else side  # both ends draw a shared device, and all of its energy
-                reached = sum(
-                    interface.side_stroke(most, own) >= stage.start for stage in device_of(interface, side).stages[1:]
-                )
+                used = interface.side_largest(most, own)
+                reached = sum(used >= stage.start for stage in device_of(interface, side).stages[1:])
                 stages = self.energy[k, side]
                 stages[reached] += max(0.0, float(shares[own][0] * energy[k]) - stages.sum())
 
@@ -74,7 +73,7 @@ class Wear:
     def TS_mm(self) -> float:
         """Total compression along the moving train so far, as the summary counts it at the end."""
         return sum(
-            stage.stroke(self._chain.interfaces[k].side_stroke(float(self.largest[k]), 0)) / MM
+            stage.stroke(self._chain.interfaces[k].side_largest(float(self.largest[k]), 0)) / MM
             for k in range(self._chain.n_moving)
             for stage in self._chain.interfaces[k].devices[0].stages
         )
