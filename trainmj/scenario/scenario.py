@@ -217,7 +217,9 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
         for target in [targets] if isinstance(targets, str) else targets:
             path = _find(values, target, parameters)
             for other in (other for other in owner if other[: len(path)] == path):
-                raise InputError(f"{name} takes the place of {owner[other]}, which is set before it: leave one of them out")
+                raise InputError(
+                    f"{name} takes the place of {owner[other]}, which is set before it: leave one of them out"
+                )
             owner[path] = name
             before = _replace(values, path, value)
             if isinstance(before, (dict, list)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
@@ -104,7 +105,9 @@ def _check(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
     for fixed in spec.check.set:
         for name, part in spec.factors.items():
             if any(scenario.overlap(target, fixed) for target in part.targets):
-                yield Problem(("check", "set", fixed), f"is set by the factor {name}: the check is of the chosen design")
+                yield Problem(
+                    ("check", "set", fixed), f"is set by the factor {name}: the check is of the chosen design"
+                )
 
 
 def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
@@ -119,15 +122,16 @@ def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
 
 
 def _everywhere(spec: StudyFile, scenario: Scenario, as_it_stands: Chain) -> Iterator[Problem]:
-    """Factors with no value that the scenario takes; responses that a value, or the check, leaves without a number."""
+    """Factors of values that the scenario refuses; responses that a value, or the check, leaves without a number."""
     ends = []
     for name, part in spec.factors.items():
-        values = part.levels if isinstance(part, ChoiceFactor) else part.bounds
-        parts = [(dict.fromkeys(part.targets, value), f"with {name} = {value}") for value in values]
-        reasons = [refusal(changes, scenario) for changes, _ in parts]
+        values: list[Any] = list(part.levels if isinstance(part, ChoiceFactor) else part.bounds)
+        ends += [(dict.fromkeys(part.targets, value), f"with {name} = {value}") for value in values]
+        tried = values if isinstance(part, ChoiceFactor) else [*values, sum(values) // 2]
+        reasons = [refusal(dict.fromkeys(part.targets, value), scenario) for value in tried]
         if all(reasons) and not any(nowhere((((), target) for target in part.targets), scenario)):
-            yield Problem(("factors", name), f"has no value that the scenario takes: {reasons[0]}")
-        ends += parts
+            said = ", ".join(f"{value!r}" for value in tried[:3])
+            yield Problem(("factors", name), f"the scenario takes none of {said}: {reasons[0]}")
     lost = {name for name, _ in _without_number(spec, as_it_stands)}  # said already
     for changes, where in (*ends, (spec.check.set, "in the check")):
         try:
