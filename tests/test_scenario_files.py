@@ -351,7 +351,7 @@ def test_numbers_of_numpy_are_numbers(good):
     changes = {
         "mass_t": np.float64(40),
         "trains.t.length_m": np.int64(20),
-        "curves.tube.force_kN": np.array([1.0, 2, 3]),
+        "curves.tube.force_kN": np.array([10.0, 20, 30]),
         "curves.tube.stroke_mm": (0, 10, 500),
     }
     changed = good.with_values(changes)
