@@ -6,6 +6,7 @@ import os
 import resource
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -179,6 +180,14 @@ def test_mp4_has_every_frame(standard_result, tmp_path):
         decoded = [f.to_image() for f in container.decode(video=0)]
     assert len(decoded) == frames + 5, "it rests for a second on the last one"
     assert decoded[0].size == SMALL
+
+
+@pytest.mark.parametrize("position", [np.nan, np.inf, 1e300])
+def test_vehicles_that_are_nowhere_are_not_drawn(standard_result, tmp_path, position):
+    """Breaks if a run that became unstable, or a forged result, ends in a traceback of the package that draws."""
+    lost = replace(standard_result, position=np.full_like(standard_result.position, position))
+    with pytest.raises(InputError, match="cannot be drawn"):
+        film.render(lost, tmp_path / "still.png")
 
 
 def _still(result, tmp_path: Path, camera: str, at: float | None) -> np.ndarray:

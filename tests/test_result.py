@@ -211,6 +211,22 @@ def test_a_result_that_lost_a_variable_is_refused(standard_result, tmp_path, los
         load_result(file)
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [lambda t: t * np.nan, lambda t: t[::-1], lambda t: t * 0, lambda t: t * 1e300, lambda t: t + 1, lambda t: -t],
+    ids=["nan", "falling", "still", "for ever", "late", "negative"],
+)
+def test_times_that_do_not_grow_from_0_to_the_limit_are_refused_though_the_checksum_is_right(
+    standard_result, tmp_path, wrong
+):
+    """Breaks if such a file reaches films and reports, which end in a traceback."""
+    data = standard_result.dataset()
+    file = tmp_path / "forged.nc"
+    file.write_bytes(result_file._packed(data.assign_coords(time=("time", wrong(data["time"].values)))))
+    with pytest.raises(InputError, match="time does not grow from 0 s to the time limit"):
+        load_result(file)
+
+
 @pytest.mark.parametrize("where", ["missing/r.nc", "."])
 def test_a_result_that_cannot_be_written_is_an_output_error(standard_result, tmp_path, where):
     with pytest.raises(OutputError, match="cannot be written"):

@@ -361,7 +361,7 @@ def test_numbers_of_numpy_are_numbers(good):
     changes = {
         "mass_t": np.float64(40),
         "trains.t.length_m": np.int64(20),
-        "curves.tube.force_kN": np.array([1.0, 2, 3]),
+        "curves.tube.force_kN": np.array([10.0, 20, 30]),
         "curves.tube.stroke_mm": (0, 10, 500),
     }
     changed = good.with_values(changes)
@@ -441,7 +441,7 @@ def test_a_message_names_the_place_where_the_wrong_value_stands(tmp_path, over, 
 
 PLACED = """\
 parameters: {mass: trains.t.mass_t}
-curves: {t: {stroke_mm: [0, 500], force_kN: [1, 1]}}
+curves: {t: {stroke_mm: [0, 500], force_kN: [100, 100]}}
 devices:
   d:
     curve: {stroke_mm: [0, 50, 1500], force_kN: [0, 800, 1200]}
@@ -489,6 +489,8 @@ def said_of(old: str, new: str, *said: str) -> Any:
         said_of("[0, 900, 900]", "[0, 9e5, 9e5]", r":4:.*force_kN\.1.*at most 50000: .* divide by 1000 if .* in N"),
         said_of("[0, 10, 500]", "[0, 10, 5e5]", r"at most 10000: strokes are in mm; no device is longer than 10 m"),
         said_of("[0, 10, 500]", "[0, 0.1, 0.5]", r"head: has 0\.5 mm of stroke in all.*: multiply by 1000 if"),
+        said_of("[0, 900, 900]", "[0, 0.9, 0.9]", r"head: has 0\.9 kN at most, .*: multiply by 1000 if .* in MN"),
+        said_of("collision:", "simulation: {time_limit_s: 1e-9}\ncollision:", r"must be at least record_every_ms \(1"),
         said_of("100, stroke", "100000, stroke", r"at most 50000: .* divide by 1000 if .* in N/mm"),
         said_of("100, stroke", "100, damping_kN_s_per_m: 2e5, stroke", r"at most 100000: .* if it is in N s/m"),
         said_of("collision:", "simulation: {time_limit_s: 3000}\ncollision:", r"at most 60: .* if it is in ms"),

@@ -350,8 +350,8 @@ def test_cases_that_are_refused_are_reported_and_left_out(tmp_path):
 
 
 def test_too_few_cases_are_refused_with_the_first_reason(tmp_path):
-    study = small(factors__D={"sets": "empty_stroke_mm", "bounds": [-40, 0]}, design__resolution={"D": 1})
-    with pytest.raises(trainmj.InputError, match=r"only 0 of the 10 cases.*refused"):
+    study = small(factors__D={"sets": "empty_stroke_mm", "bounds": [-4000, 30]}, design__resolution={"D": 1})
+    with pytest.raises(trainmj.InputError, match=r"only [01] of the 10 cases.*refused"):
         run(study, tmp_path / "out")
 
 
@@ -552,6 +552,13 @@ def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
         ("decision", {"method": "knee", "normalisation": "sum"}, ["decision.normalisation", "weighted_sum or topsis"]),
         ("decision.front", "simulator", ["decision.front", "is not searched"]),
         ("check", {"set": {"simulation.stp": 1}}, ["check.set.simulation.stp"]),
+        ("check", {"set": {"trains.b_type.mass_t": 33}}, ["is set by the factor M: the check is of the chosen design"]),
+        ("factors.M.sets", [], ["factors.M.sets: must have at least 1 entry"]),
+        (
+            "factors.M.bounds",
+            [30000, 36000],
+            ["factors.M: the scenario takes none of 30000.0, 36000.0, 33000.0", "if it is in kg"],
+        ),
     ],
 )
 def test_a_wrong_study_file_is_refused_with_place_value_and_rule(tmp_path, path, value, words):

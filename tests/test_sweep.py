@@ -126,6 +126,15 @@ def test_a_sweep_file_can_be_run_as_it_is(tmp_path):
         ),
         ("scenario: b_type\nsample: {count: 0, factors: {mass_t: {uniform: [1, 3]}}}\n", ["count", "at least 1"]),
         ("scenario: b_type\nvary: {mass_t: '30,33'}\nhistories: [2]\n", ["no case 2", "last is 1"]),
+        ("scenario: b_type\nset: {mass_t: 30}\nvary: {mass_t: '30,33'}\n", ["mass_t: is varied, and set for every"]),
+        (
+            "scenario: b_type\nset: {mass_t: 30}\nvary: {trains.b_type.mass_t: '30,33'}\n",
+            ["trains.b_type.mass_t: is varied, and set, as mass_t, for every case"],
+        ),
+        (
+            "scenario: b_type\nset: {mass_t: 30, trains.b_type.mass_t: 31}\nvary: {speed_km_h: [9]}\n",
+            ["trains.b_type.mass_t takes the place of mass_t"],
+        ),
         ("scenario: b_type\nvary: {mass_t: '1:2:900000', speed_km_h: '1:2:900000'}\n", ["cases, more than"]),
     ],
 )
@@ -134,6 +143,24 @@ def test_a_wrong_sweep_file_is_refused_with_place_and_rule(tmp_path, text, words
         sweep_in(tmp_path, text)
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("head", ["collision.gap_mm", "simulation.step_ms"])
+def test_a_cell_that_is_no_number_is_named_though_the_scenario_states_no_value_there(tmp_path, head):
+    """Breaks if one bad cell makes texts of its whole column, and every case is refused for a value that is right."""
+    (tmp_path / "c.csv").write_text(f"mass_t,{head}\n30,1\n33,#N/A\n")
+    with pytest.raises(trainmj.InputError, match=rf"line 3: row 2: {head} = '#N/A': must be a number"):
+        sweep_in(tmp_path, "scenario: b_type\ncases: c.csv\n")
+
+
+def test_what_a_set_group_holds_can_be_varied():
+    """Breaks if a value inside what is set is taken for the same value."""
+    device = {"curve": {"stroke_mm": [0, 10, 900], "force_kN": [0, 500, 800]}, "stiffness_kN_per_mm": 80}
+    inner = "devices.coupler_c_d.stiffness_kN_per_mm"
+    grid = trainmj.grid_of("b_type", {inner: "90,100"}, changes={"devices.coupler_c_d": device})
+    assert grid.scenario.locate("devices.coupler_c_d") == [device]
+    with pytest.raises(trainmj.InputError, match="is varied, and set, as"):
+        trainmj.grid_of("b_type", {"devices.coupler_c_d": [device]}, changes={inner: 90})
 
 
 @pytest.mark.parametrize("text", ["2:4:3", "2,3,4", "2.0,3.0,4.0"])

@@ -177,7 +177,10 @@ def cases(folder):
 
 
 def points(folder):
-    factors = {"D": {"sets": "empty_stroke_mm", "bounds": [0, 2000]}, "M": {"sets": "mass_t", "bounds": [0, 2000]}}
+    factors = {
+        "D": {"sets": "empty_stroke_mm", "bounds": [0, 2000]},
+        "M": {"sets": "collision.gap_mm", "bounds": [0, 2000]},
+    }
     design = {"kind": "table", "file": "t.csv"}
     values = {"scenario": "b_type", "factors": factors, "responses": {"TS": "TS_mm"}, "design": design}
     return trainmj.study_of({**values, "objectives": {"TS": "minimise"}}, folder)

@@ -31,7 +31,7 @@ def curves(draw: st.DrawFn) -> dict[str, list[float]]:
     for step in steps:
         stroke.append(stroke[-1] + step)
     stroke[-1] += 5  # a device has more stroke
-    return {"stroke_mm": stroke, "force_kN": forces}
+    return {"stroke_mm": stroke, "force_kN": [*forces[:-1], max(forces[-1], 5)]}
 
 
 @st.composite

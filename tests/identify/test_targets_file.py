@@ -245,7 +245,8 @@ def test_sums(text, terms):
 
 
 @pytest.mark.parametrize(
-    "text", ["", "a b", "a *", "2", "a--b", "a/b", "a()", "__import__('os')", "+" * 9, "a" + "+a" * 60]
+    "text",
+    ["a - a", "0 * a", "", "a b", "a *", "2", "a--b", "a/b", "a()", "__import__('os')", "+" * 9, "a" + "+a" * 60],
 )
 def test_what_is_no_sum(text):
     with pytest.raises(InputError):
@@ -315,7 +316,7 @@ def test_a_response_that_a_case_lacks_and_no_value_asks_for_is_no_mistake(tmp_pa
     [
         (
             {"set": {"simulation.record_every_ms": 5}},
-            r"targets\.c\.response = 'TS_mm - 2 \* cfc60_peak_M1_g': cfc60.*at most 1\.6",
+            r"targets\.c\.response = 'peak_device_M1_g - 2 \* cfc60_peak_M1_g': cfc60.*at most 1\.6",
         ),
         (
             {"data__tests__set": {"simulation.record_every_ms": 2}},
@@ -331,7 +332,7 @@ def test_a_response_that_a_case_lacks_and_no_value_asks_for_is_no_mistake(tmp_pa
 def test_a_response_without_a_number_is_refused_before_anything_is_computed(tmp_path, change, said):
     """Breaks if a search goes through trials of which none can ever be compared with what is wanted."""
     given = values(**change)
-    given["targets"]["c"] = {"response": "TS_mm - 2 * cfc60_peak_M1_g", "tolerance": 1}
+    given["targets"]["c"] = {"response": "peak_device_M1_g - 2 * cfc60_peak_M1_g", "tolerance": 1}
     given["data"]["tests"]["values"]["c"] = "s1"
     with pytest.raises(InputError, match=said):
         plan(tmp_path, given)
@@ -354,6 +355,15 @@ def test_a_value_without_a_number_stays_by_itself_and_is_said(tmp_path):
     assert fit["rms"].isna().to_dict() == {name: name in ("s1", "both") for name in fit.index}
     assert "end too early: s1 (1), both (1)." in tables.fit(partly, "fitted").note
     assert "too early" not in tables.fit(found, "fitted").note
+
+
+def test_a_response_is_no_sum_of_different_units(tmp_path):
+    """Breaks if millimetres and g are added, and the sum is compared with a number of one of them."""
+    save(scenario(), tmp_path / "train.yaml")
+    (name, target), *_ = values()["targets"].items()
+    mixed = f"{target['response']} - duration_s"
+    with pytest.raises(InputError, match=r"adds duration_s in s to a response in \w+"):
+        targets_of(values(**{f"targets__{name}__response": mixed}), tmp_path)
 
 
 def test_start_values_that_cannot_be_simulated_are_refused(tmp_path):

@@ -103,7 +103,7 @@ def sweep(
     from trainmj.sweep.screen import print_sweep
 
     if kind_of_input(scenario) is SCENARIO:
-        cases = trainmj.grid_of(trainmj.load(scenario, changes), vary)
+        cases = trainmj.grid_of(scenario, vary, changes=changes)
     else:
         cases = trainmj.load_sweep(scenario, changes)
         if vary:

@@ -297,6 +297,9 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
             raise InputError(
                 f"{file}: {name} is not {' x '.join(map(str, shape)) or 'one'} numbers as its scenario has"
             )
+    time = arrays["time"]
+    if not (time[0] == 0 and np.all(np.diff(time) > 0) and time[-1] <= chain.time_limit + _LONGEST_INTERVAL):
+        raise InputError(f"{file}: time does not grow from 0 s to the time limit of its scenario")
 
 
 _OVER: dict[str, tuple[str, ...]] = {
@@ -305,6 +308,9 @@ _OVER: dict[str, tuple[str, ...]] = {
     **{f"tally_{t.name}": t.over for t in TALLY},
 }
 """The dimensions of every variable that is read."""
+
+_LONGEST_INTERVAL = 0.1
+"""Between two records [s]."""
 
 _UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, TypeError, ValueError)
 """What a reader raises on a file that is not what it says."""

@@ -127,7 +127,7 @@ class Source:
     def refusal(self, problems: Iterable[Problem]) -> InputError:
         """The error that lists problems, each with its place and value."""
         listed = list(islice(problems, _MOST + 1))
-        lines = [f"{self.said(*problem.path)}: {problem.rule}" for problem in listed[:_MOST]]
+        lines = list(dict.fromkeys(f"{self.said(*problem.path)}: {problem.rule}" for problem in listed[:_MOST]))
         return InputError("\n".join(lines + ["and more"] * (len(listed) > _MOST)))
 
     def error(self, rule: str, *path: str | int) -> InputError:
@@ -255,6 +255,13 @@ def inside(type_: Any, key: str | int) -> Any:
         field = keys_of(bare).get(str(key))
         return None if field is None else _annotated(field)
     return get_args(bare)[-1] if base_of(bare) in (dict, list) and get_args(bare) else None
+
+
+def type_at(type_: Any, path: Path) -> Any:
+    """The type that is allowed at a path, without None and annotations; None if nothing is known."""
+    for key in path:
+        type_ = inside(type_, key)
+    return _bare(type_)[0]
 
 
 def _has_key(type_: Any, key: str | int) -> bool:

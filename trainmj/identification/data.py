@@ -211,6 +211,8 @@ def parse_sum(text: str, known: Iterable[str] | None = None) -> Sum:
         result[name] = result.get(name, 0.0) + (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
         at = found.end()
         if at == len(text):
+            if not all(result.values()):
+                raise InputError(f"{next(k for k, factor in result.items() if not factor)} cancels out")
             return result
     raise InputError(f"must have at most {_MOST} terms")
 

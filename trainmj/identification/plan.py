@@ -228,6 +228,9 @@ def _target(name: str, part: TargetPart, chains: Chains, source: Source) -> Targ
             if column not in columns:
                 rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, columns)}"
                 raise source.error(rule, "targets", name, "response")
+            if (unit := columns[column].unit) != (first := columns[next(iter(terms))].unit):
+                rule = f"adds {column} in {unit or 'no unit'} to a response in {first or 'no unit'}"
+                raise source.error(rule, "targets", name, "response")
             if reason := no_number(columns[column], chain):
                 raise source.error(f"{reason}, in the case {dict(case)}", "targets", name, "response")
     return Target(name, terms, columns[next(iter(terms))].unit, part)

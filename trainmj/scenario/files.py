@@ -154,9 +154,9 @@ def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenar
 
     They are given by key below the path, at, that states them.
     """
-    together = _refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
+    together = refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
     if together:
-        alone = {key: _refusal(part, scenario) for key, part in changes.items()}
+        alone = {key: refusal(part, scenario) for key, part in changes.items()}
         for key, part in changes.items():
             if key in part:  # the place that the rule is said of names the path already
                 alone[key] = alone[key].removeprefix(f"change: {Source(part).said(key)}: ").removeprefix(f"{key}: ")
@@ -172,7 +172,7 @@ def nowhere(places: Iterable[tuple[Path, str]], scenario: Scenario) -> Iterator[
             yield Problem(at, str(error).removeprefix(f"{name}: "))
 
 
-def _refusal(changes: Mapping[str, Any], scenario: Scenario) -> str:
+def refusal(changes: Mapping[str, Any], scenario: Scenario) -> str:
     """What is wrong with changes; empty if nothing is."""
     try:
         scenario.with_values(changes)

@@ -25,6 +25,7 @@ _MOST_RECORDS = 3_000_000  # of all vehicles together: 200 MB
 _MOST_POINTS = 20_000  # of all curves together, so that a scenario that was written can be read again
 _LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
 _LEAST_STROKE = 5.0  # at which the curves of a device end [mm]; no crush zone has 5 m
+_LEAST_FORCE = 5.0  # of the largest one of a device [kN]; no train weighs so little
 
 
 def broken_rules(parts: Parts) -> Iterator[Problem]:
@@ -63,7 +64,7 @@ def _curve(path: Path, curve: Curve | CurveFile) -> Iterator[Problem]:
 def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
     if len({name.casefold() for name in device.all_stages()}) < len(device.all_stages()):
         yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
-    count, end = 0, 0.0
+    count, end, most = 0, 0.0, 0.0
     before: StageSpec | None = None
     for name, stage in device.all_stages().items():
         at = path if stage is device else (*path, "stages", name)
@@ -71,8 +72,9 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
         yield from broken
         if not broken:
             yield from _stage(at, stage, parts)
-            stroke, _ = parts.curve_points(stage.curve)
+            stroke, force = parts.curve_points(stage.curve)
             count, end = count + len(stroke), end + max(stroke, default=0.0)
+            most = max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
         if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
             yield Problem(
                 (*at, "empty_stroke_mm"),
@@ -82,6 +84,9 @@ def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
         before = stage
     if 0 < end < _LEAST_STROKE:
         rule = f"has {end:g} mm of stroke in all, less than {_LEAST_STROKE:g} mm: multiply by 1000 if strokes are in m"
+        yield Problem(path, rule)
+    if 0 < most < _LEAST_FORCE:
+        rule = f"has {most:g} kN at most, less than {_LEAST_FORCE:g} kN: multiply by 1000 if forces are in MN"
         yield Problem(path, rule)
     if count > MAX_DEVICE_POINTS:
         yield Problem(path, f"has {count} points in all, more than {MAX_DEVICE_POINTS}")
@@ -191,6 +196,8 @@ def _simulation(parts: Parts) -> Iterator[Problem]:
     s = parts.simulation
     if abs(s.record_every_ms - s.steps_per_record * s.step_ms) > 1e-9 * s.record_every_ms:
         yield Problem(("simulation", "record_every_ms"), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
+    if s.time_limit_s * 1e3 < s.record_every_ms * (1 - 1e-9):
+        yield Problem(("simulation", "time_limit_s"), f"must be at least record_every_ms ({s.record_every_ms:g} ms)")
     if s.time_limit_s * 1e3 / s.step_ms > _MOST_STEPS:
         yield Problem(
             ("simulation", "time_limit_s"),

@@ -15,7 +15,7 @@ from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import group_given
-from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put, source_of
+from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put, source_of, type_at
 from trainmj.scenario.parts import RIGID_WALL, Parts
 from trainmj.scenario.rules import broken_rules
 
@@ -156,6 +156,21 @@ class Scenario(Parts):
             found.append(here)
         return found
 
+    def takes_numbers(self, name: str) -> bool:
+        """Whether a number stands at all places to which a path or parameter leads, or is all that may.
+
+        Raises:
+            InputError: if it leads nowhere, or not to one value.
+        """
+        return all(
+            isinstance(value, int | float) or type_at(Parts, place) is float
+            for place, value in zip(self.places(name), self.locate(name), strict=True)
+        )
+
+    def covers(self, name: str, other: str) -> bool:
+        """Whether a new value for a name takes the place of that of another one, which leads there or further in."""
+        return any(inner[: len(outer)] == outer for outer in self.places(name) for inner in self.places(other))
+
     def overlap(self, name: str, other: str) -> bool:
         """Whether two names lead to the same value, or one into what the other leads to; never if one leads nowhere."""
         try:
@@ -195,10 +210,16 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
         InputError: if a path leads nowhere.
     """
     values, origins = dict(source.values), dict(source.origins)
+    owner: dict[Path, str] = {}
     for name, new in changes.items():
         value = plain(new)
         for target in _paths(name, parameters):
             path = _find(values, target, parameters)
+            for other in (other for other in owner if other[: len(path)] == path):
+                raise InputError(
+                    f"{name} takes the place of {owner[other]}, which is set before it: leave one of them out"
+                )
+            owner[path] = name
             before = _replace(values, path, value)
             if isinstance(before, (dict, list)):
                 origins = placed(origins, [path], {})

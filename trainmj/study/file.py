@@ -22,7 +22,7 @@ Resolution = dict[str, Annotated[float, Field(gt=0, allow_inf_nan=False)]]
 
 
 class _Factor(Part):
-    sets: Annotated[str | list[str], Either()] = Field(
+    sets: Annotated[str | Annotated[list[str], Field(min_length=1)], Either()] = Field(
         description="parameter or path of the scenario, or several that get the same value"
     )
     unit: Annotated[str, Field(max_length=20)] | None = Field(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
@@ -13,7 +14,7 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem
 from trainmj.files.text import FORMULA
 from trainmj.scenario import Scenario
-from trainmj.scenario.files import nowhere, refused
+from trainmj.scenario.files import nowhere, refusal, refused
 from trainmj.study.file import (
     MAX_POINTS,
     CentralComposite,
@@ -60,6 +61,7 @@ def broken_rules(spec: StudyFile, scenario: Scenario, chain: Chain) -> Iterator[
     yield from _criteria(spec)
     yield from _optimiser(spec)
     yield from _weights(spec)
+    yield from _check(spec, scenario)
     yield from refused(("check", "set"), {name: {name: value} for name, value in spec.check.set.items()}, scenario)
 
 
@@ -98,6 +100,16 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 yield Problem(sets, "is fixed under set: leave it out there")
 
 
+def _check(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
+    """Factors that the check would take back: it would simulate another design than the chosen one."""
+    for fixed in spec.check.set:
+        for name, part in spec.factors.items():
+            if any(scenario.overlap(target, fixed) for target in part.targets):
+                yield Problem(
+                    ("check", "set", fixed), f"is set by the factor {name}: the check is of the chosen design"
+                )
+
+
 def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
     for name, reason in _without_number(spec, chain):
         yield Problem(("responses", name), reason)
@@ -110,12 +122,16 @@ def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
 
 
 def _everywhere(spec: StudyFile, scenario: Scenario, as_it_stands: Chain) -> Iterator[Problem]:
-    """Responses that an end or a level of a factor, or the check, leaves without a number."""
-    ends = [
-        (dict.fromkeys(part.targets, value), f"with {name} = {value}")
-        for name, part in spec.factors.items()
-        for value in (part.levels if isinstance(part, ChoiceFactor) else part.bounds)
-    ]
+    """Factors of values that the scenario refuses; responses that a value, or the check, leaves without a number."""
+    ends = []
+    for name, part in spec.factors.items():
+        values: list[Any] = list(part.levels if isinstance(part, ChoiceFactor) else part.bounds)
+        ends += [(dict.fromkeys(part.targets, value), f"with {name} = {value}") for value in values]
+        tried = values if isinstance(part, ChoiceFactor) else [*values, sum(values) // 2]
+        reasons = [refusal(dict.fromkeys(part.targets, value), scenario) for value in tried]
+        if all(reasons) and not any(nowhere((((), target) for target in part.targets), scenario)):
+            said = ", ".join(f"{value!r}" for value in tried[:3])
+            yield Problem(("factors", name), f"the scenario takes none of {said}: {reasons[0]}")
     lost = {name for name, _ in _without_number(spec, as_it_stands)}  # said already
     for changes, where in (*ends, (spec.check.set, "in the check")):
         try:

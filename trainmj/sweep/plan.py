@@ -122,6 +122,7 @@ def grid_of(
     vary: Mapping[str, Any],
     responses: Sequence[str] = ("*",),
     histories: Sequence[int] = (),
+    changes: Mapping[str, Any] | None = None,
 ) -> Sweep:
     """The sweep of a full grid.
 
@@ -130,13 +131,26 @@ def grid_of(
         vary: values by parameter or path: one, a list, or text as after ``--vary`` ("20:50:9" or "30,33,36").
         responses: columns wanted, as names or patterns.
         histories: numbers of cases whose histories are kept.
+        changes: values changed in every case.
 
     Raises:
         InputError: if a name or value is wrong.
     """
     varied = plain(group_given(vary)).items()
     blocks = tuple({name: grid_values(values, f"vary {name}={values}")} for name, values in varied)
-    return Sweep(scenario_given(scenario), blocks, listed(responses), tuple(histories))
+    scenario = scenario_given(scenario)
+    scenario = scenario.with_values(changes) if changes else scenario
+    return _fixed(Sweep(scenario, blocks, listed(responses), tuple(histories)), changes or {})
+
+
+def _fixed(sweep: Sweep, fixed: Iterable[str]) -> Sweep:
+    """The same sweep, if it varies nothing that is set for every case: what is set would be in none of them."""
+    for name in sweep.names:
+        lost = next((other for other in fixed if sweep.scenario.covers(name, other)), None)
+        if lost is not None:
+            same = "" if name == lost else f", as {lost},"
+            raise InputError(f"{name}: is varied, and set{same} for every case: leave one of them out")
+    return sweep
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
@@ -200,7 +214,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
     try:
-        return Sweep(
+        sweep = Sweep(
             scenario.with_values(changes) if changes else scenario,
             tuple(blocks),
             tuple(spec.responses),
@@ -208,6 +222,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
             spec.sample.seed if spec.sample else None,
             source.reading(*([] if spec.cases is None else [spec.cases])).files,
         )
+        return _fixed(sweep, [*spec.set, *changes])
     except InputError as error:
         if () not in source.origins:
             raise
@@ -215,12 +230,12 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
 
 
 def _table(source: Source, name: str, scenario: Scenario) -> Mapping[str, list[Any]]:
-    """Columns of a CSV file of cases; what is a number in the scenario must be one there."""
+    """Columns of a CSV file of cases; what takes numbers in the scenario must have them."""
     said = source.said("cases")
     table = read_beside(source.folder, name, said)
     try:
         for head, cells in table.columns.items():
-            if all(isinstance(value, int | float) for value in scenario.locate(head)):
+            if scenario.takes_numbers(head):
                 table.numbers(head)
             for row, cell in enumerate(cells):
                 if cell == "" or cell != cell:

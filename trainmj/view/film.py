@@ -23,6 +23,7 @@ from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
 from trainmj.view.wear import DeviceShapes, Wear, largest_energy
 
+_FARTHEST = 1e6  # from the start [m]
 _LARGEST = 7680, 4320  # most pixels of a picture, wide and high
 _MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and whose names and energies, fit below the strip
 
@@ -77,8 +78,10 @@ def samples(result: Result, file: Path, slow: float, fps: float, at: float | Non
     """Indices of the samples that are shown: of a film those nearest to evenly spaced times, the last one included.
 
     Raises:
-        InputError: if the time of a still is not within the collision.
+        InputError: if the time of a still is not within the collision, or vehicles are nowhere.
     """
+    if not np.all(np.abs(result.position) < _FARTHEST):
+        raise InputError("cannot be drawn: vehicles have no position, or are farther away than they can get")
     end = float(result.time[-1])
     if file.suffix.lower() in STILLS:
         time = end if at is None else at
