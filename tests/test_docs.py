@@ -120,7 +120,7 @@ def test_the_study_of_the_docs_is_sensible_and_ends_as_told(tmp_path):
     assert check["kept"]
     assert check["status"] == "over"
     assert found["simulations"]["failed"] == 0
-    assert (found["simulations"]["exhausted"], found["simulations"]["n"]) == (3, 20)
+    assert (found["simulations"]["past_limits"], found["simulations"]["n"]) == (3, 20)
     assert all(row["r2_loo"] > 0.98 for row in found["surrogates"]["responses"].values())
     assert found["fronts_compared"]["ratio_simulated"] == pytest.approx(1, abs=0.02)
     assert found["fronts_compared"]["kept"] == found["fronts_compared"]["points"] > 30
