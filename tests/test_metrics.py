@@ -387,6 +387,18 @@ def test_status_time_limit():
     assert summary.balance.elastic_kJ > 0
 
 
+def test_status_names_every_stage_that_passed_its_limit():
+    """Breaks if the first stage of a device hides that the next one is at its end."""
+    v = values([(0, 0), (10, 500), (800, 500)], 100, speed_m_s=5.0, step_ms=0.1)
+    stage = {"stroke_mm": [0, 50, 100], "force_kN": [0, 500, 500]}
+    stages = {"a": {"curve": stage, "stroke_limit_mm": 60}, "b": {"curve": stage, "stroke_limit_mm": 70}}
+    v["devices"]["d"] = {"stages": stages, "stiffness_kN_per_mm": 100}
+    status = summarise(run(Scenario.from_values(v))).status
+    assert status.where == ("M1-wall a", "M1-wall b")
+    assert status.detail.startswith("M1-wall a (100.0 of 60 mm), M1-wall b (")
+    assert status.detail.endswith("mm, past the end of its curve)")
+
+
 def test_status_stroke_exhausted_names_stage_stroke_and_limit():
     summary = summarise(run(load("b_type", {"speed_km_h": 30})))
     assert str(summary.status).startswith("stroke exhausted at S1-M1 anti_climber (")

@@ -5,7 +5,7 @@ The quantities themselves are in :mod:`trainmj.collision.quantities`; here they 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -195,7 +195,7 @@ def _status(
             if tally.over
             else "no device was pressed before the time limit",
         )
-    spent = [_spent(i) for i in interfaces if i.exhausted]
+    spent = [one for interface in interfaces for one in _spent(interface)]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
     if spent:
@@ -207,11 +207,13 @@ def _status(
     return Status(Kind.OVER if tally.over else Kind.TIME_LIMIT)
 
 
-def _spent(interface: InterfaceMetrics) -> tuple[str, str]:
-    """Where a limit was passed, and that with its numbers."""
-    for stage in interface.stages:
-        if stage.exhausted:
-            where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
-            past = ", past the end of its curve" if interface.beyond_curve else ""
-            return where, f"{where} ({STAGE.text(stage.stroke_mm, stage.limit_mm)} of {stage.limit_mm:.12g} mm{past})"
-    return interface.name, f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of its curve)"
+def _spent(interface: InterfaceMetrics) -> Iterator[tuple[str, str]]:
+    """Each stage that passed its limit, or the interface if none did, with the numbers."""
+    past = ", past the end of its curve" if interface.beyond_curve else ""
+    stages = [stage for stage in interface.stages if stage.exhausted]
+    for stage in stages:
+        where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
+        found = STAGE.text(stage.stroke_mm, stage.limit_mm)
+        yield where, f"{where} ({found} of {stage.limit_mm:.12g} mm{past if stage is stages[-1] else ''})"
+    if past and not stages:
+        yield interface.name, f"{interface.name} ({interface.stroke_mm:.1f} mm{past})"
