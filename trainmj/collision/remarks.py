@@ -27,7 +27,7 @@ def remarks(chain: Chain) -> tuple[str, ...]:
 def set_free(measured: Measured) -> tuple[str, ...]:
     """What a pair of devices set free as it snapped, if that counts, for every output of this collision."""
     front = measured.chain.interfaces[measured.chain.front]
-    if len(front.devices) == 1 or front.equal_sides:
+    if not front.unequal_sides:
         return ()
     taken = sum(side.energy for side in measured.sides if side.interface is front)
     lost = float(measured.tally.dissipated[measured.chain.front]) - taken

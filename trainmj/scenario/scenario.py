@@ -75,10 +75,7 @@ class Scenario(Parts):
         Raises:
             InputError: if a path leads nowhere or the changed scenario breaks a rule.
         """
-        changes = group_given(changes)
-        source = changed(self._source, self.parameters, changes)
-        new = {name for name, value in changes.items() if any(old != plain(value) for old in self.locate(name))}
-        return self.from_source(marked(source, set() if "title" in changes else {*self.changed, *new}))
+        return self.from_source(changed(self._source, self.parameters, group_given(changes)))
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.
@@ -120,8 +117,8 @@ class Scenario(Parts):
             values = self.locate(name)
         except InputError:
             return shortened
-        plain = isinstance(values[0], (int, float, str)) and values.count(values[0]) == len(values)
-        return f"{shortened} = {values[0]}" if plain and len(str(values[0])) <= _LONGEST else shortened
+        one = isinstance(values[0], (int, float, str)) and values.count(values[0]) == len(values)
+        return f"{shortened} = {values[0]}" if one and len(str(values[0])) <= _LONGEST else shortened
 
     def paths(self, name: str) -> tuple[str, ...]:
         """The paths that a parameter stands for; any other name stands for itself."""
@@ -202,7 +199,7 @@ def marked(source: Source, names: set[str]) -> Source:
 
 
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
-    """The values of a scenario with changes by path, or by a short name from its parameters.
+    """The values of a scenario with changes by path, or by a short name from its parameters; it says which are new.
 
     What is not on the way to a changed value is shared, not copied.
 
@@ -211,8 +208,9 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
     """
     values, origins = dict(source.values), dict(source.origins)
     owner: dict[Path, str] = {}
-    for name, new in changes.items():
-        value = plain(new)
+    new = set(source.values.get("changed", ()))
+    for name, given in changes.items():
+        value = plain(given)
         for target in _paths(name, parameters):
             path = _find(values, target, parameters)
             for other in (other for other in owner if other[: len(path)] == path):
@@ -221,10 +219,11 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
                 )
             owner[path] = name
             before = _replace(values, path, value)
+            new.update([name] if before != value else [])
             if isinstance(before, (dict, list)):
                 origins = placed(origins, [path], {})
             origins[path] = change(name, value)
-    return replace(source, values=values, origins=origins)
+    return marked(replace(source, values=values, origins=origins), set() if "title" in changes else new)
 
 
 def _paths(name: str, parameters: Mapping[str, str | list[str]]) -> tuple[str, ...]:
