@@ -264,6 +264,16 @@ def test_nothing_in_the_figure_lies_over_the_names_of_lines(standard_result, wid
         assert not legend.overlaps(title)
 
 
+@pytest.mark.parametrize("width", ["column", "page"])
+def test_the_longer_names_of_an_unequal_front_leave_the_title_free(width):
+    """Both trains' devices at the front of an eight-car train are named above the strokes."""
+    figure = collision(run(load("wagon_80t", {"simulation.time_limit_s": 0.05})), width)
+    with styled(width):
+        figure.draw_without_rendering()
+    strokes = figure.get_axes()[1]
+    assert not strokes.get_legend().get_window_extent().overlaps(strokes._left_title.get_window_extent())
+
+
 def test_figure_shows_the_front_as_the_tables_do(standard_result, standard_summary):
     """Stroke and energy of one train, force of both."""
     _, strokes, forces, energies = collision(standard_result).get_axes()

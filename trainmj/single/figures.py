@@ -40,7 +40,7 @@ def collision(result: Result, width: Width = "page") -> Figure:
             if front.equal_sides and name != "force":  # above the panel there are the names of the lines
                 panel.set_ylabel(f"{panel.get_ylabel()} (front: of one train)")
         axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
-        named = _named(axes[1].lines, _MOST_INTERFACES)
+        named = _named(axes[1].lines, _MOST_INTERFACES - 2 * front.unequal_sides)  # the partner's name is a long one
         half = (len(named) + 1) // 2
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
         for axis in axes:

@@ -26,10 +26,11 @@ def add_animation(section: Section, result: Result) -> None:
     markup, script = ((_TEMPLATES / f"animation.{end}").read_text(encoding="utf-8") for end in ("html", "js"))
     section.raw(Markup(markup.replace("DATA", as_json(content))), script)
     left_out = len(result.chain.vehicles) - len(content["vehicles"])
+    few = {0: "", 1: " 1 vehicle further away is left out."}
     section.text(
         "Not to scale: strokes are enlarged, and each device is as long as its stroke needs. The view follows the "
         "place of the impact, and the sleepers pass below it."
-        + (f" {left_out} vehicles further away are left out." if left_out else "")
+        + few.get(left_out, f" {left_out} vehicles further away are left out.")
     )
 
 
