@@ -5,12 +5,15 @@ MuJoCo calls it once in each step with its own model and data, without Python an
     with installed():
         mujoco.mj_step(model, data, nstep=8000)
 
-It applies the law of each interface (:mod:`trainmj.collision.law`) and rail friction to each vehicle: the force that
-would stop the vehicle within the step, at most mu m g, so that a standing vehicle stays where it is. All parameters and
-state are in mjData.userdata (:mod:`trainmj.collision.block`); simulations without such a block are left alone.
+It applies the elements of each interface (:mod:`trainmj.collision.element`) and, to each vehicle, the grade, and rail
+friction and brake: the force that would stop the vehicle within the step, at most what rail and brake can give, so that
+a standing vehicle stays where it is. All parameters and state are in mjData.userdata (:mod:`trainmj.collision.block`);
+simulations without such a block are left alone.
 
 The state moves once per step: a second evaluation at the same time returns the same forces. Integrators that evaluate
-forces several times a step would move it several times; :mod:`trainmj.collision.model` refuses them.
+forces several times a step would move it several times; :mod:`trainmj.collision.model` refuses them. Where the block
+asks for it, a step over a narrow part of a curve is made in smaller ones: the law sets the timestep of the model, which
+belongs to one simulation at a time.
 
 The places of MuJoCo's fields come from :mod:`trainmj.collision.offsets` and are compiled in.
 """
@@ -19,6 +22,7 @@ from __future__ import annotations
 
 import ctypes
 import logging
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -28,10 +32,12 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from trainmj.collision.block import MAGIC, Car, Head, Joint, places
+from trainmj.collision.block import MAGIC
 from trainmj.collision.compiled import address_of
+from trainmj.collision.element import advance, narrowest
+from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_ELEMENT, N_HEAD
 from trainmj.collision.interrupts import held_back
-from trainmj.collision.law import CRUSH, crush
+from trainmj.collision.law import SERIES
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
 from trainmj.collision.offsets import Offsets, field_offsets
 
@@ -43,8 +49,15 @@ APPROACH_SPEED = 0.01
 STILL_SPEED = 1e-6
 """... or when every vehicle is slower than this [m/s]."""
 
-HEAD, CAR, JOINT = places(Head), places(Car), places(Joint)  # numba takes no members of an Enum as indices
-N_HEAD, N_CAR, N_JOINT = len(Head), len(Car), len(Joint)
+WIDE = 2.0
+"""Steps are made smaller where a part of a curve is narrower than this many of them."""
+
+PARTS = 16.0
+"""Smaller steps that then go into the narrowest part."""
+
+MOST_PARTS = 4096.0
+"""Most smaller steps in a whole one."""
+
 LAST_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
 
 
@@ -135,136 +148,243 @@ def _size(typing_context: Any, base: Any, offset: Any) -> Any:
 # over, and does not see an edit elsewhere. Each function therefore closes over the places of MuJoCo's fields and over
 # the mark of a block, which changes with the code of the law; everything else may then be used by its name.
 
-respond = register_jitable(crush.respond)
-
-
 def _passive(offsets: Offsets) -> Any:
     at_nuserdata, at_timestep, at_time, at_userdata, at_qpos, at_qvel, at_passive, at_inertia, _ = offsets
     magic = MAGIC
 
     def passive(model: Any, data: Any) -> None:
-        """Forces of all interfaces and rails on the vehicles; moves the state where the time is a new one."""
+        """Forces of all interfaces, rails, brakes and grade on the vehicles; moves the state where the time is new."""
         if _size(model, at_nuserdata) < N_HEAD:
             return
         s = _at(data, at_userdata)
         if s[HEAD.MAGIC] != magic or s[HEAD.DONE] != 0.0:
             return
         n = int(s[HEAD.N_VEHICLE])
-        m = int(s[HEAD.N_INTERFACE])
-        room = int(s[HEAD.N_POINT])
         time = _in(data, at_time)[0]
-        step = _in(model, at_timestep)[0]
-        qpos = _at(data, at_qpos)
         qvel = _at(data, at_qvel)
         out = _at(data, at_passive)
-        inertia = _at(data, at_inertia)
-        # a field of vehicle i is at s[car + FIELD * n], one of interface i at s[joint + FIELD * m]
+        # a field of vehicle i is at s[cars + FIELD * n + i], one of interface k at s[joints + FIELD * m + k]
         cars = N_HEAD
-        joints = cars + N_CAR * n
-        curves = joints + N_JOINT * m
-        fresh = time != s[HEAD.TIME]  # MuJoCo may ask again at the same time: the state has moved already
-        elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
-        active = False
-        still = True
-        behind = 0.0  # force of the interface behind a vehicle, which pushes it forward
-        impulse = 0.0
+        if time != s[HEAD.TIME]:  # MuJoCo may ask again at the same time: the state has moved already
+            whole = s[HEAD.PARTS_LEFT] == 0.0
+            step = _in(model, at_timestep)
+            step[0] = _next_step(s, n, _at(data, at_qpos), qvel)
+            elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
+            inertia = _at(data, at_inertia)
+            active, peaked, wall = _devices(s, n, _at(data, at_qpos), qvel, elapsed, time)
+            still, closing = _vehicles(s, n, qvel, inertia, step[0], elapsed, time, wall)
+            if peaked:
+                _peaks(s, n, inertia)
+            _notes(s, n, qvel, time, still or not (active or closing))
+            if whole:
+                _record(s, n, qvel)
         for i in range(n):
-            v = qvel[i]
-            ahead = 0.0  # force of the interface ahead of it, which pushes it back
-            if i < m:
-                j = joints + i
-                if fresh:
-                    u = qpos[i] - (qpos[i + 1] if i + 1 < n else 0.0)  # the wall stands at 0
-                    rate = v - (qvel[i + 1] if i + 1 < n else 0.0)
-                    stiffness = s[j + JOINT.STIFFNESS * m]
-                    plastic = s[j + JOINT.PLASTIC * m]
-                    now_plastic = plastic
-                    if u > plastic:
-                        # the segment of the envelope, from where it was: a step moves it by one or two
-                        base = curves + 3 * room * i
-                        k = int(s[j + JOINT.SEGMENT * m])
-                        while k > 0 and u < s[base + k]:
-                            k -= 1
-                        while k + 1 < room and u >= s[base + k + 1]:
-                            k += 1
-                        s[j + JOINT.SEGMENT * m] = k
-                        envelope = s[base + room + k] + s[base + 2 * room + k] * (u - s[base + k])
-                        if s[j + JOINT.LAW * m] == CRUSH:
-                            damping = s[j + JOINT.DAMPING * m]
-                            ahead, now_plastic = respond(u, rate, plastic, stiffness, damping, envelope)
-                        s[j + JOINT.PLASTIC * m] = now_plastic
-                        if ahead > 0.0:
-                            active = True
-                            if s[j + JOINT.FIRST_FORCE_TIME * m] < 0.0:
-                                s[j + JOINT.FIRST_FORCE_TIME * m] = time
-                            s[j + JOINT.LAST_FORCE_TIME * m] = time
-                            if ahead > s[j + JOINT.FORCE_MAX * m]:
-                                s[j + JOINT.FORCE_MAX * m] = ahead
-                    # lost: mean force over plastic travel, and what the dashpot adds to the spring over the whole
-                    moved = now_plastic - plastic
-                    travel = u - s[j + JOINT.STROKE * m]
-                    before = s[j + JOINT.FORCE * m]
-                    spring = max(0.0, stiffness * (u - now_plastic))
-                    s[j + JOINT.DISSIPATED * m] += 0.5 * (ahead + before) * moved + (ahead - spring) * travel
-                    s[j + JOINT.WORK * m] += 0.5 * (ahead + before) * travel
-                    if rate > APPROACH_SPEED:
-                        active = True
-                    if i + 1 == n:
-                        impulse -= before * elapsed  # of the wall
-                    s[j + JOINT.STROKE * m] = u
-                    s[j + JOINT.FORCE * m] = ahead
-                    if u > s[j + JOINT.STROKE_MAX * m]:
-                        s[j + JOINT.STROKE_MAX * m] = u
-                        s[j + JOINT.STROKE_MAX_TIME * m] = time
-                else:
-                    ahead = s[j + JOINT.FORCE * m]
-            net = behind - ahead
-            behind = ahead
-            c = cars + i
-            if fresh:
-                mass = inertia[i]
-                # the friction that would stop the vehicle within this step, within what the rail can give
-                limit = s[c + CAR.FRICTION_LIMIT * n]
-                friction = min(limit, max(-limit, -(mass * v / step + net)))
-                held = s[c + CAR.FRICTION * n]
-                s[c + CAR.FRICTION_WORK * n] -= 0.5 * held * (s[c + CAR.SPEED * n] + v) * elapsed
-                impulse += held * elapsed
-                s[c + CAR.SPEED * n] = v
-                s[c + CAR.FRICTION * n] = friction
-                device = abs(net) / mass
-                if device > s[c + CAR.DEVICE_PEAK * n]:
-                    s[c + CAR.DEVICE_PEAK * n] = device
-                total = abs(net + friction) / mass
-                if total > s[c + CAR.TOTAL_PEAK * n]:
-                    s[c + CAR.TOTAL_PEAK * n] = total
-                if abs(v) > STILL_SPEED:
-                    still = False
-            else:
-                friction = s[c + CAR.FRICTION * n]
-            out[i] += net + friction
-        if fresh:
-            meeting = joints + int(s[HEAD.FRONT])
-            if s[meeting + JOINT.FORCE * m] > 0.0:
-                for i in range(n):
-                    s[cars + CAR.SPEED_LAST * n + i] = qvel[i]
-                    if s[meeting + JOINT.FIRST_FORCE_TIME * m] == time:
-                        s[cars + CAR.SPEED_FIRST * n + i] = qvel[i]
-            s[HEAD.TIME] = time
-            s[HEAD.OVER] = 1.0 if still or not active else 0.0
-            s[HEAD.IMPULSE] += impulse
-            if s[HEAD.STRIDE] > 0.0:
-                if s[HEAD.DUE] == 0.0:
-                    ring = curves + 3 * room * m + n * (int(s[HEAD.RECORDS]) % int(s[HEAD.N_RING]))
-                    for i in range(n):
-                        s[ring + i] = qvel[i]
-                    s[HEAD.RECORDS] += 1.0
-                    s[HEAD.DUE] = s[HEAD.STRIDE]
-                    finite = s[HEAD.IMPULSE] - s[HEAD.IMPULSE] == 0.0
-                    if s[HEAD.OVER] != 0.0 or s[HEAD.RECORDS] == s[HEAD.MOST] or not finite:
-                        s[HEAD.DONE] = 1.0
-                s[HEAD.DUE] -= 1.0
+            out[i] += s[cars + CAR.NET * n + i] + s[cars + CAR.FRICTION * n + i] + s[cars + CAR.GRADE * n + i]
 
     return passive
+
+
+@register_jitable
+def _next_step(s: Any, n: int, qpos: Any, qvel: Any) -> float:
+    """The step from here [s]: a whole one, or a part where the vehicles come to a narrow part of a curve."""
+    s[HEAD.STEPS] += 1.0
+    if s[HEAD.PARTS_LEFT] > 0.0:
+        s[HEAD.PARTS_LEFT] -= 1.0
+        return s[HEAD.PART]
+    s[HEAD.GRID] += 1.0
+    step = s[HEAD.STEP]
+    if s[HEAD.REFINES] == 0.0:
+        return step
+    m = int(s[HEAD.N_INTERFACE])
+    joints = N_HEAD + N_CAR * n
+    parts = 1.0
+    for k in range(m):
+        j = joints + k
+        left, right = int(s[j + JOINT.LEFT * m]), int(s[j + JOINT.RIGHT * m])
+        u = qpos[left] - (qpos[right] if right >= 0 else 0.0)
+        rate = qvel[left] - (qvel[right] if right >= 0 else 0.0)
+        way = abs(rate) * step
+        e = int(s[j + JOINT.FIRST * m])
+        for _ in range(int(s[j + JOINT.COUNT * m])):
+            width = narrowest(s, e, u, rate, 2.0 * way)
+            if width < WIDE * way:
+                parts = max(parts, math.ceil(PARTS * way / width))
+            e += int(s[e + ELEMENT.NEXT])
+    parts = min(parts, MOST_PARTS)
+    s[HEAD.PARTS_LEFT] = parts - 1.0
+    s[HEAD.PART] = step / parts
+    return s[HEAD.PART]
+
+
+@register_jitable
+def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
+    """Move the devices and add up their forces on the vehicles.
+
+    Returns:
+        Whether one carries force or comes closer; whether one had its largest force on the way; impulse of the wall.
+    """
+    m = int(s[HEAD.N_INTERFACE])
+    cars, joints = N_HEAD, N_HEAD + N_CAR * n
+    active = peaked = False
+    wall = 0.0
+    for i in range(n):
+        s[cars + CAR.NET * n + i] = 0.0
+    for k in range(m):
+        j = joints + k
+        left, right = int(s[j + JOINT.LEFT * m]), int(s[j + JOINT.RIGHT * m])
+        u = qpos[left] - (qpos[right] if right >= 0 else 0.0)  # the wall stands at 0
+        rate = qvel[left] - (qvel[right] if right >= 0 else 0.0)
+        force = lost = viscous = peak = 0.0
+        e = int(s[j + JOINT.FIRST * m])
+        for _ in range(int(s[j + JOINT.COUNT * m])):
+            one, one_lost, one_viscous, one_peak = advance(s, e, u, rate, elapsed, time)
+            force += one
+            lost += one_lost
+            viscous += one_viscous
+            if one_peak > one:
+                peak += one_peak - one
+            if s[e + ELEMENT.SIGN] < 0.0 and s[e + ELEMENT.BROKEN] == 0.0 and rate < -APPROACH_SPEED:
+                active = True  # what is pulled apart comes taut
+            e += int(s[e + ELEMENT.NEXT])
+        s[j + JOINT.ABOVE * m] = peak
+        if peak > 0.0:
+            peaked = True
+        if force != 0.0:
+            active = True
+            if s[j + JOINT.FIRST_FORCE_TIME * m] < 0.0:
+                s[j + JOINT.FIRST_FORCE_TIME * m] = time
+            s[j + JOINT.LAST_FORCE_TIME * m] = time
+            if force > s[j + JOINT.FORCE_MAX * m]:
+                s[j + JOINT.FORCE_MAX * m] = force
+            if -force > s[j + JOINT.PULL_MAX * m]:
+                s[j + JOINT.PULL_MAX * m] = -force
+        before = s[j + JOINT.FORCE * m]
+        s[j + JOINT.DISSIPATED * m] += lost
+        s[j + JOINT.WORK * m] += 0.5 * (force + before) * (u - s[j + JOINT.STROKE * m])
+        if rate > APPROACH_SPEED:
+            active = True
+        if right < 0:
+            wall -= before * elapsed
+        s[j + JOINT.STROKE * m] = u
+        s[j + JOINT.FORCE * m] = force
+        if u > s[j + JOINT.STROKE_MAX * m]:
+            s[j + JOINT.STROKE_MAX * m] = u
+            s[j + JOINT.STROKE_MAX_TIME * m] = time
+        s[cars + CAR.NET * n + left] -= force
+        if right >= 0:
+            s[cars + CAR.NET * n + right] += force
+    return active, peaked, wall
+
+
+@register_jitable
+def _vehicles(
+    s: Any, n: int, qvel: Any, inertia: Any, step: float, elapsed: float, time: float, wall: float
+) -> tuple[bool, bool]:
+    """Rail friction and brakes of every vehicle; whether all stand, and whether two may still come together."""
+    cars = N_HEAD
+    impulse = 0.0
+    still, closing = True, False
+    speed_behind = accelerated_behind = 0.0
+    for i in range(n):
+        c = cars + i
+        v, mass, net = qvel[i], inertia[i], s[c + CAR.NET * n]
+        grade = s[c + CAR.GRADE * n]
+        rail, braking, work = s[c + CAR.FRICTION_LIMIT * n], s[c + CAR.BRAKING * n], 0.0
+        held = s[c + CAR.FRICTION * n]
+        mean = 0.5 * held * (s[c + CAR.SPEED * n] + v) * elapsed
+        if braking > 0.0:
+            work = mean * braking / (rail + braking)
+            s[c + CAR.BRAKE_WORK * n] -= work
+        s[c + CAR.FRICTION_WORK * n] -= mean - work
+        if grade != 0.0:
+            s[c + CAR.GRADE_WORK * n] -= 0.5 * grade * (s[c + CAR.SPEED * n] + v) * elapsed
+        if i + 1 == n:
+            impulse += wall
+        impulse += (held + grade) * elapsed
+        if s[c + CAR.BRAKE * n] > 0.0:
+            rise, since = s[c + CAR.BRAKE_RISE * n], time - s[c + CAR.BRAKE_DELAY * n]
+            part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
+            braking = min(part * s[c + CAR.BRAKE * n], s[c + CAR.BRAKE_MOST * n])
+            s[c + CAR.BRAKING * n] = braking
+        # the friction that would stop the vehicle within this step, within what rail and brake can give
+        limit = rail + braking
+        friction = min(limit, max(-limit, -(mass * v / step + net + grade)))
+        s[c + CAR.SPEED * n] = v
+        s[c + CAR.FRICTION * n] = friction
+        device = abs(net) / mass
+        if device > s[c + CAR.DEVICE_PEAK * n]:
+            s[c + CAR.DEVICE_PEAK * n] = device
+        total = abs(net + friction + grade) / mass
+        if total > s[c + CAR.TOTAL_PEAK * n]:
+            s[c + CAR.TOTAL_PEAK * n] = total
+        if abs(v) > STILL_SPEED or abs(net + grade) > limit:
+            still = False
+        if s[HEAD.ROLLING] != 0.0:
+            accelerated = (net + friction + grade) / mass
+            if i > 0 and accelerated_behind > accelerated and (speed_behind > STILL_SPEED or v < -STILL_SPEED):
+                closing = True
+            speed_behind, accelerated_behind = v, accelerated
+    s[HEAD.IMPULSE] += impulse
+    return still, closing
+
+
+@register_jitable
+def _peaks(s: Any, n: int, inertia: Any) -> None:
+    """Peaks of forces on the way to this evaluation: noted apart, and counted where steps are made smaller for them."""
+    m = int(s[HEAD.N_INTERFACE])
+    cars, joints = N_HEAD, N_HEAD + N_CAR * n
+    for k in range(m):
+        j = joints + k
+        above = s[j + JOINT.ABOVE * m]
+        if above <= 0.0:
+            continue
+        force = s[j + JOINT.FORCE * m] + above
+        s[j + JOINT.UNSEEN_FORCE * m] = max(s[j + JOINT.UNSEEN_FORCE * m], force)
+        if s[HEAD.REFINES] != 0.0:
+            s[j + JOINT.FORCE_MAX * m] = max(s[j + JOINT.FORCE_MAX * m], force)
+        for end in range(2):
+            i = int(s[j + (JOINT.RIGHT if end else JOINT.LEFT) * m])
+            if i < 0:
+                continue
+            c = cars + i
+            net = s[c + CAR.NET * n] + (above if end else -above)
+            device = abs(net) / inertia[i]
+            s[c + CAR.UNSEEN_PEAK * n] = max(s[c + CAR.UNSEEN_PEAK * n], device)
+            if s[HEAD.REFINES] != 0.0:
+                total = abs(net + s[c + CAR.FRICTION * n] + s[c + CAR.GRADE * n]) / inertia[i]
+                s[c + CAR.DEVICE_PEAK * n] = max(s[c + CAR.DEVICE_PEAK * n], device)
+                s[c + CAR.TOTAL_PEAK * n] = max(s[c + CAR.TOTAL_PEAK * n], total)
+
+
+@register_jitable
+def _notes(s: Any, n: int, qvel: Any, time: float, over: bool) -> None:
+    """Note the speeds while there is force at the front, and whether it is over."""
+    m = int(s[HEAD.N_INTERFACE])
+    meeting = N_HEAD + N_CAR * n + int(s[HEAD.FRONT])
+    if s[meeting + JOINT.FORCE * m] > 0.0:
+        for i in range(n):
+            s[N_HEAD + CAR.SPEED_LAST * n + i] = qvel[i]
+            if s[meeting + JOINT.FIRST_FORCE_TIME * m] == time:
+                s[N_HEAD + CAR.SPEED_FIRST * n + i] = qvel[i]
+    s[HEAD.TIME] = time
+    s[HEAD.OVER] = 1.0 if over else 0.0
+
+
+@register_jitable
+def _record(s: Any, n: int, qvel: Any) -> None:
+    """Keep the speeds if they are due, and see whether the simulation is done."""
+    if s[HEAD.STRIDE] == 0.0:
+        return
+    if s[HEAD.DUE] == 0.0:
+        ring = int(s[HEAD.RING]) + n * (int(s[HEAD.RECORDS]) % int(s[HEAD.N_RING]))
+        for i in range(n):
+            s[ring + i] = qvel[i]
+        s[HEAD.RECORDS] += 1.0
+        s[HEAD.DUE] = s[HEAD.STRIDE]
+        finite = s[HEAD.IMPULSE] - s[HEAD.IMPULSE] == 0.0
+        if s[HEAD.OVER] != 0.0 or s[HEAD.RECORDS] == s[HEAD.MOST] or not finite:
+            s[HEAD.DONE] = 1.0
+    s[HEAD.DUE] -= 1.0
 
 
 def _sensor(offsets: Offsets) -> Any:
@@ -272,7 +392,7 @@ def _sensor(offsets: Offsets) -> Any:
     magic = MAGIC
 
     def sensor(model: Any, data: Any, stage: int) -> None:
-        """Force and absorbed energy of each interface, the first user sensors of a model built by trainmj."""
+        """What :data:`trainmj.collision.model.SENSED` takes from the devices: the first user sensors of a model."""
         if stage != LAST_STAGE or _size(model, at_nuserdata) < N_HEAD:
             return
         s = _at(data, at_userdata)
@@ -280,10 +400,25 @@ def _sensor(offsets: Offsets) -> Any:
             return
         m = int(s[HEAD.N_INTERFACE])
         out = _at(data, at_sensordata)
-        for i in range(m):
-            j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + i
-            out[i] = s[j + JOINT.FORCE * m]
-            out[m + i] = s[j + JOINT.DISSIPATED * m]
+        for k in range(m):
+            j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + k
+            out[k] = s[j + JOINT.FORCE * m]
+            out[m + k] = s[j + JOINT.DISSIPATED * m]
+            e = int(s[j + JOINT.FIRST * m])
+            left, right, left_energy, right_energy = 0.0, 0.0, 0.0, 0.0
+            for n in range(int(s[j + JOINT.COUNT * m])):
+                own = s[e + ELEMENT.STROKE]
+                in_series = s[e + ELEMENT.KIND] == SERIES
+                a, b = (e + N_ELEMENT, e + 2 * N_ELEMENT) if in_series else (e, e)
+                both = in_series or s[e + ELEMENT.SHARE] < 1.0
+                if s[e + ELEMENT.SIGN] > 0.0 and (n == 0 or own > 0.0):
+                    left = s[a + ELEMENT.STROKE] + (s[a + ELEMENT.START] if in_series else 0.0)
+                    right = s[b + ELEMENT.STROKE] + (s[b + ELEMENT.START] if in_series else 0.0) if both else 0.0
+                left_energy += s[a + ELEMENT.DISSIPATED]
+                right_energy += s[b + ELEMENT.DISSIPATED] if both else 0.0
+                e += int(s[e + ELEMENT.NEXT])
+            out[2 * m + k], out[3 * m + k] = left, right
+            out[4 * m + k], out[5 * m + k] = left_energy, right_energy
 
     return sensor
 

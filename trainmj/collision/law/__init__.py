@@ -1,10 +1,55 @@
 """The laws of devices, a module for each kind.
 
-A law is one function of plain numbers, ``respond``: :class:`~trainmj.collision.device.Envelope` calls it as it stands,
-and :mod:`~trainmj.collision.kernel` compiles it into the callback of MuJoCo. A module of this package imports nothing.
-To add a kind, write its module, give it a code here, and name the code in the kernel's dispatch and in the device's
-data.
+A law is written once, as plain functions of a block of numbers: Python calls them as they stand, and
+:mod:`~trainmj.collision.kernel` compiles them into the callback of MuJoCo. Each module that has a ``KIND`` is found
+here; to add a kind, add its module and its keys in :mod:`trainmj.scenario.devices`.
 """
 
-CRUSH = 0
-"""Code of :mod:`~trainmj.collision.law.crush`."""
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+from typing import Any
+
+from numba.extending import register_jitable
+
+from trainmj.collision.law.kind import Kind
+
+_MODULES = (import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__))
+KINDS: dict[str, Kind] = {
+    kind.name: kind
+    for kind in sorted(
+        (module.KIND for module in _MODULES if hasattr(module, "KIND")), key=lambda kind: (kind.name != "crush", kind.name)
+    )
+}
+"""Every kind by name, crush first; its place is the code by which the compiled law knows it."""
+
+SERIES = -1
+"""In place of a code, for two laws in series."""
+
+
+def _chosen() -> Any:
+    """The law of an element: by its code, one comparison after the other."""
+
+    def none(kind: float, s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Any:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+
+    def before(code: int, law: Any, others: Any) -> Any:
+        law = register_jitable(law)
+
+        @register_jitable
+        def respond(kind: float, s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Any:
+            if kind == code:
+                return law(s, e, stroke, rate, elapsed)
+            return others(kind, s, e, stroke, rate, elapsed)
+
+        return respond
+
+    found = register_jitable(none)
+    for code, kind in reversed(list(enumerate(KINDS.values()))):
+        found = before(code, kind.respond, found)
+    return found
+
+
+respond = _chosen()
+"""``respond(kind, s, e, stroke, rate, elapsed)``: the response of an element whose law has a code."""

@@ -1,0 +1,196 @@
+"""What acts between two vehicles in a step: one law, or two devices in series, each with its own state.
+
+Two in series carry one force, and their strokes add up to that of the pair. They are brought from one step to the next
+from event to event: by no more at once than takes either to the next point of its curve. Between two points both forces
+are smooth, so the split at which they are equal is found there, and no peak is passed that the weaker device would not
+let the pair reach. Where a device gives way faster than the other can follow, as it shears off, the pair snaps at
+constant stroke to the next split at which the forces are equal; what is set free counts as lost, in neither device.
+
+All functions are compiled as they stand, and work on any sequence of numbers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.extending import register_jitable
+
+from trainmj.collision.fields import ELEMENT, N_ELEMENT
+from trainmj.collision.law import SERIES, respond
+from trainmj.collision.law.curve import ahead, segment
+
+_EVENTS = 1000  # most in a step
+_TRIALS = 80  # most to find a split
+_CLOSE = 1e-12  # forces this close, relative to the larger, are equal
+_SMALL = 1e-13  # strokes [m]
+
+
+@register_jitable
+def advance(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float, float, float]:
+    """Bring an element to the stroke and rate of its interface.
+
+    Returns:
+        Its force, positive where it pushes; the energy lost, and the part of it lost by speed; the largest force on
+        the way.
+    """
+    if s[e + ELEMENT.BROKEN] != 0.0:
+        return 0.0, 0.0, 0.0, 0.0
+    sign, share = s[e + ELEMENT.SIGN], s[e + ELEMENT.SHARE]
+    own, own_rate = share * (sign * stroke - s[e + ELEMENT.START]), share * sign * rate
+    before, from_ = s[e + ELEMENT.FORCE], s[e + ELEMENT.STROKE]
+    if s[e + ELEMENT.KIND] == SERIES:
+        lost, viscous = _march(s, e, own, elapsed, time)
+    else:
+        lost, viscous = _move(s, e, own, own_rate, elapsed, time)
+    force = s[e + ELEMENT.FORCE]
+    if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
+        s[e + ELEMENT.BROKEN] = 1.0
+        s[e + ELEMENT.FORCE] = 0.0
+        lost, viscous = _broken(s, e, before) + 0.5 * before * (own - from_), 0.0
+        force = 0.0
+    return sign * force, lost / share, viscous / share, s[e + ELEMENT.PEAK]
+
+
+@register_jitable
+def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
+    """Bring one law to a stroke and rate; energy lost, and the part of it lost by speed."""
+    s[e + ELEMENT.PEAK] = 0.0
+    force, first, second, lost, viscous = respond(s[e + ELEMENT.KIND], s, e, stroke, rate, elapsed)
+    s[e + ELEMENT.STATE_0], s[e + ELEMENT.STATE_1] = first, second
+    s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE] = stroke, force
+    s[e + ELEMENT.DISSIPATED] += lost
+    s[e + ELEMENT.VISCOUS] += viscous
+    if stroke > s[e + ELEMENT.STROKE_MAX]:
+        s[e + ELEMENT.STROKE_MAX] = stroke
+        if stroke > s[e + ELEMENT.END] and s[e + ELEMENT.END_TIME] < 0.0:
+            s[e + ELEMENT.END_TIME] = time
+    return lost, viscous
+
+
+@register_jitable
+def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> tuple[float, float]:
+    """Bring two laws in series to a stroke of the pair; energy lost, and the part of it lost by speed."""
+    a, b = e + N_ELEMENT, e + 2 * N_ELEMENT
+    todo = closing - s[e + ELEMENT.STROKE]
+    whole = abs(todo)
+    lost = -s[a + ELEMENT.DISSIPATED] - s[b + ELEMENT.DISSIPATED]
+    viscous = -s[a + ELEMENT.VISCOUS] - s[b + ELEMENT.VISCOUS]
+    force, peak = s[e + ELEMENT.FORCE], 0.0
+    pressed = 0.0  # stroke since the forces were equal last
+    for _ in range(_EVENTS):
+        part = min(todo, _room(s, a), _room(s, b))
+        taken = elapsed * abs(part) / whole if part != 0.0 else elapsed
+        move, equal = _split(s, a, b, part, taken)
+        for law, by in ((a, move), (b, part - move)):
+            before = s[law + ELEMENT.FORCE]
+            _move(s, law, s[law + ELEMENT.STROKE] + by, by / taken if taken > 0.0 else 0.0, taken, time)
+            lost -= 0.5 * (before + s[law + ELEMENT.FORCE]) * by
+        todo -= part
+        pressed += part
+        if equal:
+            now = 0.5 * (s[a + ELEMENT.FORCE] + s[b + ELEMENT.FORCE])
+            lost += 0.5 * (force + now) * pressed
+            force, pressed = now, 0.0
+            peak = max(peak, force)
+            if abs(todo) <= _SMALL:
+                break
+    lost += s[a + ELEMENT.DISSIPATED] + s[b + ELEMENT.DISSIPATED]
+    viscous += s[a + ELEMENT.VISCOUS] + s[b + ELEMENT.VISCOUS]
+    s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = closing, force, peak
+    s[e + ELEMENT.STROKE_MAX] = max(s[e + ELEMENT.STROKE_MAX], closing)
+    s[e + ELEMENT.DISSIPATED] += lost
+    s[e + ELEMENT.VISCOUS] += viscous
+    return lost, viscous
+
+
+@register_jitable
+def _room(s: Any, e: int) -> float:
+    """From the stroke of a law to the next point of its curve."""
+    curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] + 2 * _SMALL
+    return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke)) - s[e + ELEMENT.STROKE]
+
+
+@register_jitable
+def _split(s: Any, a: int, b: int, part: float, elapsed: float) -> tuple[float, bool]:
+    """How far the first of two laws moves where both together move by a part, and whether their forces are equal then.
+
+    The one with less force gives way, as far as to just before the next point of its curve.
+    """
+    move = 0.5 * part
+    short, scale = _short(s, a, b, move, part, elapsed)
+    if abs(short) <= _CLOSE * scale:
+        return move, True
+    gives, other = (a, b) if short > 0.0 else (b, a)
+    short = abs(short)
+    room = _room(s, gives) - _SMALL
+    by = max(abs(part), _SMALL)
+    low, low_short = move, short
+    high, high_short = move, short
+    while high_short > 0.0:
+        if high >= room:
+            return (room if gives == a else part - room), False
+        low, low_short = high, high_short
+        high = min(high + by, room)
+        by *= 2.0
+        high_short, scale = _short(s, gives, other, high, part, elapsed)
+    move = high
+    for _ in range(_TRIALS):  # regula falsi, which halves the weight of an end that stays (Illinois)
+        if abs(high_short) <= _CLOSE * scale or high - low <= 1e-17:
+            break
+        move = high - high_short * (high - low) / (high_short - low_short)
+        short, scale = _short(s, gives, other, move, part, elapsed)
+        if abs(short) <= _CLOSE * scale:
+            break
+        if (short > 0.0) != (high_short > 0.0):
+            low, low_short = high, high_short
+        else:
+            low_short *= 0.5
+        high, high_short = move, short
+    return (move if gives == a else part - move), True
+
+
+@register_jitable
+def _short(s: Any, one: int, other: int, move: float, part: float, elapsed: float) -> tuple[float, float]:
+    """By how much the force of one law is below that of the other where it moves, and the scale of both [N]."""
+    first, second = _trial(s, one, move, elapsed), _trial(s, other, part - move, elapsed)
+    return second - first, max(1.0, first, second)
+
+
+@register_jitable
+def _trial(s: Any, e: int, move: float, elapsed: float) -> float:
+    """Force of a law, were it to move."""
+    rate = move / elapsed if elapsed > 0.0 else 0.0
+    return respond(s[e + ELEMENT.KIND], s, e, s[e + ELEMENT.STROKE] + move, rate, elapsed)[0]
+
+
+@register_jitable
+def _broken(s: Any, e: int, force: float) -> float:
+    """Energy in the springs of an element with a force."""
+    if s[e + ELEMENT.KIND] != SERIES:
+        return 0.5 * force * force / s[e + ELEMENT.P0]
+    return 0.5 * force * force * (1.0 / s[e + N_ELEMENT + ELEMENT.P0] + 1.0 / s[e + 2 * N_ELEMENT + ELEMENT.P0])
+
+
+@register_jitable
+def narrowest(s: Any, e: int, stroke: float, rate: float, reach: float) -> float:
+    """Width of the narrowest part of the curves of an element within a reach ahead of its stroke; infinite for none.
+
+    A jump counts as wide as the climb along the stiffness that follows it.
+    """
+    sign, share = s[e + ELEMENT.SIGN], s[e + ELEMENT.SHARE]
+    own, found = share * (sign * stroke - s[e + ELEMENT.START]), 1e9
+    if s[e + ELEMENT.BROKEN] != 0.0 or sign * rate <= 0.0:
+        return found
+    laws = (e + N_ELEMENT, e + 2 * N_ELEMENT) if s[e + ELEMENT.KIND] == SERIES else (e, e)
+    for law in laws:
+        at = s[law + ELEMENT.STROKE] if s[e + ELEMENT.KIND] == SERIES else own
+        curve = int(s[law + ELEMENT.CURVE])
+        k = segment(s, curve, int(s[law + ELEMENT.SEGMENT]), at)
+        n = int(s[curve])
+        while k + 1 < n and s[curve + 1 + k] < at + share * reach:
+            width = s[curve + 2 + k] - s[curve + 1 + k]
+            if width == 0.0:
+                width = abs(s[curve + n + 3 + k] - s[curve + n + 2 + k]) / s[law + ELEMENT.P0]
+            found = min(found, width / share)
+            k += 1
+    return found

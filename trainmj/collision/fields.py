@@ -1,0 +1,149 @@
+"""What a simulation keeps of its vehicles, interfaces and devices, value by value, and where.
+
+The values of a simulation stand in one block (:mod:`trainmj.collision.block`). A field is its place among those of its
+kind; the laws of devices find their parameters and state by it. All values are float64 in SI.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from enum import IntEnum
+from typing import Any, Self
+
+
+class _Field(IntEnum):
+    """A field: its place among those of its kind, with unit and meaning."""
+
+    unit: str  # of its value
+    meaning: str  # in words
+    tallied: bool  # whether it is part of what a collision leaves behind
+
+    def __new__(cls, unit: str, meaning: str, tallied: bool = False) -> Self:
+        """Count the fields in the order in which they are written."""
+        field = int.__new__(cls, len(cls.__members__))
+        field._value_ = len(cls.__members__)
+        field.unit, field.meaning, field.tallied = unit, meaning, tallied
+        return field
+
+
+class Head(_Field):
+    """Header fields."""
+
+    MAGIC = "1", "marks the block of a simulation with the device law"
+    N_VEHICLE = "1", "vehicles"
+    N_INTERFACE = "1", "interfaces"
+    TIME = "s", "time of the last evaluation; -1 before the first", True
+    OVER = "1", "1 when no interface carries force or comes closer, or all vehicles stand", True
+    IMPULSE = "N s", "impulse of rails, brakes, grade and wall on all vehicles together", True
+    STRIDE = "1", "whole steps from one record of the speeds to the next; 0 for no records"
+    DUE = "1", "whole steps until the next record"
+    RECORDS = "1", "records taken so far"
+    MOST = "1", "records after which the simulation is done"
+    DONE = "1", "1 when, at a record, it was over, out of records or not finite: the law rests from then on"
+    N_RING = "1", "records that are kept"
+    RING = "1", "place of the first of them in the block"
+    FRONT = "1", "interface at which the two sides meet"
+    ROLLING = "1", "1 where brakes, grade or unequal friction may bring vehicles together again"
+    STEP = "s", "whole step"
+    REFINES = "1", "1 where steps are made smaller at narrow parts of curves"
+    PARTS_LEFT = "1", "smaller steps left in this whole step"
+    PART = "s", "a smaller step"
+    GRID = "1", "whole steps begun so far"
+    STEPS = "1", "steps of any size, made so far", True
+
+
+class Car(_Field):
+    """Fields of a vehicle."""
+
+    FRICTION_LIMIT = "N", "largest rail friction"
+    BRAKE = "N", "brake force when fully applied"
+    BRAKE_DELAY = "s", "time at which the brake begins to act"
+    BRAKE_RISE = "s", "time that its force takes to rise"
+    BRAKE_MOST = "N", "what the rail can take of it by adhesion"
+    BRAKING = "N", "what the brake can give now"
+    GRADE = "N", "force of the grade along +x"
+    NET = "N", "force of all devices"
+    SPEED = "m/s", "speed at the last evaluation", True
+    FRICTION = "N", "rail friction and brake force"
+    FRICTION_WORK = "J", "work done against rail friction", True
+    BRAKE_WORK = "J", "work done against the brake", True
+    GRADE_WORK = "J", "work done against the grade", True
+    DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
+    TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction, brake and grade included", True
+    UNSEEN_PEAK = "m/s2", "largest |acceleration| by the devices at a peak of a curve between two steps", True
+    SPEED_FIRST = "m/s", "speed at the first force at the front", True
+    SPEED_LAST = "m/s", "speed at the last force at the front", True
+
+
+class Joint(_Field):
+    """Fields of an interface."""
+
+    LEFT = "1", "index of the vehicle on its left"
+    RIGHT = "1", "index of the vehicle on its right; -1 for the wall"
+    FIRST = "1", "place of its first element in the block"
+    COUNT = "1", "its elements"
+    STROKE = "m", "stroke at the last evaluation", True
+    FORCE = "N", "force; negative where it pulls", True
+    WORK = "J", "work done on the interface", True
+    DISSIPATED = "J", "energy lost in all its elements, added up from their laws and not from the work", True
+    STROKE_MAX = "m", "largest stroke", True
+    STROKE_MAX_TIME = "s", "time of the largest stroke", True
+    FORCE_MAX = "N", "largest force", True
+    PULL_MAX = "N", "largest pull", True
+    ABOVE = "N", "what the force was larger on the way from the evaluation before"
+    UNSEEN_FORCE = "N", "largest force at a peak of a curve between two steps", True
+    FIRST_FORCE_TIME = "s", "time of the first force; -1 where there was none", True
+    LAST_FORCE_TIME = "s", "time of the last force", True
+
+
+class Element(_Field):
+    """Fields of an element of an interface: a law, or two in series, which then follow as elements of their own.
+
+    The stroke of an element is ``SHARE (SIGN u - START)`` for a stroke u of its interface; its energies are those of
+    one device, of which the interface has ``1 / SHARE``.
+    """
+
+    NEXT = "1", "from here to the next element"
+    KIND = "1", "code of its law; -1 for two in series"
+    SIGN = "1", "1 where it pushes, -1 where it pulls"
+    SHARE = "1", "part of the stroke that it takes: a half where it stands for two equal devices in series"
+    START = "m", "stroke of the interface at which it engages"
+    BREAK = "N", "force at which it breaks for good"
+    BROKEN = "1", "1 when it has"
+    END = "m", "stroke at which its curve ends, where nothing is stated behind it"
+    CURVE = "1", "place of its first curve in the block"
+    SEGMENT = "1", "segment of it at which the search starts"
+    CURVE_2 = "1", "place of its second curve"
+    SEGMENT_2 = "1", "segment of that"
+    P0 = "", "parameter of its law"
+    P1 = "", "parameter of its law"
+    P2 = "", "parameter of its law"
+    P3 = "", "parameter of its law"
+    P4 = "", "parameter of its law"
+    P5 = "", "parameter of its law"
+    P6 = "", "parameter of its law"
+    P7 = "", "parameter of its law"
+    P8 = "", "parameter of its law"
+    P9 = "", "parameter of its law"
+    STROKE = "m", "stroke at the last evaluation", True
+    FORCE = "N", "force", True
+    PEAK = "N", "largest force on the way from the evaluation before"
+    STATE_0 = "m", "first state of its law, such as the stroke at which the force would vanish", True
+    STATE_1 = "m", "second state of its law", True
+    DISSIPATED = "J", "energy lost", True
+    VISCOUS = "J", "part of it that was lost by speed: in a dashpot, an orifice", True
+    STROKE_MAX = "m", "largest stroke", True
+    END_TIME = "s", "time at which its curve ended, where nothing is stated behind it; -1 if it did not", True
+
+
+def places(fields: type[IntEnum]) -> Any:
+    """The places of fields as plain whole numbers by their names, such as ``places(Head).TIME``."""
+    kind: Any = namedtuple("places", [field.name for field in fields])  # type: ignore[misc]
+    return kind(*map(int, fields))
+
+
+HEAD, CAR, JOINT, ELEMENT = places(Head), places(Car), places(Joint), places(Element)
+"""Numba takes no members of an Enum as indices."""
+
+N_HEAD, N_CAR, N_JOINT, N_ELEMENT = len(Head), len(Car), len(Joint), len(Element)
+N_PARAMETER = ELEMENT.P9 - ELEMENT.P0 + 1

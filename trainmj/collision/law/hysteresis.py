@@ -1,0 +1,106 @@
+"""Hysteresis: loading along one curve, unloading along a lower one, a stiff transition between the two.
+
+Friction draft gears and rubber that recovers. With the loading curve L, the unloading curve U <= L, and the transition
+stiffness Kt, steeper than both::
+
+    F = Kt (u - q), within [U(u), L(u)]
+    q = u - F / Kt where it is at either end
+
+Both curves begin at the origin and climb along Kt, where they have a preload. What is lost is the area between L and U,
+while the force slips along L. Behind its travel the device stands, and an end stop acts beside it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from numba.extending import register_jitable
+
+from trainmj.collision.fields import ELEMENT
+from trainmj.collision.law.curve import area, segment, value
+from trainmj.collision.law.kind import Kind, Response
+from trainmj.collision.law.stop import stopped
+
+if TYPE_CHECKING:
+    from trainmj.collision.device import Law
+
+TRANSITION, TRAVEL, STOP, COLLAPSE = ELEMENT.P0, ELEMENT.P1, ELEMENT.P2, ELEMENT.P3
+SLIPPED, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
+
+
+@register_jitable
+def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
+    """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
+    given, travel = s[e + GIVEN], s[e + TRAVEL]
+    if stroke <= 0.0:
+        return 0.0, 0.0, given, 0.0, 0.0
+    if stroke <= travel:
+        force, now, lost = _slip(s, e, stroke, s[e + ELEMENT.FORCE])
+        return force, now, given, lost, 0.0
+    stop, gives = stopped(stroke - travel, given, s[e + STOP], s[e + COLLAPSE])
+    before, _ = stopped(s[e + ELEMENT.STROKE] - travel, given, s[e + STOP], s[e + COLLAPSE])
+    force, now, lost = _slip(s, e, travel, s[e + ELEMENT.FORCE] - before)
+    return force + stop, now, gives, lost + 0.5 * (stop + before) * (gives - given), 0.0
+
+
+@register_jitable
+def _slip(s: Any, e: int, stroke: float, before: float) -> tuple[float, float, float]:
+    """Force and slip at a stroke within the travel, and the energy lost; the force was another one before."""
+    stiffness, slipped = s[e + TRANSITION], s[e + SLIPPED]
+    loading, unloading = int(s[e + ELEMENT.CURVE]), int(s[e + ELEMENT.CURVE_2])
+    k = segment(s, loading, int(s[e + ELEMENT.SEGMENT]), stroke)
+    s[e + ELEMENT.SEGMENT] = k
+    high = value(s, loading, k, stroke)
+    k = segment(s, unloading, int(s[e + ELEMENT.SEGMENT_2]), stroke)
+    s[e + ELEMENT.SEGMENT_2] = k
+    low = value(s, unloading, k, stroke)
+    elastic = stiffness * (stroke - slipped)
+    if elastic > high:
+        now = stroke - high / stiffness
+        lost = (0.5 * (high + before) - _met(s, e, k, 0.5 * (now + slipped))) * (now - slipped)
+        return high, now, lost
+    if elastic < low:
+        return low, stroke - low / stiffness, 0.0
+    return elastic, slipped, 0.0
+
+
+@register_jitable
+def _met(s: Any, e: int, k: int, slipped: float) -> float:
+    """Force at which the transition that ends at a stroke without force meets the unloading curve, below segment k."""
+    curve, stiffness = int(s[e + ELEMENT.CURVE_2]), s[e + TRANSITION]
+    n, at = int(s[curve]), curve + 1
+    while k > 0 and stiffness * (s[at + k] - slipped) > s[at + n + 1 + k]:
+        k -= 1
+    slope = s[at + 2 * n + 1 + k]
+    if slope >= stiffness * (1.0 - 1e-9):
+        return s[at + n + 1 + k]
+    stroke = (s[at + n + 1 + k] - slope * s[at + k] + stiffness * slipped) / (stiffness - slope)
+    return stiffness * (stroke - slipped)
+
+
+def stored(law: Law, stroke: float, force: float, slipped: float, given: float) -> float:
+    """Energy that it gives back [J]: along the transition to the unloading curve, then along that; and in the stop."""
+    if force <= 0.0:
+        return 0.0
+    stiffness, travel, stop, most, *_ = law.parameters
+    held, _ = stopped(stroke - travel, given, stop, most)
+    force -= held
+    unloading = law.packed[1]
+    n = int(unloading[0])
+    u, f, slope = unloading[1 : n + 1], unloading[n + 2 : 2 * n + 2], unloading[2 * n + 2 :]
+    k = max(0, int((stiffness * (u - slipped) <= f).sum()) - 1)
+    at = min(stroke, travel)
+    if slope[k] < stiffness * (1.0 - 1e-9):
+        at = min(at, (f[k] - slope[k] * u[k] + stiffness * slipped) / (stiffness - slope[k]))
+    met = value(unloading, 0, segment(unloading, 0, 0, at), at)
+    own = (force**2 - met**2) / (2.0 * stiffness) + area(unloading, 0, at)
+    return float(own + (0.5 * held**2 / stop if stop > 0.0 else 0.0))
+
+
+def bounds(law: Law, _: float) -> tuple[float, float]:
+    """Largest dF/du and dF/drate [N/m, N s/m]."""
+    stiffness, _, stop, *_ = law.parameters
+    return max(stiffness, stop), 0.0
+
+
+KIND = Kind("hysteresis", respond, stored, bounds, loss="frictional")

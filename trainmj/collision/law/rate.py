@@ -1,0 +1,86 @@
+"""Rate: a crush curve that is higher the faster it is crushed.
+
+The law is that of :mod:`~trainmj.collision.law.crush` with F_env(u) (1 + (v / C)^(1/P)) in place of F_env(u) for v > 0
+(Cowper and Symonds, on the rate of the stroke: C [m/s] is a strain rate times the length of a fold), or with curves at
+several speeds. Below 1 cm/s the factor is linear in v: its slope is infinite at rest, and the force would chatter.
+Behind the end of the device's own curve there is no factor.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from numba.extending import register_jitable
+
+from trainmj.collision.fields import ELEMENT
+from trainmj.collision.law import crush
+from trainmj.collision.law.crush import PLASTIC, pressed
+from trainmj.collision.law.curve import segment, value
+from trainmj.collision.law.kind import Kind, Response
+
+if TYPE_CHECKING:
+    from trainmj.collision.device import Law
+
+LINEAR = 0.01
+"""Rate below which the factor is linear [m/s]."""
+
+REFERENCE, EXPONENT, UNTIL, SPEEDS = ELEMENT.P2, ELEMENT.P3, ELEMENT.P4, ELEMENT.P5
+"""C [m/s], 1/P, the stroke up to which it holds [m]; how many speeds, if there are curves at several."""
+
+
+@register_jitable
+def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
+    """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
+    plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
+    if stroke <= plastic:
+        return 0.0, plastic, 0.0, 0.0, 0.0
+    before = int(s[e + ELEMENT.SEGMENT])
+    k = segment(s, curve, before, stroke)
+    s[e + ELEMENT.SEGMENT] = k
+    own = value(s, curve, k, stroke)
+    crushing = own
+    if rate > 0.0 and stroke <= s[e + UNTIL]:
+        crushing = _faster(s, e, own, stroke, rate)
+    found = pressed(s, e, stroke, rate, crushing, before, k)
+    if own > 0.0:
+        s[e + ELEMENT.PEAK] *= crushing / own
+    return found
+
+
+@register_jitable
+def _faster(s: Any, e: int, own: float, stroke: float, rate: float) -> float:
+    """Crush force at a rate above 0, where it is own at rest."""
+    speeds = int(s[e + SPEEDS])
+    if speeds == 0:
+        reference, exponent = s[e + REFERENCE], s[e + EXPONENT]
+        if rate < LINEAR:
+            return own * (1.0 + (LINEAR / reference) ** exponent * rate / LINEAR)
+        return own * (1.0 + (rate / reference) ** exponent)
+    # one row for each speed: values of a curve over the stroke whose value is the force at that speed
+    at = int(s[e + ELEMENT.CURVE_2])
+    low, speed_below, below = own, 0.0, own
+    for _ in range(speeds):
+        curve = at + 1
+        here = value(s, curve, segment(s, curve, 0, stroke), stroke)
+        if rate <= s[at]:
+            return below + (here - below) * (rate - speed_below) / (s[at] - speed_below)
+        speed_below, below, low = s[at], here, here
+        at = curve + 3 * int(s[curve]) + 2
+    return low
+
+
+def bounds(law: Law, fastest: float) -> tuple[float, float]:
+    """Largest dF/du and dF/drate [N/m, N s/m]: the factor is steepest below 1 cm/s, a table between two speeds."""
+    stiffness, damping = crush.bounds(law, fastest)
+    _, _, reference, exponent, _, speeds, *_ = law.parameters
+    most = float(law.curves[0][1].max())
+    if speeds == 0:
+        return stiffness, max(damping, most * (LINEAR / reference) ** exponent / LINEAR)
+    rows = [(0.0, law.curves[0]), *zip(law.speeds, law.curves[1:], strict=True)]
+    steepest = max(
+        float(abs(b[1].max() - a[1].min())) / (v - u) for (u, a), (v, b) in zip(rows[:-1], rows[1:], strict=True)
+    )
+    return stiffness, max(damping, steepest)
+
+
+KIND = Kind("rate", respond, crush.stored, bounds)
