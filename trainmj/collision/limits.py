@@ -15,7 +15,7 @@ from typing import Any
 from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import STAGE, columns_of, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
-from trainmj.scenario.parts import DEVICE
+from trainmj.scenario.devices import DEVICE
 from trainmj.units import against, beyond
 
 

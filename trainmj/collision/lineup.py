@@ -12,8 +12,12 @@ from trainmj.collision.device import Device, Envelope, Stage, in_series
 from trainmj.collision.quantities import columns_of, no_number, of_each
 from trainmj.files.source import Problem, no_such
 from trainmj.scenario import Scenario, scenario_given
-from trainmj.scenario.parts import RIGID_WALL, Car, DeviceSpec, Parts
+from trainmj.scenario.devices import CrushDevice
+from trainmj.scenario.parts import Parts
+from trainmj.scenario.trains import RIGID_WALL, Car
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
+
+_LATER = "cannot be computed yet"
 
 
 def line_up(scenario: Scenario | str | Path) -> Chain:
@@ -27,13 +31,15 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
             what this chain does not have.
     """
     scenario = scenario_given(scenario)
+    scenario.refuse(_not_computed(scenario))
     c = scenario.collision
-    devices = {name: _device(name, spec, scenario) for name, spec in scenario.devices.items()}
+    crushed = {name: spec for name, spec in scenario.devices.items() if isinstance(spec, CrushDevice)}
+    devices = {name: _device(name, spec, scenario) for name, spec in crushed.items()}
     train = scenario.trains[c.train]
     moving = train.cars()
     vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h) for i, car in enumerate(moving)][::-1]
     interfaces = [
-        _joint(f"M{i + 1}-M{i + 2}", len(moving) - i - 2, devices[str(moving[i].coupler)])
+        _joint(f"M{i + 1}-M{i + 2}", len(moving) - i - 2, devices[(moving[i].coupler or ("",))[0]])
         for i in range(len(moving) - 1)
     ][::-1]
     near = devices[str(train.front)]
@@ -43,7 +49,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     else:
         partner = scenario.trains[c.partner]
         cars = partner.cars()
-        couplers = [car.coupler for car in cars[:-1]]
+        couplers = [(car.coupler or ("",))[0] for car in cars[:-1]]
         if c.partner_end == "rear":
             cars, couplers = cars[::-1], couplers[::-1]
         far = devices[str(getattr(partner, c.partner_end))]
@@ -69,6 +75,26 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     return chain
 
 
+def _not_computed(scenario: Scenario) -> Iterator[Problem]:
+    """What a scenario may state and this version does not compute."""
+    c = scenario.collision
+    if c.grade_per_mille:
+        yield Problem(("collision", "grade_per_mille"), _LATER)
+    if c.partner in scenario.obstacles:
+        yield Problem(("collision", "partner"), f"an obstacle {_LATER}")
+    sides = {name: scenario.trains[name] for name in (c.train, c.partner) if name in scenario.trains}
+    used = {name for train in sides.values() for name in (train.front, train.rear)}
+    for side, train in sides.items():
+        for car in train.cars():
+            used.update(car.coupler or ())
+            if len(car.coupler or ()) > 1 or car.brakes is not None or car.rail_friction is not None:
+                yield Problem(("trains", side), f"brakes, rail_friction or two couplers in series {_LATER}")
+                break
+    for name, spec in scenario.devices.items():
+        if name in used and not (isinstance(spec, CrushDevice) and spec.pull is None and spec.rate is None):
+            yield Problem(("devices", name), f"its kind, pull or rate {_LATER}")
+
+
 def _limits(chain: Chain) -> Iterator[Problem]:
     """What is wrong with the limits of a chain: names of nothing, and of what is not a number here."""
     for name in chain.limits:
@@ -88,7 +114,7 @@ def _joint(name: str, left: int, device: Device) -> Interface:
     return Interface(name, left, left + 1, device.envelope, (device.envelope.stroke,), (device,))
 
 
-def _device(name: str, spec: DeviceSpec, parts: Parts) -> Device:
+def _device(name: str, spec: CrushDevice, parts: Parts) -> Device:
     """The envelope and stages of a device, its stages laid end to end."""
     stroke: list[float] = []
     force: list[float] = []

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -129,7 +129,10 @@ class Either:
             words = (_WORDS[dict if is_group(member) else base_of(member)] for member in members.values())
             return "", f"must be {self.said or one_of(words)}"
         kinds = self._by_kind(members)
-        if own := _own_keys(kinds.pop(self._kind_of(value), {})):
+        free = kinds.pop(self._kind_of(value), {})
+        if self.by and self.by not in value and (of_kind := self._kind_with(value, free, kinds)):
+            return self.by, f"is missing: {of_kind[0]} belongs to {self.by} {of_kind[1]}"
+        if own := _own_keys(free):
             needs = [" and ".join(keys) for keys in own.values()]
             return "", f"needs {', or '.join(needs) if ' and ' in ' '.join(needs) else one_of(needs)}"
         offered = one_of(repr(kind) for kind in kinds if kind is not None)
@@ -154,11 +157,23 @@ class Either:
     def giving_way(self, under: Mapping[str, Any], over: Mapping[str, Any], members: Alternatives) -> list[str]:
         """The keys of a group that do not go with the alternative which the values over it stand for."""
         groups = _groups(members)
-        marks = {tag: own for tag, own in _own_keys(groups).items() if any(over.get(key) is not None for key in own)}
-        if len(marks) != 1:
-            return []
-        there = keys_of(groups[next(iter(marks))])
+        kinds = self._by_kind(members)
+        meant = kinds.get(self._kind_of(over) or self._kind_of(under), {}) or kinds[None]
+        marks = {tag: own for tag, own in _own_keys(meant).items() if any(over.get(key) is not None for key in own)}
+        if len(marks) == 1:
+            meant = {tag: meant[tag] for tag in marks}
+        there = {key for group in meant.values() for key in keys_of(group)}
         return [key for key in under if key not in there and any(key in keys_of(group) for group in groups.values())]
+
+    def _kind_with(self, value: Mapping[Any, Any], free: Mapping[str, Group], kinds: Mapping[Any, Any]) -> Any:
+        """A key that no group without a kind has, and the kinds that have it; None if there is no such key."""
+        known = {key for group in free.values() for key in keys_of(group)}
+        takers = {
+            key: [kind for kind, groups in kinds.items() if any(key in keys_of(group) for group in groups.values())]
+            for key in value
+            if key not in known
+        }
+        return next(((key, one_of(map(str, found))) for key, found in takers.items() if found), None)
 
     def _by_kind(self, members: Alternatives) -> dict[Any, dict[str, Group]]:
         """The groups by the value of the key that tells them apart; None stands for a key that is not stated."""
@@ -187,10 +202,11 @@ def alternatives(union: Any) -> dict[str, Any]:
 
 
 def base_of(annotation: Any) -> Any:
-    """The class behind a type: list for ``Annotated[list[int], ...]``."""
+    """The class behind a type: list for ``Annotated[list[int], ...]``, str for ``Literal["a", "b"]``."""
     while hasattr(annotation, "__metadata__"):
         annotation = annotation.__origin__
-    return get_origin(annotation) or annotation
+    origin = get_origin(annotation)
+    return type(get_args(annotation)[0]) if origin is Literal else origin or annotation
 
 
 def is_group(annotation: Any) -> bool:

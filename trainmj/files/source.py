@@ -28,7 +28,7 @@ _MOST = 20  # problems in one message
 _MOST_ERRORS = 200  # errors that are put into words; several can be one problem
 _MOST_BITS = int(LARGEST).bit_length()
 _MOST_OTHERS = 3  # other files and changes that a group has values from
-_POINT = re.compile(r":\d+:\d+$|: point \d+$")  # of a place in a file
+_POINT = re.compile(r":\d+:\d+$|: \w+ \d+$")  # of a place in a file
 _TAKES_BACK = "null takes back what is stated there, and nothing is"
 
 
@@ -264,11 +264,15 @@ def type_at(type_: Any, path: Path) -> Any:
     return _bare(type_)[0]
 
 
+def groups_of(type_: Any) -> list[type[BaseModel]]:
+    """The groups that a type allows; several if it has alternatives."""
+    bare, _ = _bare(type_)
+    return [member for member in alternatives(bare).values() or [bare] if is_group(member)]
+
+
 def _has_key(type_: Any, key: str | int) -> bool:
     """Whether a key is one that a group has; the keys of other mappings are the user's."""
-    bare, _ = _bare(type_)
-    groups = filter(is_group, alternatives(bare).values() or [bare])
-    return any(key in keys_of(group) for group in groups)
+    return any(key in keys_of(group) for group in groups_of(type_))
 
 
 def put(group: dict[Any, Any], key: str | int, value: Any, type_: Any) -> None:

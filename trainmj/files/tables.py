@@ -7,7 +7,7 @@ import io
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -117,12 +117,13 @@ def _column(texts: list[str]) -> list[Any]:
     return list(texts)
 
 
-def read_beside(folder: Path, name: str, said: str) -> Table:
+def read_beside(folder: Path, name: str, said: str, texts: Collection[str] = ()) -> Table:
     """The table in a CSV file that an input file names, beside that file, in folder, or below.
 
     Columns are separated by commas, semicolons or tabs, as the heads are, or as a line ``sep=;`` before them states.
     The decimal mark is a point or a comma. Separators in quotes are text. Lines that begin with # and lines without
-    values are skipped, and so are columns with neither head nor values.
+    values are skipped, and so are columns with neither head nor values. Columns with a head of texts are text, whatever
+    is in them.
 
     Raises:
         InputError: if there is no such file, the name leads out of the folder, it is not a table, a row is longer or
@@ -133,12 +134,12 @@ def read_beside(folder: Path, name: str, said: str) -> Table:
         known = close_match(name, [path.name for path in folder.glob("*.csv")])
         raise InputError(f"{said}: there is no such file beside it{known}")
     try:
-        return _read(path)
+        return _read(path, texts)
     except InputError as error:
         raise InputError(f"{said}: {error}") from None
 
 
-def _read(file: Path) -> Table:
+def _read(file: Path, texts: Collection[str]) -> Table:
     """The table in a file; errors do not name it."""
     text = read_text(file, _MOST_BYTES).replace("\r", "\n")
     count = text.count("\n") + 1
@@ -164,7 +165,7 @@ def _read(file: Path) -> Table:
     if not any(columns.get("", ())):
         columns.pop("", None)
     table = Table(file, columns, lines)
-    return replace(table, columns=_typed(table, separator))
+    return replace(table, columns=_typed(table, separator, texts))
 
 
 def _records(text: str, line: int, separator: str) -> Iterator[tuple[int, list[str]]]:
@@ -215,13 +216,13 @@ def _rows(
     return rows, lines
 
 
-def _typed(table: Table, separator: str) -> dict[str, list[Any]]:
+def _typed(table: Table, separator: str, texts: Collection[str]) -> dict[str, list[Any]]:
     """The columns of a table of texts, those of numbers read as such.
 
     Raises:
         InputError: if thousands are set apart, decimal marks differ, or one mark could be either.
     """
-    numeric = {head: cells for head, cells in table.columns.items() if _are_numbers(cells)}
+    numeric = {head: cells for head, cells in table.columns.items() if head not in texts and _are_numbers(cells)}
     marked: dict[str, tuple[int, str]] = {}  # where the first number with each decimal mark is
     told = separator == "," and not any("," in cell for cells in numeric.values() for cell in cells)
     for head, cells in numeric.items():

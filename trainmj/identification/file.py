@@ -25,7 +25,7 @@ from trainmj.files.parts import (
     Title,
 )
 from trainmj.files.source import Path
-from trainmj.scenario.parts import Step
+from trainmj.scenario.ranges import Step
 
 MAX_PARAMETERS = 200
 MAX_VALUES = 10_000

@@ -11,12 +11,13 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import given
 from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
-from trainmj.files.source import Path, Problem, Source, dotted, giving_way, inside, placed, put
+from trainmj.files.source import Path, Problem, Source, dotted, giving_way, groups_of, inside, placed, put
 from trainmj.files.tables import read_beside
 from trainmj.files.text import beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
-from trainmj.scenario.parts import MAX_POINTS, Parts
+from trainmj.scenario.curves import TableFile
+from trainmj.scenario.parts import Parts
 from trainmj.scenario.scenario import Scenario, marked
 
 BUILDS_ON = "builds_on"
@@ -24,7 +25,6 @@ JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
 """The dialect of the schemas for editors."""
 
 _LONGEST_CHAIN = 10
-_COLUMNS = ("stroke_mm", "force_kN")  # of a curve in a CSV file
 _SHOWN = 120  # characters of heads in a message
 
 
@@ -187,7 +187,7 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
-    source = _with_points(read_yaml(path))
+    source = _with_tables(read_yaml(path))
     values = dict(source.values)
     base = values.pop(BUILDS_ON, None)
     if base is None:
@@ -198,45 +198,47 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     return _built(below, replace(source, values=values))
 
 
-def _with_points(source: Source) -> Source:
-    """A file, each curve in it that names a CSV file replaced by the points there, which have their own places."""
+def _with_tables(source: Source) -> Source:
+    """A file, each part of it that names a CSV file replaced by what is there, which has places of its own."""
     origins, names = dict(source.origins), []
 
-    def read(value: Any, path: Path) -> Any:
+    def read(value: Any, path: Path, type_: Any) -> Any:
         if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-            points, places = _read_curve(value["file"], path, source)
+            kind = next((group for group in groups_of(type_) if issubclass(group, TableFile)), None)
+            if kind is None:
+                return value  # the checks say what is wrong with it
+            content, places = _read_table(kind, value["file"], path, source)
             names.append(value["file"])
             origins.update(places)
-            return points
+            return content
         if isinstance(value, dict):
-            return {key: read(inner, (*path, key)) for key, inner in value.items()}
+            return {key: read(inner, (*path, key), inside(type_, key)) for key, inner in value.items()}
         if isinstance(value, list):
-            return [read(inner, (*path, n)) for n, inner in enumerate(value)]
+            return [read(inner, (*path, n), inside(type_, n)) for n, inner in enumerate(value)]
         return value
 
-    return replace(source, values=read(source.values, ()), origins=origins).reading(*names)
+    return replace(source, values=read(source.values, (), Parts), origins=origins).reading(*names)
 
 
-def _read_curve(name: str, at: Path, source: Source) -> tuple[dict[str, list[float]], dict[Path, str]]:
-    """Points of a CSV file with columns stroke_mm and force_kN, and the place of each number; others are ignored."""
+def _read_table(kind: type[TableFile], name: str, at: Path, source: Source) -> tuple[Any, dict[Path, str]]:
+    """What a CSV file stands for, and the place of each value; columns that its kind does not read are ignored."""
     said = source.said(*at, "file")
-    table = read_beside(source.folder, name, said)
-    missing = [column for column in _COLUMNS if column not in table.columns]
+    table = read_beside(source.folder, name, said, kind.texts)
+    missing = [column for column in kind.columns if column not in table.columns]
     if missing:
         there = ascii(", ".join(table.columns))[:_SHOWN]
         raise InputError(
-            f"{said}: has no column {missing[0]!r}; the first line must name {' and '.join(_COLUMNS)}, and is {there}"
+            f"{said}: has no column {missing[0]!r}; the first line must name {' and '.join(kind.columns)}, "
+            f"and is {there}"
         )
-    if len(table.lines) > MAX_POINTS:
-        raise InputError(f"{said}: has more than {MAX_POINTS} points")
+    if len(table.lines) > kind.most:
+        raise InputError(f"{said}: has more than {kind.most} {kind.row}s")
     try:
-        points = {column: table.numbers(column) for column in _COLUMNS}
+        values, rows = kind.values_of(table)
     except InputError as error:
         raise InputError(f"{said}: {error}") from None
-    places: dict[Path, str] = {(*at, column): str(table.file) for column in _COLUMNS}
-    for n, line in enumerate(table.lines):
-        places |= {(*at, column, n): f"{table.file}:{line}: point {n + 1}" for column in _COLUMNS}
-    return points, places
+    of_rows = {path: f":{table.lines[row]}: {kind.row} {row + 1}" for path, row in rows.items() if row is not None}
+    return values, {(*at, *path): f"{table.file}{of_rows.get(path, '')}" for path in rows}
 
 
 def _built(below: Source, over: Source) -> Source:

@@ -6,199 +6,17 @@ Values stay in the units of their names; :mod:`trainmj.collision.chain` turns th
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from trainmj.files.parts import WHOLE, Above, Either, Notes, Part, Positive, Spelt, Title
+from trainmj.files.parts import Above, Either, Notes, Part, Positive, Title
+from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
+from trainmj.scenario.devices import DeviceSpec
+from trainmj.scenario.ranges import Friction, Gap, Key, Response, Speed, Step
+from trainmj.scenario.trains import RIGID_WALL, ObstacleSpec, TrainSpec
 
-RIGID_WALL = "rigid_wall"
-DEVICE = "device"  # the name of the only stage of a device with one curve
-MAX_VEHICLES = 400
-MAX_POINTS = 2000
-MAX_DEVICE_POINTS = 4000
 MAX_NAMES = 1000
-MAX_STAGES = 20
-
-# Beyond every vehicle and device, but below almost all that is stated in a wrong unit. Car bodies are proved to 2000 kN
-# and whole ends crush at some 20 000 kN. A solid cube of steel with edges of 240 mm has 50 000 kN/mm; on half of that a
-# dashpot of 100 000 kN s/m damps 100 t critically. A crush zone of 10 m is half a car.
-Force = Annotated[
-    float,
-    Field(ge=0, le=50_000, allow_inf_nan=False),
-    Above("forces are in kN; divide by 1000 if it is in N"),
-]
-Stiffness = Annotated[
-    float,
-    Field(ge=1e-6, le=50_000, allow_inf_nan=False),
-    Above("stiffnesses are in kN/mm; divide by 1000 if it is in N/mm"),
-]
-Damping = Annotated[
-    float,
-    Field(ge=0, le=100_000, allow_inf_nan=False),
-    Above("dashpots are in kN s/m; divide by 1000 if it is in N s/m"),
-]
-Stroke = Annotated[
-    float,
-    Field(ge=0, le=10_000, allow_inf_nan=False),
-    Above("strokes are in mm; no device is longer than 10 m"),
-]
-Gap = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False), Above("gaps are in mm")]
-Mass = Annotated[
-    float,
-    Field(ge=1, le=200, allow_inf_nan=False, description="mass of a vehicle [t]"),
-    Above("masses are in t; divide by 1000 if it is in kg"),
-]
-Length = Annotated[
-    float,
-    Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]"),
-    Above("lengths are in m; divide by 1000 if it is in mm"),
-]
-Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
-Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
-Key = Annotated[
-    str,
-    Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60),
-    Spelt("must be a letter or _, then letters, digits and _"),
-]
-Response = Annotated[
-    str,
-    Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=120),
-    Spelt("must be a letter, then letters, digits and _"),
-]
-Label = Annotated[
-    str,
-    Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40),
-    Spelt("must be a letter or digit, then letters, digits, spaces and . _ + / -"),
-]
-
-
-class Curve(Part):
-    """Points of a crush curve."""
-
-    stroke_mm: Annotated[list[Stroke], Field(min_length=1, max_length=MAX_POINTS)] = Field(
-        description="strokes [mm], always growing"
-    )
-    force_kN: Annotated[list[Force], Field(min_length=1, max_length=MAX_POINTS)] = Field(
-        description="crush force at each stroke [kN]"
-    )
-
-
-class CurveFile(Part):
-    """A crush curve in a CSV file beside the scenario, with columns stroke_mm and force_kN."""
-
-    file: str = Field(description="name of the CSV file")
-
-
-OneCurve = Annotated[str | Curve | CurveFile, Either(said="the name of a curve, or its points")]
-CurveRef = Annotated[
-    str | Curve | CurveFile | Annotated[list[OneCurve], Field(min_length=1, max_length=100)],
-    Either(said="the name of a curve, its points, or a list of these"),
-]
-
-
-def listed(ref: CurveRef) -> list[tuple[tuple[int, ...], str | Curve | CurveFile]]:
-    """The parts of a curve, each with its position below it."""
-    return [((n,), part) for n, part in enumerate(ref)] if isinstance(ref, list) else [((), ref)]
-
-
-class ShearOff(Part):
-    """Bolts that fail at the end of a curve: the force rises to force_kN, then drops to zero."""
-
-    force_kN: Force = Field(description="force at which the bolts shear [kN]")
-    ramp_mm: Annotated[Stroke, Field(ge=1e-3)] = Field(
-        default=0.25, description="stroke of the rise, and again of the drop [mm]"
-    )
-
-
-class StageSpec(Part):
-    """One part of a device, from the stroke at which it engages."""
-
-    curve: CurveRef = Field(
-        description="the name of a curve, points or a CSV file, or a list of these that is read as one curve"
-    )
-    empty_stroke_mm: Stroke = Field(default=0.0, description="travel without force before it engages [mm]")
-    shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
-    stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
-        default=None, description="largest stroke the design allows [mm]"
-    )
-
-
-class Unloading(Part):
-    """How a device that was crushed unloads and is loaded again."""
-
-    stiffness_kN_per_mm: Stiffness = Field(description="unloading stiffness [kN/mm]")
-    damping_kN_s_per_m: Damping = Field(default=0.0, description="dashpot on the elastic branch [kN s/m]")
-
-
-class CurveDevice(Unloading, StageSpec):
-    """A device of one curve."""
-
-    def all_stages(self) -> dict[str, StageSpec]:
-        """The device as its own single stage."""
-        return {DEVICE: self}
-
-
-class StagedDevice(Unloading):
-    """A device of stages that act one after the other."""
-
-    stages: Annotated[dict[Key, StageSpec], Field(min_length=1, max_length=MAX_STAGES)] = Field(
-        description="stages by name, in the order in which they act"
-    )
-
-    def all_stages(self) -> dict[str, StageSpec]:
-        """The stages by name, in their order."""
-        return self.stages
-
-
-DeviceSpec = Annotated[CurveDevice | StagedDevice, Either()]
-
-
-class VehicleSpec(Part):
-    """One vehicle of a train; the train states for all vehicles what this one leaves out."""
-
-    name: Label = Field(description="type of vehicle; --set finds it by this name")
-    mass_t: Mass | None = None
-    length_m: Length | None = None
-    coupler: str | None = Field(default=None, description="device between this vehicle and the next one behind it")
-
-
-class Car(NamedTuple):
-    """A vehicle with the values of its train where it has none; None where neither has one."""
-
-    name: str
-    mass_t: float | None
-    length_m: float
-    coupler: str | None
-
-
-class TrainSpec(Part):
-    """A train, with its vehicles from the front end; a wagon is a train of one vehicle."""
-
-    vehicles: Annotated[
-        Annotated[int, Field(ge=1, le=MAX_VEHICLES), WHOLE]
-        | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES)],
-        Either(said="a list of vehicles, or how many"),
-    ] = Field(description="the vehicles from the front end, or only how many")
-    mass_t: Mass | None = Field(default=None, description="mass of vehicles that state none of their own [t]")
-    length_m: Length = Field(default=20.0, description="length of vehicles that state none of their own [m]")
-    coupler: str | None = Field(default=None, description="device between vehicles that state none of their own")
-    front: str | None = Field(default=None, description="device at the front end")
-    rear: str | None = Field(default=None, description="device at the rear end")
-
-    def cars(self) -> list[Car]:
-        """Every vehicle from the front end, with the values that the train states for all."""
-        if isinstance(self.vehicles, int):
-            return [Car(str(i + 1), self.mass_t, self.length_m, self.coupler) for i in range(self.vehicles)]
-        return [
-            Car(
-                v.name,
-                self.mass_t if v.mass_t is None else v.mass_t,
-                self.length_m if v.length_m is None else v.length_m,
-                self.coupler if v.coupler is None else v.coupler,
-            )
-            for v in self.vehicles
-        ]
 
 
 class Collision(Part):
@@ -206,13 +24,19 @@ class Collision(Part):
 
     train: str = Field(description="the train that runs into its partner")
     speed_km_h: Speed
-    partner: str = Field(description=f"another train, the same one, or {RIGID_WALL}")
+    partner: str = Field(description=f"another train, the same one, an obstacle, or {RIGID_WALL}")
     partner_speed_km_h: Speed = 0.0
     partner_end: Literal["front", "rear"] = Field(default="front", description="the end of the partner that is struck")
     gap_mm: Gap = Field(default=0.0, description="distance between the two sides at time 0 [mm]")
-    rail_friction: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)] = Field(
-        default=0.0, description="Coulomb coefficient between wheel and rail, for every vehicle"
+    rail_friction: Friction = Field(
+        default=0.0,
+        description="Coulomb coefficient between wheel and rail, of every vehicle whose train states no other",
     )
+    grade_per_mille: Annotated[
+        float,
+        Field(ge=-200, le=200, allow_inf_nan=False),
+        Above("grades are in per mille; multiply by 10 if it is in %, and no track is steeper than 200 per mille"),
+    ] = Field(default=0.0, description="grade of the track [per mille], positive uphill along +x")
 
 
 class Simulation(Part):
@@ -258,6 +82,9 @@ class Parts(Part, title="scenario file"):
     )
     devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES, description="couplers, absorbers, buffers, by name")
     trains: dict[Key, TrainSpec] = Field(max_length=MAX_NAMES, description="trains and wagons, by name")
+    obstacles: dict[Key, ObstacleSpec] = Field(
+        default_factory=dict, max_length=MAX_NAMES, description="what is hit and is no train, by name"
+    )
     collision: Collision = Field(description="who runs into whom")
     simulation: Simulation = Field(default=Simulation(), description="how it is computed")
     limits: dict[Response, Positive] = Field(

@@ -1,156 +1,90 @@
-"""Rules that concern several parts of a scenario: names that must exist, curves that must fit together."""
+"""Rules that concern several parts of a scenario: names that must exist, who meets whom, how it is computed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 
-from trainmj.files.source import Path, Problem, dotted, no_such
-from trainmj.scenario.parts import (
-    MAX_DEVICE_POINTS,
-    MAX_VEHICLES,
-    RIGID_WALL,
-    Curve,
-    CurveFile,
-    CurveRef,
-    DeviceSpec,
-    Parts,
-    StageSpec,
-    listed,
-)
+from trainmj.files.source import Path, Problem, no_such
+from trainmj.scenario.curves import Curve, listed
+from trainmj.scenario.parts import Parts
+from trainmj.scenario.ranges import MAX_MASS
+from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read
+from trainmj.scenario.trains import MAX_VEHICLES, RIGID_WALL, CouplerRef, Load, ObstacleSpec, TrainSpec, VehicleSpec
 
 _LEAST_CLOSING = 0.1  # km/h; a collision whose sides close in at a third of this counts as over
 _MOST_STEPS = 5_000_000
 _MOST_RECORDS = 3_000_000  # of all vehicles together: 200 MB
 _MOST_POINTS = 20_000  # of all curves together, so that a scenario that was written can be read again
-_LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
-_LEAST_STROKE = 5.0  # at which the curves of a device end [mm]; no crush zone has 5 m
-_LEAST_FORCE = 5.0  # of the largest one of a device [kN]; no train weighs so little
 
 
 def broken_rules(parts: Parts) -> Iterator[Problem]:
     """Every rule that the parts break between them."""
     for name, curve in parts.curves.items():
-        yield from _curve(("curves", name), curve)
+        yield from curve_rules(("curves", name), curve)
     for name, device in parts.devices.items():
-        yield from _device(("devices", name), device, parts)
-    for name in parts.trains:
-        yield from _train(name, parts)
+        yield from device_rules(("devices", name), device, parts)
+    for name, train in parts.trains.items():
+        yield from _train(("trains", name), train, parts)
+    for name, obstacle in parts.obstacles.items():
+        yield from _obstacle(name, obstacle, parts)
+    for kind, names in (("trains", parts.trains), ("obstacles", parts.obstacles)):
+        if RIGID_WALL in names:
+            yield Problem((kind, RIGID_WALL), "is reserved for the rigid wall: choose another name")
     yield from _points(parts)
     yield from _collision(parts)
     yield from _simulation(parts)
 
 
 def _points(parts: Parts) -> Iterator[Problem]:
-    stages = [stage for device in parts.devices.values() for stage in device.all_stages().values()]
-    inline = [curve for stage in stages for _, curve in listed(stage.curve)]
+    inline = [curve for device in parts.devices.values() for _, ref in device.curves() for _, curve in listed(ref)]
     count = sum(len(c.stroke_mm) for c in [*parts.curves.values(), *inline] if isinstance(c, Curve))
     if count > _MOST_POINTS:
         yield Problem(("curves",), f"have {count} points in all, more than {_MOST_POINTS}: state fewer")
 
 
-def _curve(path: Path, curve: Curve | CurveFile) -> Iterator[Problem]:
-    if isinstance(curve, CurveFile):
-        yield Problem((*path, "file"), "is only read when a scenario is loaded from its file, by trainmj.load")
-        return
-    n, m = len(curve.stroke_mm), len(curve.force_kN)
-    if n != m:
-        yield Problem(path, f"needs as many strokes as forces; it has {n} and {m}")
-    for i, (a, b) in enumerate(pairwise(curve.stroke_mm)):
-        if b < a + _LEAST_WIDTH:
-            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: strokes grow")
-
-
-def _device(path: Path, device: DeviceSpec, parts: Parts) -> Iterator[Problem]:
-    if len({name.casefold() for name in device.all_stages()}) < len(device.all_stages()):
-        yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
-    count, end, most = 0, 0.0, 0.0
-    before: StageSpec | None = None
-    for name, stage in device.all_stages().items():
-        at = path if stage is device else (*path, "stages", name)
-        broken = list(_curve_ref((*at, "curve"), stage.curve, parts))
-        yield from broken
-        if not broken:
-            yield from _stage(at, stage, parts)
-            stroke, force = parts.curve_points(stage.curve)
-            count, end = count + len(stroke), end + max(stroke, default=0.0)
-            most = max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
-        if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
-            yield Problem(
-                (*at, "empty_stroke_mm"),
-                f"must be at least {2 * before.shear_off.ramp_mm:g} mm, twice the ramp_mm in which the force of the "
-                "stage before it rises and drops at shear-off",
-            )
-        before = stage
-    if 0 < end < _LEAST_STROKE:
-        rule = f"has {end:g} mm of stroke in all, less than {_LEAST_STROKE:g} mm: multiply by 1000 if strokes are in m"
-        yield Problem(path, rule)
-    if 0 < most < _LEAST_FORCE:
-        rule = f"has {most:g} kN at most, less than {_LEAST_FORCE:g} kN: multiply by 1000 if forces are in MN"
-        yield Problem(path, rule)
-    if count > MAX_DEVICE_POINTS:
-        yield Problem(path, f"has {count} points in all, more than {MAX_DEVICE_POINTS}")
-
-
-def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
-    for at, curve in listed(ref):
-        if not isinstance(curve, str):
-            yield from _curve((*path, *at), curve)
-        elif curve not in parts.curves:
-            yield no_such("curve", (*path, *at), curve, parts.curves)
-
-
-def _stage(path: Path, stage: StageSpec, parts: Parts) -> Iterator[Problem]:
-    stroke, force = parts.curve_points(stage.curve)
-    if len(stroke) != len(force):
-        return  # reported where the curve itself is checked
-    if len(stroke) < 2:
-        yield Problem((*path, "curve"), "needs two or more points")
-        return
-    if stroke[0] != 0:
-        at, first = listed(stage.curve)[0]
-        start = ("curves", first) if isinstance(first, str) else (*path, "curve", *at)
-        rule = f"the curve of {dotted(path)} must start at a stroke of 0, not {stroke[0]:g} mm"
-        yield Problem((*start, "stroke_mm", 0), rule)
-    yield from _joints((*path, "curve"), stage.curve, parts)
-    if stage.stroke_limit_mm is not None and stage.stroke_limit_mm > stroke[-1]:
-        yield Problem(
-            (*path, "stroke_limit_mm"), f"must be within the curve, which ends at {stroke[-1]:g} mm: extend the curve"
-        )
-    if stage.shear_off is not None and stage.shear_off.force_kN < force[-1]:
-        yield Problem(
-            (*path, "shear_off", "force_kN"), f"must be at least the {force[-1]:g} kN at which the curve ends"
-        )
-
-
-def _joints(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
-    before = 0.0
-    for n, (at, part) in enumerate(listed(ref)):
-        stroke, _ = parts.curve_points(part)
-        if n and stroke and stroke[0] < before + _LEAST_WIDTH:
-            rule = f"must continue from the {before:g} mm of the part before it, and begins at {stroke[0]:g} mm"
-            yield Problem((*path, *at), rule)
-        before = stroke[-1] if stroke else before
-
-
-def _train(name: str, parts: Parts) -> Iterator[Problem]:
-    train = parts.trains[name]
-    path: Path = ("trains", name)
-    if name == RIGID_WALL:
-        yield Problem(path, "is reserved for the rigid wall: choose another name")
-    for key in ("front", "rear", "coupler"):
+def _train(path: Path, train: TrainSpec, parts: Parts) -> Iterator[Problem]:
+    yield from not_read((*path, "vehicles"), train.vehicles)
+    for key in ("front", "rear"):
         yield from _device_ref((*path, key), getattr(train, key), parts)
-    cars = train.cars()
-    for i, car in enumerate(cars):
+    yield from _coupler_ref((*path, "coupler"), train.coupler, parts)
+    vehicles = train.each()
+    for i, vehicle in enumerate(vehicles):
         at = (*path, "vehicles", i) if isinstance(train.vehicles, list) else path
-        if isinstance(train.vehicles, list):
-            yield from _device_ref((*at, "coupler"), train.vehicles[i].coupler, parts)
-        if car.mass_t is None:
-            yield Problem(at, "has no mass_t, and the train states none for all: add one of them")
-        if car.coupler is None and i < len(cars) - 1:
-            yield Problem(at, "has no coupler to the next vehicle, and the train states none for all: add one of them")
-        if not isinstance(train.vehicles, list) and (car.mass_t is None or car.coupler is None):
-            return
+        yield from _coupler_ref((*at, "coupler"), vehicle.coupler if at != path else None, parts)
+        broken = list(_vehicle(at, train, vehicle, i == len(vehicles) - 1))
+        yield from broken
+        if broken and at == path:
+            return  # the others are the same
+
+
+def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, last: bool) -> Iterator[Problem]:
+    """Rules of a vehicle with what its train states for all."""
+    mass_t, load = train.mass_t if vehicle.mass_t is None else vehicle.mass_t, train.load_of(vehicle)
+    if mass_t is None:
+        yield Problem(path, "has no mass_t, and the train states none for all: add one of them")
+    if vehicle.coupler is None and train.coupler is None and not last:
+        yield Problem(path, "has no coupler to the next vehicle, and the train states none for all: add one of them")
+    missing = [key for key, value in load if value is None]
+    if missing and len(missing) < len(Load.model_fields):
+        rule = f"has no {' and no '.join(missing)}, and the train states none for all: a load is seats x share x kg"
+        yield Problem((*path, "load"), rule + "; state seats: 0 for none" * ("seats" in missing))
+    elif mass_t is not None and mass_t + train.load_t(vehicle) > MAX_MASS:
+        rule = f"makes {mass_t + train.load_t(vehicle):g} t of {mass_t:g} t, more than {MAX_MASS:g} t"
+        yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger")
+
+
+def _obstacle(name: str, obstacle: ObstacleSpec, parts: Parts) -> Iterator[Problem]:
+    path: Path = ("obstacles", name)
+    if name in parts.trains:
+        yield Problem(path, "is the name of a train, too: choose another name")
+    yield from _device_ref((*path, "front"), obstacle.front, parts)
+    if obstacle.fixed:
+        for key in ("mass_t", "rail_friction"):
+            if getattr(obstacle, key) is not None:
+                rule = "does not go with fixed, as what is fixed does not move: leave one of them out"
+                yield Problem((*path, key), rule)
+    elif obstacle.mass_t is None:
+        yield Problem(path, "has no mass_t: add it, or fixed: true if it does not move")
 
 
 def _device_ref(path: Path, name: str | None, parts: Parts) -> Iterator[Problem]:
@@ -158,30 +92,29 @@ def _device_ref(path: Path, name: str | None, parts: Parts) -> Iterator[Problem]
         yield no_such("device", path, name, parts.devices)
 
 
+def _coupler_ref(path: Path, coupler: CouplerRef | None, parts: Parts) -> Iterator[Problem]:
+    if isinstance(coupler, list):
+        for n, name in enumerate(coupler):
+            yield from _device_ref((*path, n), name, parts)
+    else:
+        yield from _device_ref(path, coupler, parts)
+
+
 def _collision(parts: Parts) -> Iterator[Problem]:
     collision = parts.collision
-    sides = {"train": (collision.train, "front")}
-    if collision.partner != RIGID_WALL:
-        sides["partner"] = (collision.partner, collision.partner_end)
-    elif collision.partner_speed_km_h != 0:
-        yield Problem(("collision", "partner_speed_km_h"), "must be 0: the rigid wall does not move")
-    known = True
-    for key, (name, end) in sides.items():
-        if name not in parts.trains:
-            known = False
-            offered = [*parts.trains, *([RIGID_WALL] if key == "partner" else [])]
-            yield no_such("train", ("collision", key), name, offered)
-        elif getattr(parts.trains[name], end) is None:
-            yield Problem(("trains", name), f"states no device at its {end}, the end that meets the other side")
+    if collision.train not in parts.trains:
+        yield no_such("train", ("collision", "train"), collision.train, parts.trains)
+    elif parts.trains[collision.train].front is None:
+        yield _no_device(collision.train, "front")
+    yield from _partner(parts)
     if collision.speed_km_h - collision.partner_speed_km_h < _LEAST_CLOSING - 1e-9:
         yield Problem(
             ("collision", "speed_km_h"),
             f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}) by {_LEAST_CLOSING:g} km/h or "
             "more: the two sides must approach each other",
         )
-    if not known:
-        return
-    count = sum(len(parts.trains[name].cars()) for name, _ in sides.values())
+    sides = [parts.trains[name] for name in (collision.train, collision.partner) if name in parts.trains]
+    count = sum(len(train.each()) for train in sides) + (collision.partner in parts.obstacles)
     if count > MAX_VEHICLES:
         yield Problem(("collision",), f"has more than {MAX_VEHICLES} vehicles in all")
     s = parts.simulation
@@ -190,6 +123,29 @@ def _collision(parts: Parts) -> Iterator[Problem]:
             ("simulation", "record_every_ms"),
             f"gives more than {_MOST_RECORDS} records of {count} vehicles: increase it, or shorten time_limit_s",
         )
+
+
+def _partner(parts: Parts) -> Iterator[Problem]:
+    """Rules of what is struck."""
+    c = parts.collision
+    obstacle = parts.obstacles.get(c.partner)
+    if obstacle is not None and c.partner_end != "front":
+        yield Problem(
+            ("collision", "partner_end"), f"must be front: {c.partner} is an obstacle, which has no other end"
+        )
+    fixed = "the rigid wall" if c.partner == RIGID_WALL else c.partner if obstacle and obstacle.fixed else ""
+    if fixed and c.partner_speed_km_h != 0:
+        yield Problem(("collision", "partner_speed_km_h"), f"must be 0: {fixed} does not move")
+    if c.partner in parts.trains:
+        if getattr(parts.trains[c.partner], c.partner_end) is None:
+            yield _no_device(c.partner, c.partner_end)
+    elif obstacle is None and c.partner != RIGID_WALL:
+        what = "train or obstacle" if parts.obstacles else "train"
+        yield no_such(what, ("collision", "partner"), c.partner, [*parts.trains, *parts.obstacles, RIGID_WALL])
+
+
+def _no_device(train: str, end: str) -> Problem:
+    return Problem(("trains", train), f"states no device at its {end}, the end that meets the other side")
 
 
 def _simulation(parts: Parts) -> Iterator[Problem]:

@@ -16,8 +16,9 @@ from pydantic import PrivateAttr
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import group_given
 from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put, source_of, type_at
-from trainmj.scenario.parts import RIGID_WALL, Parts
+from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
+from trainmj.scenario.trains import RIGID_WALL
 
 _NOWHERE = Source({})
 _DIGITS = 10  # of a position: longer ones are none
@@ -100,10 +101,14 @@ class Scenario(Parts):
         moving = f"{self._train(c.train)} at {c.speed_km_h:.10g} km/h"
         if c.partner == RIGID_WALL:
             return f"{moving} into a rigid wall"
+        obstacle = self.obstacles.get(c.partner)
+        if obstacle is not None and obstacle.fixed:
+            return f"{moving} into {c.partner} (fixed obstacle)"
         end = "" if c.partner_end == "front" else f", struck at its {c.partner_end}"
         v = c.partner_speed_km_h
         moves = "standing" if v == 0 else f"running {'ahead' if v > 0 else 'towards it'} at {abs(v):.10g} km/h"
-        return f"{moving} into {self._train(c.partner)} {moves}{end}"
+        partner = self._train(c.partner) if obstacle is None else f"{c.partner} ({obstacle.mass_t:.6g} t obstacle)"
+        return f"{moving} into {partner} {moves}{end}"
 
     def _train(self, name: str) -> str:
         cars = self.trains[name].cars()

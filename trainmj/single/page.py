@@ -13,7 +13,7 @@ from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
-from trainmj.scenario.parts import RIGID_WALL
+from trainmj.scenario.trains import RIGID_WALL
 from trainmj.single import tables
 from trainmj.single.page_animation import add_animation
 from trainmj.single.page_devices import add_devices

@@ -13,7 +13,8 @@ from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import Trace, axes, line
 from trainmj.output.style import PALETTE
-from trainmj.scenario.parts import Curve, DeviceSpec, StagedDevice
+from trainmj.scenario.curves import Curve
+from trainmj.scenario.devices import DeviceSpec, StagedDevice
 from trainmj.single.page_histories import MOST_LINES
 from trainmj.units import KJ, KN, MM, MS, unit_of, words
 

@@ -1,0 +1,73 @@
+"""The numbers and names of a scenario file: what each may be, and what is probably wrong with one beyond it."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from trainmj.files.parts import Above, Spelt
+
+# Beyond every vehicle and device, but below almost all that is stated in a wrong unit. Car bodies are proved to 2000 kN
+# and whole ends crush at some 20 000 kN. A solid cube of steel with edges of 240 mm has 50 000 kN/mm; on half of that a
+# dashpot of 100 000 kN s/m damps 100 t critically. A crush zone of 10 m is half a car.
+Force = Annotated[
+    float,
+    Field(ge=0, le=50_000, allow_inf_nan=False),
+    Above("forces are in kN; divide by 1000 if it is in N"),
+]
+Stiffness = Annotated[
+    float,
+    Field(ge=1e-6, le=50_000, allow_inf_nan=False),
+    Above("stiffnesses are in kN/mm; divide by 1000 if it is in N/mm"),
+]
+Damping = Annotated[
+    float,
+    Field(ge=0, le=100_000, allow_inf_nan=False),
+    Above("dashpots are in kN s/m; divide by 1000 if it is in N s/m"),
+]
+Stroke = Annotated[
+    float,
+    Field(ge=0, le=10_000, allow_inf_nan=False),
+    Above("strokes are in mm; no device is longer than 10 m"),
+]
+Orifice = Annotated[
+    float,
+    Field(ge=0, le=100_000, allow_inf_nan=False),
+    Above("orifice constants are in kN s2/m2; divide by 1000 if it is in N s2/m2"),
+]
+Gap = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False), Above("gaps are in mm")]
+MAX_MASS = 200.0  # of a vehicle [t]
+Mass = Annotated[
+    float,
+    Field(ge=1, le=MAX_MASS, allow_inf_nan=False, description="mass of a vehicle [t]"),
+    Above("masses are in t; divide by 1000 if it is in kg"),
+]
+Length = Annotated[
+    float,
+    Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]"),
+    Above("lengths are in m; divide by 1000 if it is in mm"),
+]
+Friction = Annotated[
+    float,
+    Field(ge=0, le=1, allow_inf_nan=False),
+    Above("a coefficient of friction has no unit; divide by 100 if it is in %"),
+]
+Seconds = Annotated[float, Field(ge=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")]
+Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
+Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]
+Key = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60),
+    Spelt("must be a letter or _, then letters, digits and _"),
+]
+Response = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=120),
+    Spelt("must be a letter, then letters, digits and _"),
+]
+Label = Annotated[
+    str,
+    Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+/ -]*$", max_length=40),
+    Spelt("must be a letter or digit, then letters, digits, spaces and . _ + / -"),
+]

@@ -1,0 +1,265 @@
+"""Rules of curves and devices: what the keys of each kind must agree on."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+from trainmj.files.source import Path, Problem, dotted, no_such
+from trainmj.scenario.curves import Curve, CurveFile, CurveRef, Metering, MeteringFile, TableFile, listed
+from trainmj.scenario.devices import (
+    AnyDevice,
+    CrushDevice,
+    CurveDevice,
+    GasHydraulicDevice,
+    Hydraulic,
+    HysteresisDevice,
+    StageSpec,
+)
+from trainmj.scenario.parts import Parts
+
+_MOST_POINTS = 4000  # of a device
+_LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
+_LEAST_STROKE = 5.0  # at which a device ends [mm]; no crush zone has 5 m
+_LEAST_FORCE = 5.0  # of the largest one of a device [kN]; no train weighs so little
+_ROUND_OFF = 1e-9
+
+
+def not_read(path: Path, part: object) -> Iterator[Problem]:
+    """The problem of a CSV file that was not read."""
+    if isinstance(part, TableFile):
+        yield Problem((*path, "file"), "is only read when a scenario is loaded from its file, by trainmj.load")
+
+
+def curve_rules(path: Path, curve: Curve | CurveFile | Metering | MeteringFile) -> Iterator[Problem]:
+    """Rules of one curve or table of points."""
+    if isinstance(curve, TableFile):
+        yield from not_read(path, curve)
+        return
+    heights = curve.force_kN if isinstance(curve, Curve) else curve.orifice_kN_s2_per_m2
+    n, m = len(curve.stroke_mm), len(heights)
+    if n != m:
+        what = "forces" if isinstance(curve, Curve) else "orifice constants"
+        yield Problem(path, f"needs as many strokes as {what}; it has {n} and {m}")
+    for i, (a, b) in enumerate(pairwise(curve.stroke_mm)):
+        if b < a + _LEAST_WIDTH:
+            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: strokes grow")
+
+
+def device_rules(path: Path, device: AnyDevice, parts: Parts) -> Iterator[Problem]:
+    """Rules of one device."""
+    broken = [problem for at, ref in device.curves() for problem in _curve_ref((*path, *at), ref, parts)]
+    yield from broken
+    whole = not broken  # what follows compares curves
+    count = sum(len(parts.curve_points(ref)[0]) for _, ref in device.curves()) if whole else 0
+    if count > _MOST_POINTS:
+        yield Problem(path, f"has {count} points in all, more than {_MOST_POINTS}")
+    if isinstance(device, CrushDevice):
+        yield from _crush(path, device, parts, whole)
+    elif isinstance(device, HysteresisDevice) and whole:
+        yield from _hysteresis(path, device, parts)
+    elif isinstance(device, Hydraulic):
+        yield from _hydraulic(path, device)
+
+
+def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
+    """Rules of a curve that a device refers to: its parts exist and make one curve from 0."""
+    broken = False
+    for at, curve in listed(ref):
+        if isinstance(curve, str) and curve not in parts.curves:
+            yield no_such("curve", (*path, *at), curve, parts.curves)
+            broken = True
+        elif isinstance(curve, str):
+            broken |= any(curve_rules((), parts.curves[curve]))  # said where the curve itself is checked
+        else:
+            for problem in curve_rules((*path, *at), curve):
+                yield problem
+                broken = True
+    if broken:
+        return
+    stroke, _ = parts.curve_points(ref)
+    if len(stroke) < 2:
+        yield Problem(path, "needs two or more points")
+        return
+    if stroke[0] != 0:
+        at, first = listed(ref)[0]
+        start = ("curves", first) if isinstance(first, str) else (*path, *at)
+        rule = f"the curve of {dotted(path[:-1])} must start at a stroke of 0, not {stroke[0]:g} mm"
+        yield Problem((*start, "stroke_mm", 0), rule)
+    before = 0.0
+    for n, (at, part) in enumerate(listed(ref)):
+        stroke, _ = parts.curve_points(part)
+        if n and stroke[0] < before + _LEAST_WIDTH:
+            rule = f"must continue from the {before:g} mm of the part before it, and begins at {stroke[0]:g} mm"
+            yield Problem((*path, *at), rule)
+        before = stroke[-1]
+
+
+def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterator[Problem]:
+    stages = device.all_stages()
+    if len({name.casefold() for name in stages}) < len(stages):
+        yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
+    end, most = 0.0, 0.0
+    before: StageSpec | None = None
+    for name, stage in stages.items():
+        at = (*path, *device.place_of(name))
+        if whole:
+            stroke, force = parts.curve_points(stage.curve)
+            end, most = end + stroke[-1], max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
+            yield from _limit(at, stage.stroke_limit_mm, stroke[-1], "the curve")
+            if stage.shear_off is not None and stage.shear_off.force_kN < force[-1]:
+                rule = f"must be at least the {force[-1]:g} kN at which the curve ends"
+                yield Problem((*at, "shear_off", "force_kN"), rule)
+        if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
+            yield Problem(
+                (*at, "empty_stroke_mm"),
+                f"must be at least {2 * before.shear_off.ramp_mm:g} mm, twice the ramp_mm in which the force of the "
+                "stage before it rises and drops at shear-off",
+            )
+        before = stage
+    if device.rate_curves():
+        yield from _rate_curves(path, device, parts, whole)
+    if whole:
+        at_rate = [parts.curve_points(at_rate.curve)[1] for at_rate in device.rate_curves()]
+        yield from _units(path, end, most)
+        yield from _collapse(path, device, max([most, *(max(force) for force in at_rate)]))
+
+
+def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterator[Problem]:
+    """Rules of curves at several rates."""
+    at = (*path, "rate", "curves")
+    if not isinstance(device, CurveDevice):
+        yield Problem(at, "go with a device of one curve, not of stages: state C_m_per_s and P instead")
+        return
+    for n, (slow, fast) in enumerate(pairwise(device.rate_curves())):
+        if fast.speed_m_per_s <= slow.speed_m_per_s:
+            rule = f"must be more than the {slow.speed_m_per_s:g} m/s before it: speeds grow"
+            yield Problem((*at, n + 1, "speed_m_per_s"), rule)
+    if not whole:
+        return
+    end = parts.curve_points(device.curve)[0][-1]
+    for n, at_rate in enumerate(device.rate_curves()):
+        stroke, force = parts.curve_points(at_rate.curve)
+        if abs(stroke[-1] - end) > _LEAST_WIDTH:
+            yield Problem(
+                (*at, n, "curve"),
+                f"must end where the curve at rest does, at {end:g} mm, and ends at {stroke[-1]:g} mm",
+            )
+        if device.shear_off is not None and device.shear_off.force_kN < force[-1]:
+            rule = f"must be at least the {force[-1]:g} kN at which the curve at {at_rate.speed_m_per_s:g} m/s ends"
+            yield Problem((*path, "shear_off", "force_kN"), rule)
+
+
+def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts) -> Iterator[Problem]:
+    loading, unloading = (parts.curve_points(ref) for ref in (device.loading, device.unloading))
+    end, most = loading[0][-1], max(loading[1])
+    stiffness = device.transition_stiffness_kN_per_mm
+    yield from _units(path, end, most)
+    yield from _limit(path, device.stroke_limit_mm, end, "the loading curve")
+    if unloading[0][-1] < end - _LEAST_WIDTH:
+        rule = f"must reach as far as loading, to {end:g} mm, and ends at {unloading[0][-1]:g} mm: extend the curve"
+        yield Problem((*path, "unloading"), rule)
+        return
+    for u in sorted({*loading[0], *(u for u in unloading[0] if u <= end)}):
+        inwards, outwards = _at(loading, u), _at(unloading, u)
+        if outwards > inwards * (1 + _ROUND_OFF):
+            rule = f"is above loading at {u:g} mm, {outwards:g} kN over {inwards:g} kN: lower it there"
+            yield Problem((*path, "unloading"), rule)
+            break
+    for key, (stroke, force) in (("loading", loading), ("unloading", unloading)):
+        slope, at = max(((g - f) / (v - u), u) for (u, f), (v, g) in pairwise(zip(stroke, force, strict=True)))
+        if slope >= stiffness:
+            rule = f"must be more than every slope of the curves; {key} rises by {slope:g} kN/mm behind {at:g} mm"
+            yield Problem((*path, "transition_stiffness_kN_per_mm"), rule)
+    yield from _collapse(path, device, most)
+
+
+def _hydraulic(path: Path, device: Hydraulic) -> Iterator[Problem]:
+    if device.stroke_mm < _LEAST_STROKE:
+        rule = f"must be at least {_LEAST_STROKE:g} mm: multiply by 1000 if it is in m"
+        yield Problem((*path, "stroke_mm"), rule)
+    yield from _limit(path, device.stroke_limit_mm, device.stroke_mm, "stroke_mm")
+    orifice, metering = device.orifice_kN_s2_per_m2, device.metering
+    if orifice is None and metering is None:
+        yield Problem(path, "needs orifice_kN_s2_per_m2 or metering")
+    elif orifice is not None and metering is not None:
+        yield Problem((*path, "metering"), "does not go with orifice_kN_s2_per_m2: leave one of them out")
+    elif metering is not None:
+        yield from _metering((*path, "metering"), metering, device.stroke_mm)
+    if device.preload_kN > 0 and device.preload_stiffness_kN_per_mm is None:
+        rule = "is missing: a preload is reached along a stiffness; add it, or leave preload_kN out"
+        yield Problem((*path, "preload_stiffness_kN_per_mm"), rule)
+    least = device.preload_kN
+    if isinstance(device, GasHydraulicDevice):
+        if device.gas.length_mm <= device.stroke_mm * (1 + _ROUND_OFF):
+            rule = f"must be more than the {device.stroke_mm:g} mm of stroke: the gas cannot be pressed to nothing"
+            yield Problem((*path, "gas", "length_mm"), rule)
+            return
+        least += device.gas.force_at_kN(device.stroke_mm)
+    elif (
+        not device.preload_kN and not any(device.orifice_points()[1]) and (orifice is not None or metering is not None)
+    ):
+        yield Problem(path, "has neither an orifice above 0 nor a preload: it gives no force")
+    yield from _stiff_end(path, device)
+    yield from _collapse(path, device, least, "without speed ")
+
+
+def _metering(path: Path, metering: Metering | MeteringFile, stroke_mm: float) -> Iterator[Problem]:
+    """Rules of the metering of a hydraulic device."""
+    yield from curve_rules(path, metering)
+    if not isinstance(metering, Metering):
+        return
+    stroke = metering.stroke_mm
+    if stroke[0] != 0:
+        yield Problem((*path, "stroke_mm", 0), "must be 0: metering covers the stroke of the device from its beginning")
+    if stroke[-1] < stroke_mm - _LEAST_WIDTH:
+        rule = f"must be at least the {stroke_mm:g} mm of stroke of the device, which metering covers"
+        yield Problem((*path, "stroke_mm", len(stroke) - 1), rule)
+
+
+def _stiff_end(path: Path, device: Hydraulic) -> Iterator[Problem]:
+    """Behind a hydraulic device something stiff stops the plunger, and the device has no stiffness to lend it."""
+    rule = (
+        f"kind {device.kind} needs a stop or a car body with a stiffness of its own behind it, such as "
+        "{ kind: stop, stiffness_kN_per_mm: 100 }"
+    )
+    end = device.end()
+    if end is None:
+        yield Problem((*path, "beyond"), f"is missing: {rule}")
+    elif end.kind == "hold" or end.stiffness_kN_per_mm is None:
+        yield Problem((*path, "beyond"), rule)
+
+
+def _collapse(path: Path, device: AnyDevice, most: float, when: str = "") -> Iterator[Problem]:
+    """The car body carries every force of the device in front of it; most is the largest one [kN]."""
+    end = device.end()
+    force = end.collapse_force_kN if end else None
+    if force is not None and force < most:
+        at = (*path, "beyond") if isinstance(device.beyond, str) else (*path, "beyond", "collapse_force_kN")
+        own = f"collapses at {force:g} kN if nothing else is stated, and " if isinstance(device.beyond, str) else ""
+        rule = f"{own}must be at least the {most:g} kN that the device {when}reaches before its end"
+        yield Problem(at, f"{rule}: state a larger collapse_force_kN, or check the curve")
+
+
+def _limit(path: Path, limit: float | None, end: float, what: str) -> Iterator[Problem]:
+    if limit is not None and limit > end:
+        cure = "extend the curve" if "curve" in what else "lower it, or increase stroke_mm"
+        yield Problem((*path, "stroke_limit_mm"), f"must be within {what}, which ends at {end:g} mm: {cure}")
+
+
+def _units(path: Path, end: float, most: float) -> Iterator[Problem]:
+    """Stroke [mm] and force [kN] of a device that are too small for their units."""
+    if 0 < end < _LEAST_STROKE:
+        rule = f"has {end:g} mm of stroke in all, less than {_LEAST_STROKE:g} mm: multiply by 1000 if strokes are in m"
+        yield Problem(path, rule)
+    if 0 < most < _LEAST_FORCE:
+        rule = f"has {most:g} kN at most, less than {_LEAST_FORCE:g} kN: multiply by 1000 if forces are in MN"
+        yield Problem(path, rule)
+
+
+def _at(points: tuple[Sequence[float], Sequence[float]], stroke: float) -> float:
+    """Force of a curve at a stroke [kN]; past its end the last one."""
+    u, f = points
+    k = bisect_right(u, stroke) - 1
+    return f[-1] if k >= len(u) - 1 else f[k] + (f[k + 1] - f[k]) * (stroke - u[k]) / (u[k + 1] - u[k])

@@ -1,0 +1,215 @@
+"""Trains, vehicles and obstacles of a scenario file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+from pydantic import Field
+
+from trainmj.files.parts import WHOLE, Above, Either, Part
+from trainmj.files.tables import Table
+from trainmj.scenario.curves import TableFile
+from trainmj.scenario.ranges import Force, Friction, Label, Length, Mass, Seconds
+
+RIGID_WALL = "rigid_wall"
+MAX_VEHICLES = 400
+KG = 1e-3  # in t
+
+
+class Load(Part):
+    """Passengers: seats x share x kg are added to the mass of a vehicle."""
+
+    seats: Annotated[float, Field(ge=0, le=5000, allow_inf_nan=False)] | None = Field(
+        default=None, description="seats, or places, of a vehicle"
+    )
+    share: (
+        Annotated[float, Field(ge=0, le=10, allow_inf_nan=False), Above("a share has no unit; divide by 100 if in %")]
+        | None
+    ) = Field(default=None, description="share of the seats that is taken; 0.5 is half of them")
+    kg: (
+        Annotated[float, Field(ge=0, le=500, allow_inf_nan=False), Above("masses of passengers are in kg each")] | None
+    ) = Field(default=None, description="mass of one passenger [kg]")
+
+
+class Brakes(Part):
+    """Brakes of a vehicle."""
+
+    delay_s: Seconds = Field(default=0.0, description="from the first moment to where the brakes begin to act [s]")
+    rise_s: Seconds = Field(default=0.0, description="from there to their whole force [s]; linear")
+    adhesion: Annotated[Friction, Field(gt=0)] | None = Field(
+        default=None, description="between wheel and rail: the force is at most adhesion x weight; no bound if left out"
+    )
+
+
+class BrakeForce(Brakes):
+    """Brakes that are stated by their force."""
+
+    force_kN: Force = Field(description="whole force of each vehicle [kN]")
+
+    def whole_kN(self, mass_t: float) -> float:
+        """Whole force of a vehicle, before the bound by adhesion [kN]."""
+        return self.force_kN
+
+
+class BrakeDeceleration(Brakes):
+    """Brakes that are stated by the deceleration that they give."""
+
+    deceleration_m_per_s2: Annotated[
+        float,
+        Field(ge=0, le=10, allow_inf_nan=False),
+        Above("decelerations are in m/s2; multiply by 9.81 if it is in g"),
+    ] = Field(description="deceleration of each vehicle by its whole brakes [m/s2]")
+
+    def whole_kN(self, mass_t: float) -> float:
+        """Whole force of a vehicle, before the bound by adhesion [kN]."""
+        return self.deceleration_m_per_s2 * mass_t
+
+
+BrakesSpec = Annotated[BrakeForce | BrakeDeceleration, Either()]
+CouplerRef = Annotated[
+    str | Annotated[list[str], Field(min_length=2, max_length=2)],
+    Either(said="the name of a device, or those of two in series"),
+]
+
+
+class VehicleSpec(Part):
+    """One vehicle of a train; the train states for all vehicles what this one leaves out."""
+
+    name: Label = Field(description="type of vehicle; --set finds it by this name")
+    mass_t: Mass | None = None
+    length_m: Length | None = None
+    coupler: CouplerRef | None = Field(
+        default=None,
+        description="device between this vehicle and the next one behind it, or one on each of the two in series: that "
+        "of this vehicle, that of the next",
+    )
+    load: Load | None = Field(default=None, description="passengers; the train states what is left out")
+    brakes: BrakesSpec | None = Field(default=None, description="brakes, in place of those of the train")
+    rail_friction: Friction | None = Field(
+        default=None, description="Coulomb coefficient between wheel and rail, in place of that of the train"
+    )
+
+
+class VehiclesFile(TableFile):
+    """Vehicles in a CSV file beside the scenario, a row each.
+
+    Columns are name and any of mass_t, length_m, coupler, rail_friction, and of the load seats, share, kg; an empty
+    cell states nothing.
+    """
+
+    columns: ClassVar = ("name",)
+    texts: ClassVar = ("name", "coupler")
+    row: ClassVar = "vehicle"
+    most: ClassVar = MAX_VEHICLES
+
+    @classmethod
+    def values_of(cls, table: Table) -> tuple[Any, dict[tuple[str | int, ...], int | None]]:
+        """The rows as a list of vehicles."""
+        load = tuple(Load.model_fields)
+        read = ("name", "mass_t", "length_m", "coupler", "rail_friction", *load)
+        found = []
+        for n in range(len(table.lines)):
+            cells = {key: table.columns[key][n] for key in read if key in table.columns}
+            stated = {key: cell for key, cell in cells.items() if not (cell == "" or cell != cell)}
+            loaded = {key: stated.pop(key) for key in load if key in stated}
+            found.append(stated | ({"load": loaded} if loaded else {}))
+        return found, {(n,): n for n in range(len(found))}
+
+
+class Car(NamedTuple):
+    """A vehicle with the values of its train where it has none; None where neither has one."""
+
+    name: str
+    mass_t: float | None  # with its load
+    length_m: float
+    coupler: tuple[str, ...] | None  # one device for the whole interface, or two in series: the own one first
+    load_t: float = 0.0
+    rail_friction: float | None = None
+    brakes: BrakeForce | BrakeDeceleration | None = None
+
+
+class TrainSpec(Part):
+    """A train, with its vehicles from the front end; a wagon is a train of one vehicle."""
+
+    vehicles: Annotated[
+        Annotated[int, Field(ge=1, le=MAX_VEHICLES), WHOLE]
+        | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES)]
+        | VehiclesFile,
+        Either(said="a list of vehicles, how many, or a CSV file"),
+    ] = Field(description="the vehicles from the front end, or only how many")
+    mass_t: Mass | None = Field(default=None, description="mass of vehicles that state none of their own [t]")
+    length_m: Length = Field(default=20.0, description="length of vehicles that state none of their own [m]")
+    coupler: CouplerRef | None = Field(
+        default=None, description="device between vehicles that state none of their own, or two in series"
+    )
+    front: str | None = Field(default=None, description="device at the front end")
+    rear: str | None = Field(default=None, description="device at the rear end")
+    load: Load | None = Field(default=None, description="passengers of each vehicle that states none of its own")
+    brakes: BrakesSpec | None = Field(default=None, description="brakes of each vehicle that states none of its own")
+    rail_friction: Friction | None = Field(
+        default=None, description="Coulomb coefficient between wheel and rail, in place of that of the collision"
+    )
+    drawing: Literal["passenger", "wagon", "locomotive"] = Field(
+        default="passenger", description="what pictures show it as"
+    )
+
+    def each(self) -> list[VehicleSpec]:
+        """The vehicles from the front end as they are stated, those of a number by their position."""
+        if isinstance(self.vehicles, int):
+            return [VehicleSpec(name=str(i + 1)) for i in range(self.vehicles)]
+        return self.vehicles if isinstance(self.vehicles, list) else []  # a file is read when the scenario is loaded
+
+    def load_of(self, vehicle: VehicleSpec) -> Load:
+        """The load of a vehicle, with what the train states for all where it leaves something out."""
+        own, of_all = (dict(load) if load else {} for load in (vehicle.load, self.load))
+        return Load(**{key: of_all.get(key) if own.get(key) is None else own[key] for key in Load.model_fields})
+
+    def load_t(self, vehicle: VehicleSpec) -> float:
+        """Mass of the load of a vehicle [t]; 0 if there is none."""
+        load = self.load_of(vehicle)
+        return (load.seats or 0.0) * (load.share or 0.0) * (load.kg or 0.0) * KG
+
+    def cars(self) -> list[Car]:
+        """Every vehicle from the front end, with the values that the train states for all."""
+        return [self._car(vehicle) for vehicle in self.each()]
+
+    def _car(self, v: VehicleSpec) -> Car:
+        coupler, load_t = v.coupler or self.coupler, self.load_t(v)
+        mass = self.mass_t if v.mass_t is None else v.mass_t
+        return Car(
+            v.name,
+            None if mass is None else mass + load_t,
+            self.length_m if v.length_m is None else v.length_m,
+            (coupler,) if isinstance(coupler, str) else tuple(coupler) if coupler else None,
+            load_t,
+            self.rail_friction if v.rail_friction is None else v.rail_friction,
+            v.brakes or self.brakes,
+        )
+
+
+class ObstacleSpec(Part):
+    """What a train runs into and is no train: free, as a lorry on the track, or fixed, as a buffer stop."""
+
+    fixed: bool = Field(default=False, description="whether it is a device on a wall; a free one slides on the ground")
+    mass_t: (
+        Annotated[
+            float,
+            Field(ge=0.1, le=1000, allow_inf_nan=False),
+            Above("masses are in t; divide by 1000 if it is in kg"),
+        ]
+        | None
+    ) = Field(default=None, description="mass of a free obstacle [t]")
+    length_m: Length = Field(default=6.0, description="length [m]")
+    front: str = Field(description="device at the side that is hit")
+    rail_friction: Friction | None = Field(
+        default=None,
+        description="Coulomb coefficient between a free obstacle and the ground, in place of that of the collision",
+    )
+    drawing: Literal["lorry", "buffer_stop"] | None = Field(
+        default=None, description="what pictures show it as; a free one is a lorry, a fixed one a buffer stop"
+    )
+
+    @property
+    def drawn(self) -> str:
+        """What pictures show it as."""
+        return self.drawing or ("buffer_stop" if self.fixed else "lorry")
