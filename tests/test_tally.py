@@ -12,7 +12,7 @@ from builders import chain, envelope
 from trainmj.collision import kernel
 from trainmj.collision.block import Car, Head, Joint, Layout
 from trainmj.collision.chain import WALL, Chain
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 

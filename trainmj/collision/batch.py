@@ -11,6 +11,7 @@ import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from queue import SimpleQueue
 from threading import Event, Lock
 from typing import Generic, NamedTuple, TypeVar
@@ -19,12 +20,14 @@ import numpy as np
 import numpy.typing as npt
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Head, Layout, Tally
+from trainmj.collision.block import Layout, Tally, n_records, n_values
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.fields import Head
+from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build
 from trainmj.collision.simulation import LAW_NOT_CALLED
-from trainmj.collision.summary import Summary, measure
+from trainmj.collision.summary import Summary, summary_of
 from trainmj.errors import EngineError
 
 PLACES = 128
@@ -32,7 +35,7 @@ PLACES = 128
 
 _LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
 _HISTORY_BYTES = 32 * 2**20  # recorded speeds of all places of a thread
-_POINTS = 16  # room for envelope points grows in these steps, so that few models are compiled
+_VALUES = 256  # room for curves grows in these steps, so that few models are compiled
 _RING = 8  # records that the law takes by itself between two calls
 _ENGINES = 8  # kept for sizes that come again
 
@@ -44,7 +47,8 @@ class _Size(NamedTuple):
 
     n_vehicle: int
     walled: bool
-    n_point: int
+    n_element: int
+    n_value: int
     step: float
     steps_per_record: int
     integrator: str
@@ -52,11 +56,11 @@ class _Size(NamedTuple):
 
     @classmethod
     def of(cls, chain: Chain) -> _Size:
-        points = max(i.envelope.stroke.size for i in chain.interfaces)
         return cls(
             len(chain.vehicles),
             chain.interfaces[-1].right == WALL,
-            -(-points // _POINTS) * _POINTS,
+            n_records(chain),
+            -(-n_values(chain) // _VALUES) * _VALUES,
             chain.step,
             chain.steps_per_record,
             chain.integrator,
@@ -178,7 +182,7 @@ class _Engine(Generic[Key]):
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
     def __init__(self, chain: Chain, size: _Size, places: int) -> None:
-        self.layout = Layout.of(chain, size.n_point, _RING)
+        self.layout = Layout.of(chain, size.n_value, _RING)
         self._steps = _RING * size.steps_per_record
         rings = -(-size.n_records // _RING)
         bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
@@ -189,15 +193,17 @@ class _Engine(Generic[Key]):
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._fresh_row = self._batch.state[0].copy()
         self._ring = self.layout.ring(self._blocks)
-        self._history = np.empty((self._places, rings, _RING, size.n_vehicle))
-        self._read = np.zeros(self._places, dtype=int)  # rings of each place that are in its history
+        self._history = np.empty((self._places, rings * _RING, size.n_vehicle))
+        self._read = np.zeros(self._places, dtype=int)  # records of each place that are in its history
 
     def run(self, cases: Iterator[tuple[Key, Chain]]) -> Iterator[tuple[Key, Summary]]:
         """Compute cases of this engine's size."""
         free = list(range(self._places))
         under_way: dict[int, tuple[Key, Chain]] = {}
+        again: deque[tuple[Key, Chain]] = deque()  # with smaller steps
         while True:
-            begun = dict(zip(free, cases, strict=False))
+            begun = {place: again.popleft() for place in free[: len(again)]}
+            begun |= dict(zip(free[len(begun) :], cases, strict=False))
             if begun:
                 for place, (_, chain) in begun.items():
                     self._load(place, chain)
@@ -212,7 +218,11 @@ class _Engine(Generic[Key]):
             for place in ended.tolist():
                 key, chain = under_way.pop(place)
                 free.append(place)
-                yield key, self._measure(place, chain)
+                measured = self._measured(place, chain)
+                if measured.jumped and not chain.refined:
+                    again.append((key, replace(chain, refined=True)))
+                else:
+                    yield key, summary_of(measured)
 
     def _load(self, place: int, chain: Chain) -> None:
         self._batch.state[place] = self._fresh_row
@@ -227,11 +237,17 @@ class _Engine(Generic[Key]):
         self._batch.step(ids=ids, nstep=self._steps)
         if (self._blocks[ids, Head.TIME] < 0.0).any():
             raise EngineError(LAW_NOT_CALLED)
-        self._history[ids, self._read[ids]] = self._ring[ids]
-        self._read[ids] += 1
+        records = self._blocks[ids, Head.RECORDS].astype(int)
+        for r in range(_RING):
+            new = self._read[ids] + r < records
+            place, n = ids[new], self._read[ids[new]] + r
+            self._history[place, n] = self._ring[place, n % _RING]
+        self._read[ids] = records
         return np.asarray(ids[self._blocks[ids, Head.DONE] != 0.0])
 
-    def _measure(self, place: int, chain: Chain) -> Summary:
+    def _measured(self, place: int, chain: Chain) -> Measured:
         n = int(self._blocks[place, Head.RECORDS])
-        velocity = self._history[place].reshape(-1, self.layout.n_vehicle)[:n]
-        return measure(chain, Tally.of(self.layout, self._blocks[place]), chain.record_times(n), velocity)
+        velocity = self._history[place, :n]
+        return Measured(
+            chain, Tally.of(self.layout, self._blocks[place]), chain.record_times(n), np.asfortranarray(velocity)
+        )

@@ -1,98 +1,46 @@
 """Where the device law keeps its parameters and its state: a block of mjData.userdata for each simulation.
 
 The block is part of MuJoCo's state row, so that every simulation of a batch has devices and plastic states of its
-own, and the compiled law needs nothing else. It holds a header, one array per vehicle field, one per interface
-field, then the envelopes. All values are float64 in SI.
+own, and the compiled law needs nothing else. It holds a header, one array per vehicle field, one per interface field,
+one record per element, then the curves, and the ring of recorded speeds.
 """
 
 from __future__ import annotations
 
-from collections import namedtuple
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
-from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array
+from trainmj.collision.chain import Chain, Element
+from trainmj.collision.envelope import Array
+from trainmj.collision.fields import ELEMENT, N_ELEMENT, Car, Head, Joint
+from trainmj.collision.fields import Element as Field
 from trainmj.collision.identity import code_hash
-from trainmj.collision.law import CRUSH
+from trainmj.collision.kind import Law
+from trainmj.collision.law import KINDS, SERIES
 
 MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 """First value of a block, made from the code of the law; the law leaves any other simulation of the process alone."""
 
 
-class _Field(IntEnum):
-    """A field: its place among those of its kind, with unit and meaning."""
-
-    unit: str  # of its value
-    meaning: str  # in words
-    tallied: bool  # whether it is part of what a collision leaves behind
-
-    def __new__(cls, unit: str, meaning: str, tallied: bool = False) -> Self:
-        """Count the fields in the order in which they are written."""
-        field = int.__new__(cls, len(cls.__members__))
-        field._value_ = len(cls.__members__)
-        field.unit, field.meaning, field.tallied = unit, meaning, tallied
-        return field
+CODES = {kind: code for code, kind in enumerate(KINDS.values())}
 
 
-class Head(_Field):
-    """Header fields."""
-
-    MAGIC = "1", "marks the block of a simulation with the device law"
-    N_VEHICLE = "1", "vehicles"
-    N_INTERFACE = "1", "interfaces"
-    N_POINT = "1", "room for the points of each envelope"
-    TIME = "s", "time of the last evaluation; -1 before the first", True
-    OVER = "1", "1 when no interface carries force or comes closer, or all vehicles stand", True
-    IMPULSE = "N s", "impulse of rail friction and wall on all vehicles together", True
-    STRIDE = "1", "evaluations from one record of the speeds to the next; 0 for no records"
-    DUE = "1", "evaluations until the next record"
-    RECORDS = "1", "records taken so far"
-    MOST = "1", "records after which the simulation is done"
-    DONE = "1", "1 when, at a record, it was over, out of records or not finite: the law rests from then on"
-    N_RING = "1", "records that are kept"
-    FRONT = "1", "interface at which the two sides meet"
+def n_records(chain: Chain) -> int:
+    """Records that the elements of a chain take."""
+    return sum(_n_records(element) for interface in chain.interfaces for element in interface.elements)
 
 
-class Car(_Field):
-    """Fields of a vehicle."""
-
-    FRICTION_LIMIT = "N", "largest rail friction"
-    SPEED = "m/s", "speed at the last evaluation", True
-    FRICTION = "N", "rail friction"
-    FRICTION_WORK = "J", "work done against rail friction", True
-    DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
-    TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction included", True
-    SPEED_FIRST = "m/s", "speed at the first force at the front", True
-    SPEED_LAST = "m/s", "speed at the last force at the front", True
+def _n_records(element: Element) -> int:
+    """Records that an element takes: two laws in series have one each, behind that of the pair."""
+    return 1 if len(element.laws) == 1 else 3
 
 
-class Joint(_Field):
-    """Fields of an interface."""
-
-    LAW = "1", "code of its law"
-    STIFFNESS = "N/m", "unloading stiffness"
-    DAMPING = "N s/m", "dashpot on the elastic branch"
-    STROKE = "m", "stroke at the last evaluation", True
-    PLASTIC = "m", "stroke at which the force would vanish: the permanent set", True
-    FORCE = "N", "force"
-    WORK = "J", "work done on the interface", True
-    DISSIPATED = "J", "energy lost by crushing and in the dashpot, added up from the law and not from the work", True
-    STROKE_MAX = "m", "largest stroke", True
-    STROKE_MAX_TIME = "s", "time of the largest stroke", True
-    FORCE_MAX = "N", "largest force", True
-    FIRST_FORCE_TIME = "s", "time of the first force; -1 where there was none", True
-    LAST_FORCE_TIME = "s", "time of the last force", True
-    SEGMENT = "1", "segment of the envelope at which the search starts"
-
-
-def places(fields: type[IntEnum]) -> Any:
-    """The places of fields as plain whole numbers by their names, such as ``places(Head).TIME``."""
-    kind: Any = namedtuple("places", [field.name for field in fields])  # type: ignore[misc]
-    return kind(*map(int, fields))
+def n_values(chain: Chain) -> int:
+    """Values that the curves of a chain take."""
+    laws = (law for interface in chain.interfaces for element in interface.elements for law in element.laws)
+    return sum(curves.size for law in laws for curves in law.packed)
 
 
 @dataclass(frozen=True)
@@ -100,27 +48,32 @@ class Layout:
     """Sizes and places of a block for chains of one size."""
 
     n_vehicle: int  # vehicles
-    n_interface: int  # interfaces; as many as vehicles if there is a wall, else one less
-    n_point: int  # room for the points of each envelope
+    n_interface: int  # interfaces
+    n_element: int  # records of elements
+    n_value: int  # room for curves
     n_ring: int = 0  # latest records of the speeds that the law keeps; with 0 it takes none and never rests
 
     @classmethod
-    def of(cls, chain: Chain, n_point: int = 0, n_ring: int = 0) -> Layout:
-        """The layout for a chain, with room for n_point points or for those it has."""
-        most = max(i.envelope.stroke.size for i in chain.interfaces)
-        return cls(len(chain.vehicles), len(chain.interfaces), max(n_point, most), n_ring)
+    def of(cls, chain: Chain, n_value: int = 0, n_ring: int = 0) -> Layout:
+        """The layout for a chain, with room for n_value values of curves or for those it has."""
+        room = max(n_value, n_values(chain))
+        return cls(len(chain.vehicles), len(chain.interfaces), n_records(chain), room, n_ring)
 
     @property
     def _joints(self) -> int:
         return len(Head) + len(Car) * self.n_vehicle
 
     @property
-    def _curves(self) -> int:
+    def _elements(self) -> int:
         return self._joints + len(Joint) * self.n_interface
 
     @property
+    def _curves(self) -> int:
+        return self._elements + N_ELEMENT * self.n_element
+
+    @property
     def _ring(self) -> int:
-        return self._curves + 3 * self.n_interface * self.n_point
+        return self._curves + self.n_value
 
     @property
     def size(self) -> int:
@@ -137,6 +90,10 @@ class Layout:
         start = self._joints + field * self.n_interface
         return block[..., start : start + self.n_interface]
 
+    def element(self, block: Array, field: Field) -> Array:
+        """(..., n_element) view of a field of the records of elements in blocks (..., size)."""
+        return block[..., self._elements + field : self._curves : N_ELEMENT]
+
     def ring(self, block: Array) -> Array:
         """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
         return block[..., self._ring :].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
@@ -144,29 +101,87 @@ class Layout:
     def block(self, chain: Chain) -> Array:
         """(size,) the block of a chain before its first step."""
         block = np.zeros(self.size)
-        block[[Head.MAGIC, Head.N_VEHICLE, Head.N_INTERFACE, Head.N_POINT, Head.FRONT, Head.TIME]] = (
-            MAGIC,
-            self.n_vehicle,
-            self.n_interface,
-            self.n_point,
-            chain.front,
-            -1.0,
-        )
+        head = {
+            Head.MAGIC: MAGIC,
+            Head.N_VEHICLE: self.n_vehicle,
+            Head.N_INTERFACE: self.n_interface,
+            Head.FRONT: chain.front,
+            Head.TIME: -1.0,
+            Head.STEP: chain.step,
+            Head.REFINES: chain.refined,
+            Head.ROLLING: chain.rolling,
+            Head.RING: self._ring,
+        }
         if self.n_ring:
-            block[[Head.STRIDE, Head.MOST, Head.N_RING]] = chain.steps_per_record, chain.n_records, self.n_ring
+            head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}
+        block[list(head)] = list(head.values())
         self.car(block, Car.FRICTION_LIMIT)[:] = chain.friction
         self.car(block, Car.SPEED)[:] = chain.speed
-        envelopes = [i.envelope for i in chain.interfaces]
+        if chain.grade:
+            self.car(block, Car.GRADE)[:] = chain.grade_force
+        for i, vehicle in enumerate(chain.vehicles):
+            if vehicle.brake:
+                self.car(block, Car.BRAKE)[i] = vehicle.brake.force
+                self.car(block, Car.BRAKE_DELAY)[i] = vehicle.brake.delay
+                self.car(block, Car.BRAKE_RISE)[i] = vehicle.brake.rise
+                self.car(block, Car.BRAKE_MOST)[i] = vehicle.brake.most
         self.joint(block, Joint.STROKE)[chain.front] = -chain.gap
-        self.joint(block, Joint.STIFFNESS)[:] = [e.stiffness for e in envelopes]
-        self.joint(block, Joint.DAMPING)[:] = [e.damping for e in envelopes]
-        self.joint(block, Joint.LAW)[:] = CRUSH
         self.joint(block, Joint.FIRST_FORCE_TIME)[:] = -1.0
-        curves = block[self._curves : self._ring].reshape(self.n_interface, 3, self.n_point)
-        curves[:, 0] = np.inf
-        for rows, e in zip(curves, envelopes, strict=True):
-            rows[:, : e.stroke.size] = e.stroke, e.force, e.slope
+        at, curves = self._elements, self._curves
+        for k, interface in enumerate(chain.interfaces):
+            self.joint(block, Joint.LEFT)[k], self.joint(block, Joint.RIGHT)[k] = interface.left, interface.right
+            self.joint(block, Joint.FIRST)[k], self.joint(block, Joint.COUNT)[k] = at, len(interface.elements)
+            stroke = -chain.gap if k == chain.front else 0.0
+            for element in interface.elements:
+                curves = _write(block, at, curves, element, stroke)
+                at += N_ELEMENT * _n_records(element)
         return block
+
+
+def alone(element: Element) -> Array:
+    """A block of one element, its record at 0, as the laws take it: to press it by itself.
+
+    See :func:`trainmj.collision.element.advance`.
+    """
+    records = N_ELEMENT * _n_records(element)
+    block = np.zeros(records + sum(curves.size for law in element.laws for curves in law.packed))
+    _write(block, 0, records, element, 0.0)
+    return block
+
+
+def _write(block: Array, at: int, curves: int, element: Element, stroke: float) -> int:
+    """Write an element that begins at a place, its curves to another one; where the next curves go."""
+    pair = len(element.laws) == 2
+    own = element.share * (element.sign * stroke - element.start)
+    values = {
+        ELEMENT.NEXT: N_ELEMENT * _n_records(element),
+        ELEMENT.KIND: SERIES,
+        ELEMENT.SIGN: element.sign,
+        ELEMENT.SHARE: element.share,
+        ELEMENT.START: element.start,
+        ELEMENT.BREAK: element.breaks,
+        ELEMENT.STROKE: own,
+        ELEMENT.END_TIME: -1.0,
+    }
+    block[[at + place for place in values]] = list(values.values())
+    for n, law in enumerate(element.laws):
+        e = at + N_ELEMENT * (n + 1) if pair else at
+        curves = _write_law(block, e, curves, law)
+        if pair:
+            block[e + ELEMENT.START], block[e + ELEMENT.STROKE] = element.starts[n], 0.5 * own
+    return curves
+
+
+def _write_law(block: Array, e: int, curves: int, law: Law) -> int:
+    """Write a law into the record at a place, its curves to another one; where the next curves go."""
+    block[e + ELEMENT.KIND] = CODES[law.kind]
+    block[e + ELEMENT.END], block[e + ELEMENT.END_TIME] = law.end, -1.0
+    block[e + ELEMENT.P0 : e + ELEMENT.P9 + 1] = law.parameters
+    for place, packed in zip((ELEMENT.CURVE, ELEMENT.CURVE_2), law.packed, strict=False):
+        block[e + place] = curves
+        block[curves : curves + packed.size] = packed
+        curves += packed.size
+    return curves
 
 
 @dataclass(frozen=True)
@@ -180,19 +195,20 @@ class Tallied:
 
 
 TALLY = tuple(
-    Tallied(field.name.lower(), over, field.unit, field.meaning)
-    for fields, over in ((Head, ()), (Car, ("vehicle",)), (Joint, ("interface",)))
+    Tallied(("element_" if fields is Field else "") + field.name.lower(), over, field.unit, field.meaning)
+    for fields, over in ((Head, ()), (Car, ("vehicle",)), (Joint, ("interface",)), (Field, ("element",)))
     for field in fields
     if field.tallied
 )
-"""Every tallied field: the header's, the vehicles', the interfaces'."""
+"""Every tallied field: the header's, the vehicles', the interfaces', the elements'."""
 
 
 class Tally:
     """What the device law counts at every step, as it stands at the end of a collision; all in SI.
 
     Its attributes are the fields of :data:`TALLY` by name: (n_vehicle,) or (n_interface,) arrays in the order of the
-    chain, plain numbers for the whole collision.
+    chain, (n_element,) arrays of the records of elements in the order of the interfaces, two laws in series behind
+    their pair; plain numbers for the whole collision.
     """
 
     def __init__(self, **values: Any) -> None:
@@ -210,4 +226,5 @@ class Tally:
         values["over"] = bool(values["over"])
         values |= {f.name.lower(): layout.car(block, f).copy() for f in Car if f.tallied}
         values |= {f.name.lower(): layout.joint(block, f).copy() for f in Joint if f.tallied}
+        values |= {f"element_{f.name.lower()}": layout.element(block, f).copy() for f in Field if f.tallied}
         return cls(**values)

@@ -10,18 +10,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from trainmj.collision.device import Array, Device, Envelope, work_along
+from trainmj.collision.device import Device
+from trainmj.collision.envelope import Array
+from trainmj.collision.kind import Law
 from trainmj.errors import InputError
 from trainmj.units import G, rounded_down
 
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
 
-_TOUCH = 1e-9  # round-off of strokes [m]
+
+@dataclass(frozen=True)
+class Brake:
+    """The brake of a vehicle.
+
+    Attributes:
+        force: when fully applied [N].
+        delay: time at which it begins to act [s].
+        rise: time that its force then takes to rise [s].
+        most: what the rail can take of it by adhesion [N]; infinite for any.
+    """
+
+    force: float
+    delay: float = 0.0
+    rise: float = 0.0
+    most: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -33,105 +49,127 @@ class Vehicle:
     mass: float  # [kg]
     length: float  # [m]
     speed: float  # initial speed along +x [m/s]
+    rail_friction: float = 0.0  # Coulomb coefficient
+    brake: Brake | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """What acts between two vehicles, alone or beside other elements.
+
+    Attributes:
+        laws: one, or two in series: the left side's and the right side's.
+        share: part of the stroke that it takes; a half where one law stands for two equal devices in series.
+        sign: 1 where it pushes, -1 where it pulls.
+        start: stroke of the interface, or extension, at which it engages [m].
+        breaks: force at which it breaks for good [N].
+        starts: of each law, the stroke of its device at which it engages [m].
+    """
+
+    laws: tuple[Law, ...]
+    share: float = 1.0
+    sign: float = 1.0
+    start: float = 0.0
+    breaks: float = np.inf
+    starts: tuple[float, ...] = (0.0,)
+
+    def bounds(self, fastest: float) -> tuple[float, float]:
+        """Largest dF/du and dF/drate [N/m, N s/m] at up to a rate [m/s]."""
+        found = [law.kind.bounds(law, fastest * self.share) for law in self.laws]
+        if len(found) == 1:
+            return self.share * found[0][0], self.share * found[0][1]
+        (k, c), (other_k, other_c) = found
+        if c and other_c:
+            return max(k, other_k), c * other_c / (c + other_c)
+        if c or other_c:  # a dashpot that locks leaves the spring of the other one
+            return (other_k if c else k), 0.0
+        return 1.0 / (1.0 / k + 1.0 / other_k), 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """What acts between two neighbouring vehicles, or between the last one and the wall.
+    """What acts between two vehicles, or between one and the wall.
 
     Attributes:
         name: such as S1-M1, M1-M2.
         left: index of the vehicle on the left.
         right: index of the vehicle on the right, or WALL.
-        envelope: the law of the whole interface.
-        strokes: of each device, (n,) its stroke [m] at each point of the envelope; they add up to the envelope's, but
-            for points that a pair passes as it snaps.
-        devices: the device of the left side, and of the right side if it has its own, as at the front.
+        elements: side by side; the first one acts from the first contact.
+        devices: the device of the left side, and of the right side if it has its own.
+        ends: names of the two sides, where each has its own device.
     """
 
     name: str
     left: int
     right: int
-    envelope: Envelope
-    strokes: tuple[Array, ...]
+    elements: tuple[Element, ...]
     devices: tuple[Device, ...]
+    ends: tuple[str, ...] = ()
 
-    @cached_property
-    def equal_sides(self) -> bool:
-        """Whether both sides bring equal devices, so that one stands for both."""
-        return len(self.devices) == 2 and not self.unequal_sides
+    @property
+    def sides(self) -> tuple[str, ...]:
+        """What the sides that are reported are called: one for all, or both."""
+        return self.ends or (self.name,)
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether both sides bring devices."""
+        return len(self.devices) == 2
 
     @cached_property
     def unequal_sides(self) -> bool:
         """Whether both sides bring devices, and these differ."""
-        left, right = self.devices[0], self.devices[-1]
-        return left.stages != right.stages or not left.envelope.is_like(right.envelope)
+        return len(self.devices) == 2 and not self.devices[0].is_like(self.devices[1])
 
-    def side_stroke(self, stroke: Any, side: int) -> Any:
-        """Stroke of one side's device as the interface is first compressed by a stroke, or strokes (n,) [m].
+    @property
+    def equal_sides(self) -> bool:
+        """Whether both sides bring equal devices, so that one stands for both."""
+        return self.two_sided and not self.unequal_sides
 
-        Side 0 is left, 1 right.
-        """
-        if not self.unequal_sides:
-            return stroke / len(self.devices)
-        u = self.envelope.stroke
-        return np.interp(stroke, u, self.strokes[side]) + np.maximum(0.0, stroke - u[-1]) * self._beyond[side]
+    def law_of(self, element: Element, side: int) -> Law:
+        """The law of an element on a side (0 left, 1 right)."""
+        return element.laws[side if len(element.laws) > 1 else 0]
 
-    def side_largest(self, stroke: float, side: int) -> float:
-        """Largest stroke of one side's device [m] up to one of the interface: it springs back where the other drops."""
-        if not self.unequal_sides:
-            return stroke / len(self.devices)
-        passed = self.strokes[side][: np.searchsorted(self.envelope.stroke, stroke, side="right")]
-        return max(float(self.side_stroke(stroke, side)), float(passed.max(initial=0.0)))
-
-    def side_history(self, stroke: Array, side: int) -> Array:
-        """(n,) strokes of one side's device, from those of the interface over time (n,) [m].
-
-        What the interface gives back its sides share as their stiffnesses say, and a gap between them equally.
-        """
-        if not self.unequal_sides:
-            return stroke / len(self.devices)
-        path, k = self.envelope.climbing, self.envelope.stiffness
-        largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
-        back = largest - stroke
-        sprung = np.minimum(back, np.interp(largest, path.stroke, path.force) / k)
-        own = sprung * k / self.devices[side].envelope.stiffness
-        return np.asarray(self.side_stroke(largest, side) - own - 0.5 * (back - sprung))
-
-    def energy_shares(self, stroke: Array) -> tuple[Array, ...]:
-        """For each side, (n,) parts of the absorbed energy that its device has taken, by strokes over time (n,) [m].
-
-        That is the work on it up to the largest stroke so far less what it gives back, along the path of first loading.
-        What a pair sets free as it snaps is in neither part.
-        """
-        if not self.unequal_sides:
-            return (np.full_like(stroke, 1 / len(self.devices)),) * len(self.devices)
-        e = self.envelope
-        largest = np.maximum.accumulate(np.maximum(stroke, 0.0))
-        k = np.searchsorted(e.stroke, largest, side="right") - 1
-        force = np.array([e.force_at(float(u)) for u in largest])
-
-        def absorbed(points: Array, at: Array, stiffness: float) -> Array:
-            work = work_along(points, e.force)[k] + 0.5 * (e.force[k] + force) * (at - points[k])
-            return np.asarray(work - 0.5 * force**2 / stiffness)
-
-        whole = absorbed(e.stroke, largest, e.stiffness)
-        return tuple(
-            np.clip(np.divide(own, whole, out=np.full_like(own, 0.5), where=whole > 0), 0.0, 1.0)
-            for own in (
-                absorbed(points, self.side_stroke(largest, side), device.envelope.stiffness)
-                for side, (points, device) in enumerate(zip(self.strokes, self.devices, strict=True))
-            )
-        )
-
-    @cached_property
-    def _beyond(self) -> tuple[float, ...]:
-        """Parts of the stroke past the last point that the devices take: all, where only its curve has ended."""
-        ended = [
-            points[-1] > device.envelope.climbing.stroke[-1] - _TOUCH
-            for points, device in zip(self.strokes, self.devices, strict=True)
+    def bounds(self, fastest: float) -> tuple[float, float]:
+        """Largest dF/du and dF/drate [N/m, N s/m] at up to a rate [m/s]: it pushes or it pulls."""
+        sums = [
+            np.sum([e.bounds(fastest) for e in self.elements if e.sign == sign] or [(0.0, 0.0)], axis=0)
+            for sign in (1.0, -1.0)
         ]
-        return tuple(1 / len(ended) if all(ended) or not any(ended) else float(end) for end in ended)
+        stiffness, damping = np.max(sums, axis=0)
+        return float(stiffness), float(damping)
+
+
+def meet(left: Device, right: Device | None = None, coupled: bool = True) -> tuple[Element, ...]:
+    """The elements of an interface.
+
+    Two equal devices in series act as one with half of the stroke each. Two different ones act in series, each with its
+    own state. Where both have a stage behind a shear-off, there are two ways side by side, coupler with coupler and
+    anti-climber with anti-climber, which meet at the sum of their starts whichever coupler has sheared.
+
+    Args:
+        left: the device of the left side, or of the whole interface.
+        right: the device of the right side, if it has its own.
+        coupled: whether the draw gear of the devices holds the vehicles together, as between those of a train.
+    """
+    pulls = [device.pull for device in (left, right) if device is not None and device.pull is not None]
+    found: list[Element] = []
+    if right is None:
+        found.append(Element((left.law,)))
+    elif left.is_like(right):
+        found.append(Element((left.law,), share=0.5))
+    else:
+        n = min(left.n_paths, right.n_paths)
+        found += [
+            Element((a.law, b.law), start=a.start + b.start, starts=(a.start, b.start))
+            for a, b in zip(left.paths(n), right.paths(n), strict=True)
+        ]
+    if coupled and pulls:
+        start, breaks = sum(pull.slack for pull in pulls), min(pull.breaks for pull in pulls)
+        laws = tuple(pull.law for pull in pulls)
+        alike = len(laws) == 2 and laws[0].is_like(laws[1])
+        found.append(Element(laws[:1] if alike else laws, 0.5 if alike else 1.0, -1.0, start, breaks, (0.0, 0.0)))
+    return tuple(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,11 +181,12 @@ class Chain:
         interfaces: interface k joins vehicles k and k + 1, the last one perhaps a vehicle and the wall.
         n_moving: how many vehicles, from the left, are the moving train.
         gap: distance between the two sides at the start [m].
-        rail_friction: Coulomb coefficient of every vehicle.
         step: integration step [s].
         steps_per_record: steps from one recorded sample to the next.
         time_limit: [s].
         integrator: name of MuJoCo's integrator.
+        grade: of the track, as the sine of its angle; positive uphill along +x.
+        refined: whether steps are made smaller at narrow parts of curves.
         limits: largest values that the scenario allows the moving train, by quantity or column of a response.
     """
 
@@ -155,11 +194,12 @@ class Chain:
     interfaces: tuple[Interface, ...]
     n_moving: int
     gap: float
-    rail_friction: float
     step: float
     steps_per_record: int
     time_limit: float
     integrator: str = "euler"
+    grade: float = 0.0
+    refined: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -182,6 +222,22 @@ class Chain:
         """(n_vehicle,) positions at the start, counted from where the two sides would touch [m]."""
         return np.where(np.arange(len(self.vehicles)) < self.n_moving, -self.gap, 0.0)
 
+    @cached_property
+    def records(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
+        """Of every interface and each of its elements, the places of its laws among the records of all elements.
+
+        An element of one law has one record; two laws in series have one each, behind that of the pair.
+        """
+        at, found = 0, []
+        for interface in self.interfaces:
+            places = []
+            for element in interface.elements:
+                pair = len(element.laws) > 1
+                places.append((at + 1, at + 2) if pair else (at,))
+                at += 3 if pair else 1
+            found.append(tuple(places))
+        return tuple(found)
+
     @property
     def record_interval(self) -> float:
         """Time from one recorded sample to the next [s]."""
@@ -199,14 +255,42 @@ class Chain:
     @property
     def friction(self) -> Array:
         """(n_vehicle,) largest rail friction [N]."""
-        return self.rail_friction * G * self.mass
+        return np.asarray(np.array([v.rail_friction for v in self.vehicles]) * G * self.mass)
+
+    @property
+    def grade_force(self) -> Array:
+        """(n_vehicle,) force of the grade along +x [N]."""
+        return np.asarray(-self.mass * G * self.grade)
+
+    @property
+    def rolling(self) -> bool:
+        """Whether vehicles that have come apart may come together again: by brakes, grade or unequal friction."""
+        rails = {v.rail_friction for v in self.vehicles}
+        return bool(self.grade or len(rails) > 1 or any(v.brake for v in self.vehicles))
+
+    @cached_property
+    def closing_speed(self) -> float:
+        """Largest difference of the initial speeds [m/s]."""
+        return float(np.ptp(self.speed)) if self.interfaces[-1].right != WALL else float(np.abs(self.speed).max())
 
 
 def places_of_sides(chain: Chain) -> list[tuple[int, int]]:
-    """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first."""
+    """Index of the interface and its side (0 left, 1 right), from the front backwards, the moving train first.
+
+    At the front, equal sides are reported as one; elsewhere every device is.
+    """
     front = chain.front
-    partner = [(front, 1)] * chain.interfaces[front].unequal_sides
-    return [(k, 0) for k in range(front, -1, -1)] + partner + [(k, 0) for k in range(front + 1, len(chain.interfaces))]
+    inner = [(k, side) for k in range(front) for side in range(len(chain.interfaces[k].sides))]
+    struck = [(front, side) for side in range(1, len(chain.interfaces[front].sides))]
+    behind = [
+        (k, side) for k in range(front + 1, len(chain.interfaces)) for side in range(len(chain.interfaces[k].sides))
+    ]
+    return [(front, 0), *inner[::-1], *struck, *behind]
+
+
+def n_own_sides(chain: Chain) -> int:
+    """How many of them are of the moving train."""
+    return 1 + sum(len(interface.sides) for interface in chain.interfaces[: chain.front])
 
 
 def order_of_vehicles(chain: Chain) -> list[int]:
@@ -214,25 +298,22 @@ def order_of_vehicles(chain: Chain) -> list[int]:
     return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
 
 
-def name_of_side(interface: Interface, side: int) -> str:
-    """What a side of an interface is called: the partner's side of an unequal front is "S1-M1 partner"."""
-    return interface.name + (" partner" if side else "")
-
-
 def largest_step(chain: Chain) -> float:
     """Largest stable step of a chain [s].
 
     The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < 1, K and C the matrices
-    of stiffness and damping over mass with every interface on its elastic branch. Gershgorin's circles around the rows
-    of a chain turn that into a bound for each interface: its own two vehicles, both of them held by another one as
-    stiff. For a single oscillator it is 2 (sqrt(1 + z2) - z) / w.
+    of stiffness and damping over mass with every interface at its stiffest. Gershgorin's circles around the rows of a
+    chain turn that into a bound for each interface: its own two vehicles, both of them held by another one as stiff.
+    For a single oscillator it is 2 (sqrt(1 + z2) - z) / w. What resists the speed, such as an orifice, is taken at the
+    speed at which the two sides close.
     """
     steps = []
     mass = chain.mass
     for interface in chain.interfaces:
         inverse = 1.0 / mass[interface.left] + (1.0 / mass[interface.right] if interface.right >= 0 else 0.0)
-        w2 = 2.0 * interface.envelope.stiffness * inverse
-        damping = interface.envelope.damping * inverse  # half of 2 c / m
+        stiffness, damper = interface.bounds(chain.closing_speed)
+        w2 = 2.0 * stiffness * inverse
+        damping = damper * inverse  # half of 2 c / m
         steps.append(float(2.0 / (damping + np.sqrt(damping**2 + w2))))
     return min(steps)
 

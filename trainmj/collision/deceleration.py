@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 
 _J211 = 2.0775  # SAE J211: a channel filter is designed for this times its class, so that -3 dB is at CFC / 0.6
 FILTER_INTERVAL = 1 / 600

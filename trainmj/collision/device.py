@@ -5,12 +5,16 @@ A device is compressed by a stroke u; its force follows from its law, a kind of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from trainmj.collision.envelope import Envelope
 from trainmj.collision.kind import Law
+from trainmj.scenario.devices import AnyDevice
+from trainmj.scenario.parts import Parts
+from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
 
 CAR_BODY = "car_body"
 """The name of the stage behind a device at whose end the car body gives way."""
@@ -75,14 +79,16 @@ class Device:
         name: its name in the scenario.
         law: of the whole, pressed.
         stages: in the order in which they act, at least one.
-        paths: the ways through it, one behind each shear-off; one path is the whole.
+        n_paths: ways through it, one more than there are shear-offs with a stage behind.
+        divided: the device as a number of paths, up to n_paths, the last of which takes the rest.
         pull: its draw gear, if it has one.
     """
 
     name: str
     law: Law
     stages: tuple[Stage, ...]
-    paths: tuple[Path, ...]
+    n_paths: int = 1
+    divided: Callable[[int], tuple[Path, ...]] = field(repr=False, default=lambda n: ())
     pull: Pull | None = None
 
     @property
@@ -90,6 +96,26 @@ class Device:
         """Its curve of first loading at rest."""
         return self.law.loading
 
+    def paths(self, n: int) -> tuple[Path, ...]:
+        """The device as n paths, at most n_paths."""
+        return self.divided(n) if n > 1 else (Path(0.0, self.law, self.stages),)
+
     def is_like(self, other: Device) -> bool:
         """Whether the other one is the same device, number by number, whatever its name."""
         return self.stages == other.stages and self.law.is_like(other.law)
+
+
+def pull_of(spec: AnyDevice, parts: Parts, law_of: Callable[[Envelope, float], Law]) -> Pull | None:
+    """The draw gear of a device, whose law is made of an envelope and the stroke [m] at which that ends unstated."""
+    pull = spec.pull
+    if pull is None:
+        return None
+    stiffness = pull.stiffness_kN_per_mm * KN_PER_MM
+    breaks = np.inf if pull.breaking_force_kN is None else pull.breaking_force_kN * KN
+    damping = pull.damping_kN_s_per_m * KN_S_PER_M
+    if pull.curve is None:
+        linear = Envelope(np.array([0.0, 1.0]), np.array([0.0, stiffness]), stiffness, damping, stiffness)
+        return Pull(law_of(linear, np.inf), pull.slack_mm * MM, breaks)
+    stroke, force = (np.array(values) for values in parts.curve_points(pull.curve))
+    envelope = Envelope(stroke * MM, force * KN, stiffness, damping)
+    return Pull(law_of(envelope, envelope.stroke[-1]), pull.slack_mm * MM, breaks)

@@ -26,7 +26,9 @@ _SMALL = 1e-13  # strokes [m]
 
 
 @register_jitable
-def advance(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float, float, float]:
+def advance(
+    s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float
+) -> tuple[float, float, float, float]:
     """Bring an element to the stroke and rate of its interface.
 
     Returns:
@@ -46,7 +48,9 @@ def advance(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: fl
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
         s[e + ELEMENT.FORCE] = 0.0
+        s[e + ELEMENT.DISSIPATED] -= lost
         lost, viscous = _broken(s, e, before) + 0.5 * before * (own - from_), 0.0
+        s[e + ELEMENT.DISSIPATED] += lost
         force = 0.0
     return sign * force, lost / share, viscous / share, s[e + ELEMENT.PEAK]
 
@@ -135,7 +139,7 @@ def _split(s: Any, a: int, b: int, part: float, elapsed: float) -> tuple[float, 
         high_short, scale = _short(s, gives, other, high, part, elapsed)
     move = high
     for _ in range(_TRIALS):  # regula falsi, which halves the weight of an end that stays (Illinois)
-        if abs(high_short) <= _CLOSE * scale or high - low <= 1e-17:
+        if abs(high_short) <= _CLOSE * scale or abs(high - low) <= 1e-17:
             break
         move = high - high_short * (high - low) / (high_short - low_short)
         short, scale = _short(s, gives, other, move, part, elapsed)

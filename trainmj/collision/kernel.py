@@ -148,6 +148,7 @@ def _size(typing_context: Any, base: Any, offset: Any) -> Any:
 # over, and does not see an edit elsewhere. Each function therefore closes over the places of MuJoCo's fields and over
 # the mark of a block, which changes with the code of the law; everything else may then be used by its name.
 
+
 def _passive(offsets: Offsets) -> Any:
     at_nuserdata, at_timestep, at_time, at_userdata, at_qpos, at_qvel, at_passive, at_inertia, _ = offsets
     magic = MAGIC

@@ -31,6 +31,7 @@ class Kind:
             be asked for several strokes. It is compiled as it stands.
         device: the device that a part of a scenario describes, ``device(name, spec, parts)``.
         stored: energy that it holds and gives back [J], of a law, its stroke, force and two states.
+        permanent: stroke that remains without force [m], of a law and its two states.
         bounds: of a law and a largest rate [m/s]: largest dF/du [N/m] and dF/drate [N s/m], for the largest step.
         loss: how the books call what it loses other than by speed.
         store: how they call what it holds.
@@ -42,6 +43,7 @@ class Kind:
     device: Callable[..., Device]
     stored: Callable[..., float]
     bounds: Callable[..., tuple[float, float]]
+    permanent: Callable[..., float]
     loss: str = "crushed"
     store: str = "elastic"
     follows: bool = False
@@ -90,7 +92,8 @@ class Law:
     def is_like(self, other: Law) -> bool:
         """Whether the other one is the same law, number by number."""
         return self is other or (
-            (self.kind, self.parameters, self.speeds, self.end) == (other.kind, other.parameters, other.speeds, other.end)
+            (self.kind, self.parameters, self.speeds, self.end)
+            == (other.kind, other.parameters, other.speeds, other.end)
             and len(self.curves) == len(other.curves)
             and all(map(np.array_equal, self.curves, other.curves))
         )

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, n_own_sides
 from trainmj.collision.quantities import STAGE, columns_of, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.scenario.devices import DEVICE
@@ -85,7 +85,10 @@ def of_responses(
         interfaces: from the front backwards, the moving train first.
         vehicles: likewise.
     """
-    own: tuple[VehicleMetrics | InterfaceMetrics, ...] = (*vehicles[: chain.n_moving], *interfaces[: chain.n_moving])
+    own: tuple[VehicleMetrics | InterfaceMetrics, ...] = (
+        *vehicles[: chain.n_moving],
+        *interfaces[: n_own_sides(chain)],
+    )
     columns = columns_of(chain)
     for name, limit in chain.limits.items():
         if name in columns:

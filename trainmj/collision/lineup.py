@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
-from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, check_step
-from trainmj.collision.device import Device, Envelope, Stage, in_series
+from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, check_step, meet
+from trainmj.collision.device import Device
+from trainmj.collision.law import KINDS
 from trainmj.collision.quantities import columns_of, no_number, of_each
 from trainmj.files.source import Problem, no_such
 from trainmj.scenario import Scenario, scenario_given
-from trainmj.scenario.devices import CrushDevice
-from trainmj.scenario.parts import Parts
+from trainmj.scenario.parts import Collision
 from trainmj.scenario.trains import RIGID_WALL, Car
-from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE
-
-_LATER = "cannot be computed yet"
+from trainmj.units import KM_H, KN, MM, MS, TONNE, G
 
 
 def line_up(scenario: Scenario | str | Path) -> Chain:
@@ -31,68 +28,47 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
             what this chain does not have.
     """
     scenario = scenario_given(scenario)
-    scenario.refuse(_not_computed(scenario))
     c = scenario.collision
-    crushed = {name: spec for name, spec in scenario.devices.items() if isinstance(spec, CrushDevice)}
-    devices = {name: _device(name, spec, scenario) for name, spec in crushed.items()}
-    train = scenario.trains[c.train]
-    moving = train.cars()
-    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h) for i, car in enumerate(moving)][::-1]
-    interfaces = [
-        _joint(f"M{i + 1}-M{i + 2}", len(moving) - i - 2, devices[(moving[i].coupler or ("",))[0]])
-        for i in range(len(moving) - 1)
-    ][::-1]
-    near = devices[str(train.front)]
+    devices = {name: KINDS[spec.law].device(name, spec, scenario) for name, spec in scenario.devices.items()}
+    moving = scenario.trains[c.train].cars()
     n = len(moving)
+    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c) for i, car in enumerate(moving)][::-1]
+    interfaces = [
+        _coupled(f"M{i + 1}-M{i + 2}", n - i - 2, [devices[name] for name in (car.coupler or ())][::-1])
+        for i, car in enumerate(moving[:-1])
+    ][::-1]
+    near = devices[str(scenario.trains[c.train].front)]
+    obstacle = scenario.obstacles.get(c.partner)
     if c.partner == RIGID_WALL:
-        interfaces.append(Interface("M1-wall", n - 1, WALL, near.envelope, (near.envelope.stroke,), (near,)))
+        interfaces.append(Interface("M1-wall", n - 1, WALL, meet(near, coupled=False), (near,)))
+    elif obstacle is not None and obstacle.fixed:
+        far = devices[obstacle.front]
+        interfaces.append(_front("M1-wall", n - 1, WALL, near, far))
     else:
-        partner = scenario.trains[c.partner]
-        cars = partner.cars()
-        couplers = [(car.coupler or ("",))[0] for car in cars[:-1]]
-        if c.partner_end == "rear":
-            cars, couplers = cars[::-1], couplers[::-1]
-        far = devices[str(getattr(partner, c.partner_end))]
-        envelope, strokes = in_series(near, far)
-        interfaces.append(Interface("S1-M1", n - 1, n, envelope, strokes, (near, far)))
-        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h) for i, car in enumerate(cars)]
-        interfaces += [_joint(f"S{i + 1}-S{i + 2}", n + i, devices[str(name)]) for i, name in enumerate(couplers)]
+        struck, cars = _partner(scenario)
+        far = devices[struck]
+        interfaces.append(_front("S1-M1", n - 1, n, near, far))
+        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c) for i, car in enumerate(cars)]
+        interfaces += [
+            _coupled(f"S{i + 1}-S{i + 2}", n + i, [devices[name] for name in (car.coupler or ())])
+            for i, car in enumerate(cars[:-1])
+        ]
     s = scenario.simulation
     chain = Chain(
         tuple(vehicles),
         tuple(interfaces),
         n,
         c.gap_mm * MM,
-        c.rail_friction,
         s.step_ms * MS,
         s.steps_per_record,
         s.time_limit_s,
         s.integrator,
-        scenario.limits,
+        grade=math.sin(math.atan(c.grade_per_mille * 1e-3)),
+        limits=scenario.limits,
     )
     check_step(chain)
     scenario.refuse(_limits(chain))
     return chain
-
-
-def _not_computed(scenario: Scenario) -> Iterator[Problem]:
-    """What a scenario may state and this version does not compute."""
-    c = scenario.collision
-    if c.grade_per_mille:
-        yield Problem(("collision", "grade_per_mille"), _LATER)
-    if c.partner in scenario.obstacles:
-        yield Problem(("collision", "partner"), f"an obstacle {_LATER}")
-    sides = {name: scenario.trains[name] for name in (c.train, c.partner) if name in scenario.trains}
-    used = {name for train in sides.values() for name in (train.front, train.rear)}
-    for side, train in sides.items():
-        for car in train.cars():
-            used.update(car.coupler or ())
-            if len(car.coupler or ()) > 1 or car.brakes is not None or car.rail_friction is not None:
-                yield Problem(("trains", side), f"brakes, rail_friction or two couplers in series {_LATER}")
-                break
-    for name, spec in scenario.devices.items():
-        if name in used and not (isinstance(spec, CrushDevice) and spec.pull is None and spec.rate is None):
-            yield Problem(("devices", name), f"its kind, pull or rate {_LATER}")
 
 
 def _limits(chain: Chain) -> Iterator[Problem]:
@@ -105,44 +81,41 @@ def _limits(chain: Chain) -> Iterator[Problem]:
             yield Problem(("limits", name), reason)
 
 
-def _vehicle(name: str, car: Car, speed_km_h: float) -> Vehicle:
+def _partner(scenario: Scenario) -> tuple[str, list[Car]]:
+    """The device of what is struck, and its vehicles from there; the coupler of each is that to the next one."""
+    c = scenario.collision
+    obstacle = scenario.obstacles.get(c.partner)
+    if obstacle is not None:
+        return obstacle.front, [
+            Car(c.partner, obstacle.mass_t, obstacle.length_m, None, rail_friction=obstacle.rail_friction)
+        ]
+    partner = scenario.trains[c.partner]
+    cars = partner.cars()
+    if c.partner_end == "rear":
+        couplers = [car.coupler[::-1] if car.coupler else None for car in cars[:-1]]
+        cars = [car._replace(coupler=coupler) for car, coupler in zip(cars[::-1], [*couplers[::-1], None], strict=True)]
+    return str(getattr(partner, c.partner_end)), cars
+
+
+def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision) -> Vehicle:
     assert car.mass_t is not None  # held by the rules of a scenario
-    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H)
+    brake = None
+    if car.brakes is not None:
+        b = car.brakes
+        most = math.inf if b.adhesion is None else b.adhesion * car.mass_t * TONNE * G
+        brake = Brake(b.whole_kN(car.mass_t) * KN, b.delay_s, b.rise_s, most)
+    friction = collision.rail_friction if car.rail_friction is None else car.rail_friction
+    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H, friction, brake)
 
 
-def _joint(name: str, left: int, device: Device) -> Interface:
-    return Interface(name, left, left + 1, device.envelope, (device.envelope.stroke,), (device,))
+def _front(name: str, left: int, right: int, near: Device, far: Device) -> Interface:
+    """The interface at which the two sides meet; equal devices are reported as one."""
+    ends = () if near.is_like(far) else (name, f"{name} partner")
+    return Interface(name, left, right, meet(near, far, coupled=False), (near, far), ends)
 
 
-def _device(name: str, spec: CrushDevice, parts: Parts) -> Device:
-    """The envelope and stages of a device, its stages laid end to end."""
-    stroke: list[float] = []
-    force: list[float] = []
-    stages: list[Stage] = []
-    at = 0.0  # where the stage before ends [mm]
-    for stage_name, stage in spec.all_stages().items():
-        u, f = parts.curve_points(stage.curve)
-        start = at + stage.empty_stroke_mm
-        if stage.empty_stroke_mm > 0:
-            idle_from = max(at, stroke[-1]) if stroke else 0.0
-            stroke += [idle_from, start]
-            force += [0.0, 0.0]
-        stroke += [start + x for x in u]
-        force += f
-        at = start + u[-1]
-        if stage.shear_off is not None:
-            ramp = stage.shear_off.ramp_mm
-            stroke += [at + ramp, at + 2 * ramp]
-            force += [stage.shear_off.force_kN, 0.0]
-        limit = np.inf if stage.stroke_limit_mm is None else stage.stroke_limit_mm * MM
-        stages.append(Stage(stage_name, start * MM, at * MM, limit))
-    stages[-1] = Stage(stages[-1].name, stages[-1].start, np.inf, stages[-1].limit)
-    points = np.column_stack([stroke, force])
-    points = points[np.append(True, np.any(np.diff(points, axis=0) != 0.0, axis=1))]
-    envelope = Envelope(
-        points[:, 0] * MM,
-        points[:, 1] * KN,
-        spec.stiffness_kN_per_mm * KN_PER_MM,
-        spec.damping_kN_s_per_m * KN_S_PER_M,
-    )
-    return Device(name, envelope, tuple(stages))
+def _coupled(name: str, left: int, devices: Sequence[Device]) -> Interface:
+    """An interface within a train, of one device or of one at each end, from left to right."""
+    vehicles = sorted(name.split("-"), reverse=name.startswith("M"), key=lambda vehicle: int(vehicle[1:]))
+    ends = tuple(f"{name} {vehicle}" for vehicle in vehicles) if len(devices) > 1 else ()
+    return Interface(name, left, left + 1, meet(*devices), tuple(devices), ends)

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from trainmj.collision.block import Tally
-from trainmj.collision.chain import WALL, Chain, name_of_side, places_of_sides
-from trainmj.collision.device import Array
+from trainmj.collision.chain import WALL, Chain, n_own_sides, places_of_sides
+from trainmj.collision.device import Stage
+from trainmj.collision.envelope import Array
+from trainmj.collision.kind import Law
 from trainmj.units import MM
+
+UNSEEN = 1e-3
+"""Relative excess of a peak between two steps, over the largest at any step, that counts as unseen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +33,11 @@ class Measured:
         """Every interface; the front as one side's, or as both where these are not equal."""
         return tuple(Side(self, k, side) for k, side in places_of_sides(self.chain))
 
+    @property
+    def own_sides(self) -> tuple[Side, ...]:
+        """Those of the moving train."""
+        return self.sides[: n_own_sides(self.chain)]
+
     @cached_property
     def kinetic(self) -> tuple[float, float]:
         """Kinetic energy at the start and at the end [J]."""
@@ -35,10 +46,32 @@ class Measured:
         return start, end
 
     @cached_property
-    def elastic(self) -> float:
-        """Energy in the springs of all interfaces at the end [J]."""
-        left = [max(0.0, float(u - p)) for u, p in zip(self.tally.stroke, self.tally.plastic, strict=True)]
-        return sum(0.5 * i.envelope.stiffness * u**2 for i, u in zip(self.chain.interfaces, left, strict=True))
+    def laws(self) -> tuple[Used, ...]:
+        """Every law with what is left of it, in the order of the records."""
+        return tuple(
+            Used(self.tally, law, record, 1.0 / element.share, element.breaks < np.inf)
+            for interface, records in zip(self.chain.interfaces, self.chain.records, strict=True)
+            for element, places in zip(interface.elements, records, strict=True)
+            for law, record in zip(element.laws, places, strict=True)
+        )
+
+    def stored(self, store: str) -> float:
+        """Energy that devices still hold at the end [J], in one way: elastic, or in gas."""
+        return float(sum(used.stored for used in self.laws if used.law.kind.store == store))
+
+    def lost(self, loss: str) -> float:
+        """Energy lost in devices other than by speed [J], in one way: crushed, or by friction."""
+        return float(sum(used.lost - used.viscous for used in self.laws if used.law.kind.loss == loss))
+
+    @property
+    def viscous(self) -> float:
+        """Energy lost in devices by speed [J]: in dashpots and orifices."""
+        return float(sum(used.viscous for used in self.laws))
+
+    @property
+    def absorbed(self) -> float:
+        """Energy lost in all interfaces [J], what pairs set free as they snap included."""
+        return float(self.tally.dissipated.sum())
 
     @cached_property
     def energy_error(self) -> float:
@@ -49,22 +82,39 @@ class Measured:
         the step is small enough.
         """
         start, end = self.kinetic
-        absorbed, friction = float(self.tally.dissipated.sum()), float(self.tally.friction_work.sum())
-        return (start - end - self.elastic - absorbed - friction) / self.convertible
+        left = self.stored("elastic") + self.stored("gas")
+        rails = float(self.tally.friction_work.sum()) + float(self.tally.brake_work.sum())
+        return (start - end - left - self.absorbed - rails - float(self.tally.grade_work.sum())) / self.convertible
 
     @cached_property
     def curve_error(self) -> tuple[float, Side]:
         """The largest difference between what a device absorbed and the area below its curve, and where it is.
 
         Relative to what the collision can convert. The area is that up to the largest stroke, less what the device
-        gives back; a dashpot may add to it. It comes from the curve of the device alone, so it does not hide a path of
-        two devices in series that is not theirs, or steps that jumped over a part of the curve.
+        gives back; a dashpot may add to it. It comes from the curve of the device alone, so it does not hide steps that
+        jumped over a part of the curve. Devices whose force depends on the rate, or that recover, have no such area.
         """
-        excess = [side.energy - side.energy_by_curve for side in self.sides]
-        damped = [side.interface.envelope.damping > 0.0 for side in self.sides]
-        errors = [max(0.0, -more) if dashpot else abs(more) for more, dashpot in zip(excess, damped, strict=True)]
-        worst = int(np.argmax(errors))  # of NaN, the first
-        return errors[worst] / self.convertible, self.sides[worst]
+        worst, where = 0.0, self.sides[0]
+        for side in self.sides:
+            for used in side.laws:
+                more = used.beside_curve
+                error = max(0.0, -more) if used.damped else abs(more)
+                if not error <= worst:  # NaN counts
+                    worst, where = error, side
+        return worst / self.convertible, where
+
+    @cached_property
+    def jumped(self) -> bool:
+        """Whether steps passed a peak of a curve unseen that would have been the largest, or a part of a curve."""
+        tally = self.tally
+        unseen = (tally.unseen_peak > tally.device_peak * (1.0 + UNSEEN)).any()
+        return bool(unseen or (tally.unseen_force > tally.force_max * (1.0 + UNSEEN)).any())
+
+    @cached_property
+    def valid_until(self) -> float:
+        """Time at which the first curve ended behind whose end nothing is stated [s]; infinite if none did."""
+        times = self.tally.element_end_time
+        return float(times[times >= 0.0].min(initial=np.inf))
 
     @cached_property
     def convertible(self) -> float:
@@ -98,6 +148,74 @@ class Measured:
         return np.asarray(self.tally.stroke_max_time[ahead])
 
 
+class Used:
+    """A law, and what a collision has left of it."""
+
+    def __init__(self, tally: Tally, law: Law, record: int, times: float, breaks: bool) -> None:
+        """Look at a record of the tally, which stands for a number of equal devices."""
+        self.law, self.breaks = law, breaks
+        self._tally, self._record, self._times = tally, record, times
+
+    def left(self, name: str) -> float:
+        """A value of the record."""
+        return float(getattr(self._tally, f"element_{name}")[self._record])
+
+    @property
+    def stroke(self) -> float:
+        """Largest stroke [m]."""
+        return self.left("stroke_max")
+
+    @property
+    def stored(self) -> float:
+        """Energy that all the devices it stands for hold [J]; none where it has broken."""
+        if self.breaks and self.left("force") == 0.0:
+            return 0.0
+        state = self.left("stroke"), self.left("force"), self.left("state_0"), self.left("state_1")
+        return float(self._times * self.law.kind.stored(self.law, *state))
+
+    @property
+    def lost(self) -> float:
+        """Energy that they have lost [J]."""
+        return self._times * self.left("dissipated")
+
+    @property
+    def viscous(self) -> float:
+        """The part of it lost by speed [J]."""
+        return self._times * self.left("viscous")
+
+    @property
+    def permanent(self) -> float:
+        """Stroke that remains of one device [m]."""
+        back = self.stroke - float(self.law.kind.permanent(self.law, self.left("state_0"), self.left("state_1")))
+        return max(0.0, self.stroke - back)
+
+    @property
+    def damped(self) -> bool:
+        """Whether a dashpot may add to what it absorbed."""
+        return self.law.loading.damping > 0.0
+
+    def within(self, start: float, stroke: float) -> float:
+        """Energy that a stage has absorbed [J], which begins at a stroke of the law and has one of its own [m].
+
+        By the curve of first loading at rest, less what the stage in which that ended gives back; speed may add to it.
+        """
+        path, most = self.law.loading.climbing, max(0.0, self.stroke)
+        end = start + stroke
+        back = 0.5 * path.force_at(most) ** 2 / path.stiffness if stroke > 0.0 and end >= most else 0.0
+        return max(0.0, path.energy(end) - path.energy(start) - back)
+
+    @property
+    def beside_curve(self) -> float:
+        """What one device absorbed beside the area below its curve, climbed as the law does, less what it gives back.
+
+        In J; 0 where the area says nothing.
+        """
+        if not self.law.kind.follows or self.breaks:
+            return 0.0
+        path, stroke = self.law.loading.climbing, max(0.0, self.stroke)
+        return self.left("dissipated") - (path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / path.stiffness)
+
+
 class Side:
     """One interface as it is reported, or one train's side of the front."""
 
@@ -106,46 +224,75 @@ class Side:
         self._tally, self._index, self._side = measured.tally, index, side
         self.interface = measured.chain.interfaces[index]
         self.device = self.interface.devices[side]
-        self._largest = float(measured.tally.stroke_max[index])
-        self.stroke = self.interface.side_largest(self._largest, side)
+        pushing, pulling = [], []
+        for element, places in zip(self.interface.elements, measured.chain.records[index], strict=True):
+            own = side if len(element.laws) > 1 else 0
+            used = Used(measured.tally, element.laws[own], places[own], 1.0, element.breaks < np.inf)
+            (pushing if element.sign > 0 else pulling).append(used)
+        self.laws = (*pushing, *pulling)
+        self._paths = list(zip(self.device.paths(len(pushing)), pushing, strict=True))
 
     @property
     def name(self) -> str:
         """Of the interface, and of its side where both are reported."""
-        return name_of_side(self.interface, self._side)
+        return self.interface.sides[self._side]
+
+    @cached_property
+    def stroke(self) -> float:
+        """Largest stroke of its device [m]; behind a shear-off, that by which the next path is pressed."""
+        stroke = 0.0
+        for path, used in self._paths:
+            if path.start == 0.0:
+                stroke = used.stroke
+            elif used.stroke > 0.0:
+                stroke = path.start + used.stroke
+            else:
+                return min(stroke, path.start)
+        return stroke
 
     @property
-    def beyond_curve(self) -> bool:
-        """Whether the stroke went past the last point of the curve, where the force is only held."""
-        return bool(self.stroke > self.device.envelope.stroke[-1])
+    def stages(self) -> Iterator[tuple[Stage, float, float]]:
+        """Each stage, its largest stroke [m] and the energy that it absorbed [J].
+
+        The first stage of a law has what the others, by the curve, have not.
+        """
+        for path, used in self._paths:
+            strokes = [stage.stroke(path.start + used.stroke) for stage in path.stages]
+            others = [
+                used.within(stage.start - path.start, stroke)
+                for stage, stroke in zip(path.stages[1:], strokes[1:], strict=True)
+            ]
+            yield from zip(path.stages, strokes, [max(0.0, used.lost - sum(others)), *others], strict=True)
+
+    @property
+    def end_time(self) -> float:
+        """When its curve ended, if nothing is stated behind it [s]; infinite if it did not."""
+        times = [used.left("end_time") for used in self.laws]
+        return min((time for time in times if time >= 0.0), default=np.inf)
 
     @property
     def permanent(self) -> float:
-        """Permanent set [m].
+        """Permanent set [m]."""
+        found = 0.0
+        for path, used in self._paths:
+            if path.start == 0.0 or used.stroke > 0.0:
+                found = path.start + used.permanent
+        return found
 
-        What an interface gives back its sides share as their stiffnesses say: K is 1 / (1 / K_left + 1 / K_right).
-        """
-        back = self._largest - float(self._tally.plastic[self._index])
-        back = back * self.interface.envelope.stiffness / self.device.envelope.stiffness
-        return max(0.0, float(self.interface.side_stroke(self._largest, self._side)) - back)
-
-    @cached_property
+    @property
     def energy(self) -> float:
         """Absorbed energy [J]."""
-        share = self.interface.energy_shares(np.array([self._largest]))[self._side]
-        return float(share[0] * self._tally.dissipated[self._index])
+        return sum(used.lost for used in self.laws)
 
     @property
     def energy_by_curve(self) -> float:
-        """Area below the device's own curve, climbed as the law does, up to the stroke, less what it gives back [J]."""
-        path = self.device.envelope.climbing
-        stroke = max(0.0, self.stroke)
-        return path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / path.stiffness
+        """What it would have absorbed by its curves alone [J]."""
+        return sum(used.lost - used.beside_curve for used in self.laws)
 
     @property
     def crush_mm(self) -> float:
         """Stroke without empty strokes [mm]: what counts in TS."""
-        return sum(stage.stroke(self.stroke) / MM for stage in self.device.stages)
+        return sum(stroke / MM for _, stroke, _ in self.stages)
 
     def tallied(self, name: str) -> float:
         """A value of the tally at this interface."""

@@ -12,12 +12,16 @@ import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
+from trainmj.collision.press import press
 from trainmj.errors import EngineError
 from trainmj.files.resources import shipped_folder
 
-SENSED = ("force", "energy", "stroke", "stroke rate")
+OF_DEVICES = ("force", "energy", "left stroke", "right stroke", "left energy", "right energy")
+"""What the law of the devices writes for every interface; left and right are its devices."""
+
+SENSED = (*OF_DEVICES, "stroke", "stroke rate")
 """What is sensed at every interface, in the order of the sensor data; then each vehicle's MOTION."""
 
 MOTION = ("position", "velocity", "acceleration")
@@ -93,26 +97,28 @@ def spec(
         if interface.right != WALL:
             tendon.wrap_joint(chain.vehicles[interface.right].name, -1.0)
         if stand_in:
-            tendon.stiffness[0] = interface.envelope.stiffness
-            tendon.springyield = plateau(interface) / interface.envelope.stiffness
+            stiffness, force = stand_in_of(interface)
+            tendon.stiffness[0] = stiffness
+            tendon.springyield = force / stiffness
             tendon.springlength[:] = -_NEVER, 0.0
-    _add_sensors(base, chain, SENSED[2:] if stand_in else SENSED)
+    _add_sensors(base, chain, SENSED[len(OF_DEVICES) :] if stand_in else SENSED)
     return base
 
 
-def plateau(interface: Interface) -> float:
-    """The one force that absorbs as much as an interface does up to its stroke limit [N].
+def stand_in_of(interface: Interface) -> tuple[float, float]:
+    """Unloading stiffness [N/m] and one force [N] that absorbs as much as an interface does up to its stroke limit.
 
-    It is the mean crush force up to where the first of its stages reaches its limit, or up to the end of the curve.
+    That is the mean force of first loading at rest, up to where the first of its stages reaches its limit, or up to the
+    end of a curve.
     """
-    ends = [float(interface.envelope.stroke[-1])]
+    path = press(interface)
+    ends = [float(path.stroke[-1])]
     for side, device in enumerate(interface.devices):
-        limit = min((s.start + s.limit for s in device.stages), default=np.inf)
-        own = interface.side_stroke(interface.envelope.stroke, side)
-        if limit < own[-1]:
-            ends.append(float(np.interp(limit, own, interface.envelope.stroke)))
-    reach = min(ends)
-    return interface.envelope.energy(reach) / reach
+        limit = min((stage.start + stage.limit for stage in device.stages), default=np.inf)
+        if limit < path.sides[-1, side]:
+            ends.append(float(np.interp(limit, path.sides[:, side], path.stroke)))
+    stiffness = [device.envelope.stiffness for device in interface.devices]
+    return 1.0 / sum(1.0 / k for k in stiffness), path.work(min(ends)) / min(ends)
 
 
 def _options_of(scene: mujoco.MjSpec) -> mujoco.MjSpec:
@@ -150,7 +156,7 @@ def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed_here: Sequence[str] =
     for sensed in sensed_here:
         for interface in chain.interfaces:
             sensor = base.add_sensor(name=f"{sensed} {interface.name}")
-            if sensed in ("force", "energy"):  # from the device law, which writes the first user sensors
+            if sensed in OF_DEVICES:  # the first user sensors
                 sensor.type, sensor.dim, sensor.needstage = kind.mjSENS_USER, 1, mujoco.mjtStage.mjSTAGE_ACC
             else:
                 sensor.type = kind.mjSENS_TENDONPOS if sensed == "stroke" else kind.mjSENS_TENDONVEL

@@ -15,12 +15,13 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from trainmj.collision.chain import Chain, name_of_side, order_of_vehicles, places_of_sides
+from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles, places_of_sides
 from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc60_peak, window_peak
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import listed
+from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, against, head
 
 T = TypeVar("T")
@@ -108,6 +109,9 @@ INTERFACE: tuple[Quantity[Side], ...] = (
         "peak_force", "kN", 1, "peak\nforce", "largest force", lambda s: s.tallied("force_max") / KN, "force",
     ),
     Quantity(
+        "peak_pull", "kN", 1, "peak\npull", "largest force of the draw gear", lambda s: s.tallied("pull_max") / KN,
+    ),
+    Quantity(
         "energy", "kJ", 2, "absorbed\nenergy", "absorbed energy; at the front by one train",
         lambda s: s.energy / KJ, "energy",
     ),
@@ -160,7 +164,7 @@ TRAIN: tuple[Quantity[Measured], ...] = (
     Quantity(
         "TS", "mm", 1, "TS",
         "compression along the moving train, empty strokes not counted",
-        lambda m: sum(s.crush_mm for s in m.sides[: m.chain.n_moving]), "TS",
+        lambda m: sum(s.crush_mm for s in m.own_sides), "TS",
     ),
     Quantity(
         "TAMA", "g", 4, "TAMA", "mean of the peak device accelerations of the moving train",
@@ -171,7 +175,13 @@ TRAIN: tuple[Quantity[Measured], ...] = (
 
 COLLISION: tuple[Quantity[Measured], ...] = (
     Quantity("duration", "s", 3, "duration", "simulated time", lambda m: m.tally.time, "duration"),
-)
+    Quantity(
+        "valid_until", "s", 4, "valid until",
+        "when a curve ended behind whose end nothing is stated: from then on no acceleration, force or energy is valid; "
+        "blank if all are",
+        lambda m: m.valid_until if m.valid_until < math.inf else math.nan, "valid_until",
+    ),
+)  # fmt: skip
 """Quantities of the whole collision; a number each."""
 
 BALANCE: tuple[Quantity[Measured], ...] = (
@@ -179,11 +189,23 @@ BALANCE: tuple[Quantity[Measured], ...] = (
              lambda m: m.kinetic[0] / KJ),
     Quantity("kinetic_end", "kJ", 1, "kinetic at the end", "kinetic energy at the end", lambda m: m.kinetic[1] / KJ),
     Quantity("elastic", "kJ", 1, "elastic, still in the devices", "energy still in the springs of the devices",
-             lambda m: m.elastic / KJ),
+             lambda m: m.stored("elastic") / KJ),
+    Quantity("gas", "kJ", 1, "in gas, still in the devices", "energy still in the gas of hydraulic devices",
+             lambda m: m.stored("gas") / KJ),
     Quantity("absorbed", "kJ", 1, "absorbed by the devices", "energy absorbed by all devices",
-             lambda m: float(m.tally.dissipated.sum()) / KJ, "absorbed"),
+             lambda m: m.absorbed / KJ, "absorbed"),
+    Quantity("crushed", "kJ", 1, "of this crushed", "part of the absorbed energy that crushing took",
+             lambda m: m.lost("crushed") / KJ),
+    Quantity("frictional", "kJ", 1, "by friction in devices", "part of the absorbed energy that slip in devices took",
+             lambda m: m.lost("frictional") / KJ),
+    Quantity("viscous", "kJ", 1, "by speed", "part of the absorbed energy that dashpots and orifices took",
+             lambda m: m.viscous / KJ),
     Quantity("friction", "kJ", 1, "by the rails", "energy taken by rail friction",
              lambda m: float(m.tally.friction_work.sum()) / KJ),
+    Quantity("brakes", "kJ", 1, "by the brakes", "energy taken by the brakes",
+             lambda m: float(m.tally.brake_work.sum()) / KJ),
+    Quantity("grade", "kJ", 1, "by the grade", "energy taken by the grade; negative where it runs downhill",
+             lambda m: float(m.tally.grade_work.sum()) / KJ),
     Quantity("energy_error", "", -2, "energy balance",
              "what is missing in the balance of energy, relative to what the collision can convert",
              lambda m: m.energy_error, "energy_error"),
@@ -226,8 +248,8 @@ def columns_of(chain: Chain) -> dict[str, Column]:
     sides = [(chain.interfaces[k], k, side) for k, side in places_of_sides(chain)]
     return _columns(
         tuple(
-            (name_of_side(i, side), bool(side) or k > chain.front, abs(k - chain.front), _stages(i.devices[side]))
-            for i, k, side in sides
+            (i.sides[side], n >= n_own_sides(chain), abs(k - chain.front), _stages(i.devices[side]))
+            for n, (i, k, side) in enumerate(sides)
         ),
         tuple(chain.vehicles[i].name for i in order_of_vehicles(chain)),
         chain.n_moving,
@@ -235,8 +257,8 @@ def columns_of(chain: Chain) -> dict[str, Column]:
 
 
 def _stages(device: Device) -> tuple[str, ...]:
-    """Names of the stages that have a column of their own."""
-    return tuple(stage.name for stage in device.stages) if len(device.stages) > 1 else ()
+    """Names of the stages that have a column of their own: all but that of a device of one curve."""
+    return tuple(stage.name for stage in device.stages if stage.name != DEVICE) if len(device.stages) > 1 else ()
 
 
 @cache

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from trainmj.collision.device import CAR_BODY
 from trainmj.errors import close_match
 from trainmj.units import beyond
+
+_COLLAPSED = 1.0  # stroke of a car body from which on it counts as collapsed [mm]
 
 
 @dataclass(frozen=True)
@@ -41,11 +44,18 @@ class StageUse:
         name: of the stage, such as anti_climber.
         stroke_mm: largest stroke.
         limit_mm: what the design allows; None if it states nothing.
+        energy_kJ: that it absorbed.
     """
 
     name: str
     stroke_mm: float
     limit_mm: float | None
+    energy_kJ: float
+
+    @property
+    def collapsed(self) -> bool:
+        """Whether it is the car body, and has given way."""
+        return self.name == CAR_BODY and self.stroke_mm > _COLLAPSED
 
     @property
     def exhausted(self) -> bool:
@@ -63,7 +73,8 @@ class InterfaceMetrics(Numbers):
         name: S1-M1, M1-M2 and so on; the partner's side of an unequal front is "S1-M1 partner".
         device: name of the device.
         stages: how far each stage of the device was used.
-        beyond_curve: whether the stroke went past the last point of the curve, where the force is only held.
+        beyond_curve: whether the stroke went past the end of a curve behind which nothing is stated: the force is only
+            held there, and is not valid.
     """
 
     name: str
@@ -79,7 +90,7 @@ class InterfaceMetrics(Numbers):
     @property
     def exhausted(self) -> bool:
         """Whether a stroke limit was passed, or the end of the curve."""
-        return self.beyond_curve or any(stage.exhausted for stage in self.stages)
+        return self.beyond_curve or any(stage.exhausted or stage.collapsed for stage in self.stages)
 
     def as_row(self) -> dict[str, Any]:
         """Plain values for a table; stages are left out."""

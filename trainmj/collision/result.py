@@ -9,16 +9,16 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.block import TALLY, Tally
-from trainmj.collision.chain import Chain, name_of_side, order_of_vehicles, places_of_sides
-from trainmj.collision.device import Array
+from trainmj.collision.block import TALLY, Tally, n_records
+from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
+from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
@@ -52,6 +52,10 @@ HISTORIES = {
     "stroke_rate": History("interface", "m/s", "rate of the stroke"),
     "force": History("interface", "N", "force", "kN", KN),
     "energy": History("interface", "J", "absorbed energy, elastic energy not counted", "kJ", KJ),
+    "left_stroke": History("interface", "m", "stroke of the device of the left side, or of the only one"),
+    "right_stroke": History("interface", "m", "stroke of the device of the right side, if it has its own"),
+    "left_energy": History("interface", "J", "energy absorbed by the device of the left side, or by the only one"),
+    "right_energy": History("interface", "J", "energy absorbed by the device of the right side, if it has its own"),
 }
 """What a result has over time, (n_sample, n_vehicle) or (n_sample, n_interface), by name."""
 
@@ -72,6 +76,10 @@ class Result:
         stroke_rate: (n_sample, n_interface) [m/s].
         force: (n_sample, n_interface) [N].
         energy: (n_sample, n_interface) absorbed by the interface, elastic energy not counted [J].
+        left_stroke: (n_sample, n_interface) of the device of the left side, or of the only one [m].
+        right_stroke: (n_sample, n_interface) of the device of the right side, if it has its own [m].
+        left_energy: (n_sample, n_interface) absorbed by the device of the left side, or by the only one [J].
+        right_energy: (n_sample, n_interface) absorbed by the device of the right side, if it has its own [J].
         versions: of trainmj, MuJoCo and the rest that computed it, and the platform.
     """
 
@@ -86,6 +94,10 @@ class Result:
     stroke_rate: Array
     force: Array
     energy: Array
+    left_stroke: Array
+    right_stroke: Array
+    left_energy: Array
+    right_energy: Array
     versions: dict[str, str]
 
     @property
@@ -122,6 +134,7 @@ class Result:
                 "scenario": to_yaml(self.scenario),
                 "format": _FORMAT,
                 "step_ms": self.step_ms,
+                "refined": int(self.chain.refined),
                 **{f"version_{name}": version for name, version in self.versions.items()},
             },
         )
@@ -157,12 +170,15 @@ class Result:
         found = {}
         for k, side in places_of_sides(chain):
             interface, column = chain.interfaces[k], values[:, k]
-            if name == "stroke":
-                column = interface.side_history(self.stroke[:, k], side) / history.factor
-            elif name == "energy":
-                column = column * interface.energy_shares(self.stroke[:, k])[side]
-            found[name_of_side(interface, side)] = column
+            if name in ("stroke", "energy"):
+                column = self.of_device(name, k, side) / history.factor
+            found[interface.sides[side]] = column
         return found
+
+    def of_device(self, name: str, k: int, side: int) -> Array:
+        """(n_sample,) stroke [m] or absorbed energy [J] of the device on a side (0 left, 1 right) of interface k."""
+        values: Array = getattr(self, f"{'right' if side else 'left'}_{name}")
+        return values[:, k]
 
 
 def find_result(file: str | Path) -> Path | None:
@@ -207,6 +223,7 @@ def load_result(file: str | Path) -> Result:
     if scenario.simulation.step_ms != step_ms:  # the default was another one
         scenario = scenario.with_values({"simulation.step_ms": step_ms})
         chain = line_up(scenario)
+    chain = replace(chain, refined=attributes.get("refined") == 1)
     numbers = {name: arrays[name].astype(np.float64) for name in _OVER}
     tally: dict[str, Any] = {t.name: numbers[f"tally_{t.name}"] for t in TALLY}
     tally |= {t.name: tally[t.name].item() for t in TALLY if not t.over}
@@ -288,7 +305,12 @@ def _scenario_in(attributes: Mapping[str, Any], arrays: Mapping[str, Array], fil
 
 def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
     """Refuse a file whose numbers are not those of its scenario."""
-    sizes = {"vehicle": len(chain.vehicles), "interface": len(chain.interfaces), "time": arrays["time"].size}
+    sizes = {
+        "vehicle": len(chain.vehicles),
+        "interface": len(chain.interfaces),
+        "element": n_records(chain),
+        "time": arrays["time"].size,
+    }
     if not 0 < sizes["time"] <= chain.n_records:
         raise InputError(f"{file}: has {sizes['time']} records and not 1 to {chain.n_records}, as its scenario would")
     for name, over in _OVER.items():
@@ -318,7 +340,7 @@ _UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSErro
 _MOST_BYTES = 300_000_000
 """More than the largest result that the limits of a scenario allow."""
 
-_FORMAT = "trainmj result 2"
+_FORMAT = "trainmj result 3"
 _CHECKSUM = "sha256"
 _ZEROS = b"0" * 64
 _PLACE = re.compile(rb"(sha256\0\0\0\0\0\x02\0\0\0\x40)[0-9a-f]{64}")  # the attribute: name, type, length, text

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Head, Layout, Tally
+from trainmj.collision.block import Layout, Tally
 from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
+from trainmj.collision.fields import Head
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
+from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build, split_sensors
 from trainmj.collision.result import Result
@@ -24,7 +27,8 @@ LAW_NOT_CALLED = "the device law was not called: something replaced MuJoCo's pas
 def run(scenario: Scenario | str | Path) -> Result:
     """Compute one collision.
 
-    The run ends when no device carries force and none comes closer, or all vehicles stand, or at the time limit.
+    The run ends when no device carries force and none comes closer, or all vehicles stand, or at the time limit. Where
+    a step has passed a peak of a curve unseen, it is computed again with smaller steps there.
 
     Args:
         scenario: what to collide: a scenario, the path of its file, or the name of one that ships.
@@ -40,6 +44,15 @@ def run(scenario: Scenario | str | Path) -> Result:
     """
     scenario = scenario_given(scenario)
     chain = line_up(scenario)
+    result = _run(scenario, chain)
+    measured = Measured(chain, result.tally, result.time, result.velocity)
+    if measured.jumped:
+        result = _run(scenario, replace(chain, refined=True))
+    return result
+
+
+def _run(scenario: Scenario, chain: Chain) -> Result:
+    """Compute the collision of a chain."""
     layout = Layout.of(chain)
     with kernel.installed():
         model = build(chain, layout)
@@ -72,10 +85,13 @@ def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
     rows = np.empty((chain.n_records, model.nsensordata))
     off = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     for n in range(len(rows)):
-        if n and chain.steps_per_record > 1:
-            model.opt.disableflags |= off
-            mujoco.mj_step(model, data, nstep=chain.steps_per_record - 1)
-            model.opt.disableflags &= ~off
+        model.opt.disableflags |= off
+        while (left := _before(n, data, chain)) > 0:
+            made = data.userdata[Head.STEPS]
+            mujoco.mj_step(model, data, nstep=left)
+            if data.userdata[Head.STEPS] == made:
+                raise EngineError(LAW_NOT_CALLED)
+        model.opt.disableflags &= ~off
         mujoco.mj_step(model, data)
         rows[n] = data.sensordata
         if data.userdata[Head.TIME] < 0.0:
@@ -83,3 +99,9 @@ def _log(model: mujoco.MjModel, data: mujoco.MjData, chain: Chain) -> Array:
         if data.userdata[Head.OVER] or not np.isfinite(data.userdata[Head.IMPULSE]):
             return rows[: n + 1]
     return rows
+
+
+def _before(n: int, data: mujoco.MjData, chain: Chain) -> int:
+    """Steps, at least, before the one that shows record n; none if it is the next one."""
+    block = data.userdata
+    return n * chain.steps_per_record - int(block[Head.GRID]) + int(block[Head.PARTS_LEFT])

@@ -12,6 +12,7 @@ class Kind(StrEnum):
     OVER = "over"
     TIME_LIMIT = "time limit"
     NO_CONTACT = "no contact"
+    CURVE_ENDED = "curve ended"
     EXHAUSTED = "stroke exhausted"
     LIMIT = "limit passed"
     UNSTABLE = "unstable"
@@ -22,7 +23,8 @@ MEANING = {
     Kind.OVER: "no device is pressed any more",
     Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
     Kind.NO_CONTACT: "computed, but no device was pressed",
-    Kind.EXHAUSTED: "computed, but a stroke limit or the end of a curve was passed",
+    Kind.CURVE_ENDED: "computed, but a curve ended behind which nothing is stated: what came later is not valid",
+    Kind.EXHAUSTED: "computed, but a stroke limit was passed, or a car body gave way",
     Kind.LIMIT: "computed, but a limit that the scenario states was passed",
     Kind.UNSTABLE: "an energy balance is off, or a value is not finite",
     Kind.REFUSED: "the values break a rule, which the reason names",
@@ -31,7 +33,7 @@ MEANING = {
 FAILED = (Kind.REFUSED, Kind.UNSTABLE)
 """Kinds of cases whose responses are of no use."""
 
-PAST_LIMITS = (Kind.EXHAUSTED, Kind.LIMIT)
+PAST_LIMITS = (Kind.CURVE_ENDED, Kind.EXHAUSTED, Kind.LIMIT)
 """Kinds of cases that a design does not pass."""
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, order_of_vehicles
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
 from trainmj.collision.measured import Measured, Side
 from trainmj.collision.quantities import (
@@ -31,10 +31,11 @@ from trainmj.collision.quantities import (
     with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
-from trainmj.collision.remarks import remarks, set_free
+from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status
 from trainmj.files.written import finite
+from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, MM
 
 UNSTABLE = 1e-3
@@ -125,7 +126,12 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
         time: (n_sample,) [s], evenly spaced.
         velocity: (n_sample, n_vehicle) [m/s].
     """
-    measured = Measured(chain, tally, time, np.asfortranarray(velocity))  # the speeds of a vehicle side by side
+    return summary_of(Measured(chain, tally, time, np.asfortranarray(velocity)))  # the speeds of a vehicle side by side
+
+
+def summary_of(measured: Measured) -> Summary:
+    """The numbers of a collision that has been measured."""
+    chain = measured.chain
     interfaces = tuple(_interface(side) for side in measured.sides)
     names = [q.name for q in VEHICLE]
     blank = np.full(len(chain.vehicles), np.nan)
@@ -141,7 +147,7 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
     responses = dict(zip(columns, _responses(whole, balance, interfaces, vehicles), strict=True))
     limits = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
     status = _status(measured, interfaces, balance, limits)
-    said = (*remarks(chain), *set_free(measured))
+    said = (*remarks(chain), *remarks_of(measured))
     return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
 
 
@@ -152,7 +158,7 @@ def _responses(
     values = [*_shown(whole, (*TRAIN, *COLLISION)), *_shown(balance, BALANCE)]
     for i in interfaces:
         values += _shown(i, INTERFACE)
-        values += [stage.stroke_mm for stage in i.stages] if len(i.stages) > 1 else []
+        values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
     for v in vehicles:
         values += _shown(v, VEHICLE)
     return values
@@ -164,10 +170,10 @@ def _interface(side: Side) -> InterfaceMetrics:
         name=side.name,
         device=side.device.name,
         stages=tuple(
-            StageUse(s.name, STAGE.value(s.stroke(side.stroke)), s.limit / MM if s.limit < np.inf else None)
-            for s in side.device.stages
+            StageUse(s.name, STAGE.value(stroke), s.limit / MM if s.limit < np.inf else None, energy / KJ)
+            for s, stroke, energy in side.stages
         ),
-        beyond_curve=side.beyond_curve,
+        beyond_curve=side.end_time < np.inf,
     )
 
 
@@ -195,9 +201,13 @@ def _status(
             if tally.over
             else "no device was pressed before the time limit",
         )
+    ended = [i for i in interfaces if i.beyond_curve]
     spent = [one for interface in interfaces for one in _spent(interface)]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
+    if ended:
+        valid = f"; not valid from {measured.valid_until:.4g} s on"
+        return Status(Kind.CURVE_ENDED, tuple(i.name for i in ended), ", ".join(_ended(i) for i in ended) + valid + cut)
     if spent:
         where, said = zip(*spent, strict=True)
         more = f"; {Kind.LIMIT}: {passed}" if passed else ""
@@ -207,13 +217,17 @@ def _status(
     return Status(Kind.OVER if tally.over else Kind.TIME_LIMIT)
 
 
+def _ended(interface: InterfaceMetrics) -> str:
+    """An interface whose device went past the end of its curve, with its stroke."""
+    return f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of the curve of {interface.device})"
+
+
 def _spent(interface: InterfaceMetrics) -> Iterator[tuple[str, str]]:
-    """Each stage that passed its limit, or the interface if none did, with the numbers."""
-    past = ", past the end of its curve" if interface.beyond_curve else ""
-    stages = [stage for stage in interface.stages if stage.exhausted]
-    for stage in stages:
+    """Each stage that passed its limit, and a car body that gave way, with the numbers."""
+    for stage in interface.stages:
         where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
-        found = STAGE.text(stage.stroke_mm, stage.limit_mm)
-        yield where, f"{where} ({found} of {stage.limit_mm:.12g} mm{past if stage is stages[-1] else ''})"
-    if past and not stages:
-        yield interface.name, f"{interface.name} ({interface.stroke_mm:.1f} mm{past})"
+        if stage.exhausted:
+            found = STAGE.text(stage.stroke_mm, stage.limit_mm)
+            yield where, f"{where} ({found} of {stage.limit_mm:.12g} mm)"
+        elif stage.collapsed:
+            yield where, f"{where} (crushed by {STAGE.text(stage.stroke_mm)} mm)"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.identity import identity
 from trainmj.files.written import finite
 from trainmj.files.yaml import as_yaml

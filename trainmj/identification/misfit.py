@@ -16,7 +16,7 @@ from trainmj.cases.engine import Case, Computed, Local, Row
 from trainmj.cases.runner import rows_of
 from trainmj.cases.store import Store, key_of
 from trainmj.cases.table import STATUS
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.status import FAILED
 from trainmj.identification.plan import Identification, at_step
 from trainmj.identification.unknowns import Point

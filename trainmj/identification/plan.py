@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, no_number
 from trainmj.errors import InputError, close_match

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem, no_such
 from trainmj.identification.data import Observation, parse_sum

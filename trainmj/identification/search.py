@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.identification.file import ExplorePart
 from trainmj.identification.misfit import Misfit, Trials
 from trainmj.identification.plan import Identification

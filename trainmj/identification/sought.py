@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.identification.file import AreaPart, CurvePart, ParameterPart, SetPart
 from trainmj.scenario import Scenario
 from trainmj.units import KJ, KN, MM, unit_of

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.identification.misfit import REFUSED, Misfit
 from trainmj.identification.sought import Unknown
 from trainmj.identification.unknowns import Point

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.files.source import Source
 from trainmj.identification.file import CurvePart, TargetsFile, absolute
 from trainmj.identification.sought import Area, Rise, Unknown, curve_points, inner_forces, single

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 import pandas as pd
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.doe import (
     Correlation,
     Factor,

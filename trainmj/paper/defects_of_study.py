@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.doe import accuracy, entropy_weights, parse_terms
 from trainmj.doe.terms import columns
 from trainmj.paper.analysis import CRITERIA, SPACE, TERMS, analyse, from_table_9, points_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.paper.finding import Defects, Shown
 from trainmj.paper.floors import left_by_quadratic
 from trainmj.paper.printed import (

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.output.style import BLUE, GREEN, GREY, MARKERS, ORANGE, PALETTE, PURPLE, figure, styled
 from trainmj.paper.analysis import CRITERIA

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.paper.printed import EMPTY_STROKE_MM, MASS_T, rms
 
 _TERMS = 6  # of a quadratic in two variables

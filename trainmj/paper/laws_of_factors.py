@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.paper import bars

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.files.resources import shipped_folder
 from trainmj.files.tables import read_back
 from trainmj.units import head as head_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.paper.analysis import Analysis, entropies

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.paper import bars
 from trainmj.paper.analysis import TERMS
 from trainmj.paper.bars import FROM_PRINT, GROUPS, ITSELF, Item

@@ -92,6 +92,11 @@ class AnyDevice(Part):
     )
 
     @property
+    def law(self) -> str:
+        """Name of its law."""
+        return self.kind
+
+    @property
     def own_stiffness_kN_per_mm(self) -> float | None:
         """The stiffness of what lies beyond its end, if that states none [kN/mm]."""
         return None
@@ -187,6 +192,11 @@ class CrushDevice(AnyDevice):
     rate: Annotated[CowperSymonds | RateCurves, Either()] | None = Field(
         default=None, description="how the crush force grows with the rate of compression"
     )
+
+    @property
+    def law(self) -> str:
+        """Crush, or with a rate the one of that name."""
+        return self.kind if self.rate is None else "rate"
 
     @property
     def own_stiffness_kN_per_mm(self) -> float:
@@ -327,6 +337,12 @@ class GasHydraulicDevice(Hydraulic):
     """Oil through an orifice, and a gas spring that pushes the plunger back."""
 
     kind: Literal["gas_hydraulic"]
+
+    @property
+    def law(self) -> str:
+        """That of a hydraulic device, which may have a gas spring."""
+        return "hydraulic"
+
     gas: Gas = Field(description="the gas spring")
     rebound_orifice_kN_s2_per_m2: Orifice = Field(
         description="outwards this times the square of the speed is taken from the force of the gas [kN s2/m2]; with 0 "

@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section, as_json
 from trainmj.output.plot import VIRIDIS, numbers

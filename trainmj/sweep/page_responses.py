@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import PAST_LIMITS, Kind
 from trainmj.output.blocks import Section

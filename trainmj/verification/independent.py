@@ -19,7 +19,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array, Envelope
+from trainmj.collision.envelope import Array, Envelope
 from trainmj.errors import EngineError
 
 _SLACK_M, _SLACK_M_S, _SLACK_N = 1e-12, 1e-11, 1e-3

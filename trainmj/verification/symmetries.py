@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.device import Array, Envelope
+from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.summary import Summary
 from trainmj.units import KM_H
 from trainmj.verification.check import Check, alike, at_least

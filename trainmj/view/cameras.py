@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from trainmj.collision.chain import WALL, Chain
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.view.offscreen import View
 
 Camera = Literal["overview", "front", "follow"]

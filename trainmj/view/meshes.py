@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 
 _SECTION = np.array(  # half of a metro car's cross section, y and z [m], from the floor to the top of the roof
     [(1.25, 0.95), (1.38, 1.15), (1.40, 1.75), (1.40, 2.6), (1.36, 3.05), (1.22, 3.42), (0.95, 3.64), (0.5, 3.76)]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.errors import EngineError
 

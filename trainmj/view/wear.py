@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from trainmj.collision.chain import WALL, Chain
-from trainmj.collision.device import Array
+from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.units import MM

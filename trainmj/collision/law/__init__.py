@@ -13,13 +13,14 @@ from typing import Any
 
 from numba.extending import register_jitable
 
-from trainmj.collision.law.kind import Kind
+from trainmj.collision.kind import Kind
 
 _MODULES = (import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__))
 KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in sorted(
-        (module.KIND for module in _MODULES if hasattr(module, "KIND")), key=lambda kind: (kind.name != "crush", kind.name)
+        (module.KIND for module in _MODULES if hasattr(module, "KIND")),
+        key=lambda kind: (kind.name != "crush", kind.name),
     )
 }
 """Every kind by name, crush first; its place is the code by which the compiled law knows it."""

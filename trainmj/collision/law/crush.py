@@ -10,16 +10,22 @@ The plastic state u_p is the stroke at which the force would vanish. With the un
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
+import numpy as np
 from numba.extending import register_jitable
 
+from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
+from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT
+from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law.curve import segment, value
-from trainmj.collision.law.kind import Kind, Response
-
-if TYPE_CHECKING:
-    from trainmj.collision.device import Law
+from trainmj.scenario.devices import CrushDevice
+from trainmj.scenario.parts import Parts
+from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
 
 STIFFNESS, DAMPING = ELEMENT.P0, ELEMENT.P1
 PLASTIC = ELEMENT.STATE_0
@@ -82,4 +88,105 @@ def bounds(law: Law, _: float) -> tuple[float, float]:
     return law.parameters[0], law.parameters[1]
 
 
-KIND = Kind("crush", respond, stored, bounds)
+def law_of(envelope: Envelope, end: float = np.inf) -> Law:
+    """The law of an envelope, with the stroke [m] at which it ends where nothing is stated behind it."""
+    return Law(KIND, (envelope.stiffness, envelope.damping), (points(envelope),), envelope, end=end)
+
+
+def device(name: str, spec: CrushDevice, parts: Parts) -> Device:
+    """The device that a scenario describes: its stages laid end to end, then what is behind them."""
+    return staged(name, spec, parts, lambda envelope, end, _: law_of(envelope, end))
+
+
+def staged(name: str, spec: CrushDevice, parts: Parts, made: Callable[[Envelope, float, float], Law]) -> Device:
+    """A device whose law is made of an envelope, the stroke at which it ends without a statement, and that at which its
+    own curve ends, both [m].
+    """
+    pieces = list(_pieces(spec, parts))
+    cuts = [n + 1 for n, piece in enumerate(pieces[:-1]) if piece.sheared]
+
+    def divided(n: int) -> tuple[Path, ...]:
+        ends = [0, *cuts[: n - 1], len(pieces)]
+        return tuple(_path(pieces[i:j], spec if j == len(pieces) else None, spec, made) for i, j in pairwise(ends))
+
+    (whole,) = divided(1)
+    return Device(name, whole.law, whole.stages, len(cuts) + 1, divided, pull_of(spec, parts, law_of))
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A stage of a device with its part of the envelope, in the units of the scenario."""
+
+    stage: Stage  # [m]
+    stroke: list[float]  # from the start of the device [mm]
+    force: list[float]  # [kN]
+    start: float  # where it engages [mm]
+    sheared: bool  # whether bolts fail at its end
+
+
+def _pieces(spec: CrushDevice, parts: Parts) -> Iterator[_Piece]:
+    """The stages, laid end to end."""
+    at = last = 0.0  # where the stage before ends, and its points [mm]
+    for name, stage in spec.all_stages().items():
+        u, f = parts.curve_points(stage.curve)
+        start = at + stage.empty_stroke_mm
+        idle = stage.empty_stroke_mm > 0
+        stroke = [max(at, last), start] if idle else []
+        force = [0.0, 0.0] if idle else []
+        stroke += [start + x for x in u]
+        force += f
+        at = start + u[-1]
+        if stage.shear_off is not None:
+            ramp = stage.shear_off.ramp_mm
+            stroke += [at + ramp, at + 2 * ramp]
+            force += [stage.shear_off.force_kN, 0.0]
+        last = stroke[-1]
+        limit = np.inf if stage.stroke_limit_mm is None else stage.stroke_limit_mm * MM
+        yield _Piece(Stage(name, start * MM, at * MM, limit), stroke, force, start, stage.shear_off is not None)
+
+
+def _path(
+    pieces: list[_Piece],
+    ending: CrushDevice | None,
+    spec: CrushDevice,
+    made: Callable[[Envelope, float, float], Law],
+) -> Path:
+    """The path of some stages; with what is behind the device, if it ends with them."""
+    origin = 0.0 if pieces[0].stroke[0] == 0.0 else pieces[0].start
+    stroke = [u - origin for piece in pieces for u in piece.stroke]
+    force = [f for piece in pieces for f in piece.force]
+    while stroke[0] < 0.0:  # the empty stroke before it
+        del stroke[0], force[0]
+    stages = [piece.stage for piece in pieces]
+    own, last_slope, stated = stroke[-1] * MM, 0.0, ending is None
+    end = ending.end() if ending is not None else None
+    if end is not None:
+        stated = True
+        stiffness = end.stiffness_kN_per_mm or spec.stiffness_kN_per_mm
+        if end.kind == "stop":
+            last_slope = stiffness * KN_PER_MM
+        elif end.collapse_force_kN is not None:
+            stroke.append(stroke[-1] + (end.collapse_force_kN - force[-1]) / stiffness)
+            force.append(end.collapse_force_kN)
+            stages[-1] = replace(stages[-1], end=(origin + stroke[-1]) * MM)
+            stages.append(Stage(CAR_BODY, (origin + stroke[-1]) * MM, np.inf))
+    if ending is not None:
+        stages[-1] = replace(stages[-1], end=np.inf)
+    points_ = np.column_stack([stroke, force])
+    points_ = points_[np.append(True, np.any(np.diff(points_, axis=0) != 0.0, axis=1))]
+    envelope = Envelope(
+        points_[:, 0] * MM,
+        points_[:, 1] * KN,
+        spec.stiffness_kN_per_mm * KN_PER_MM,
+        spec.damping_kN_s_per_m * KN_S_PER_M,
+        last_slope,
+    )
+    return Path(origin * MM, made(envelope, np.inf if stated else own, own), tuple(stages))
+
+
+def permanent(law: Law, plastic: float, _: float) -> float:
+    """Stroke that remains without force [m]."""
+    return plastic
+
+
+KIND = Kind("crush", respond, device, stored, bounds, permanent, follows=True)

@@ -14,62 +14,70 @@ p is what the car body has given way.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
 from numba.extending import register_jitable
+from scipy.optimize import brentq
 
+from trainmj.collision.device import Device, pull_of
+from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT
+from trainmj.collision.kind import Kind, Law, Response, points
+from trainmj.collision.law import crush
 from trainmj.collision.law.curve import segment, value
-from trainmj.collision.law.kind import Kind, Response
-from trainmj.collision.law.stop import stopped
-
-if TYPE_CHECKING:
-    from trainmj.collision.device import Law
+from trainmj.collision.law.stop import after, stop_of, stopped
+from trainmj.scenario.devices import GasHydraulicDevice, Hydraulic
+from trainmj.scenario.parts import Parts
+from trainmj.units import KN, KN_PER_MM, MM
 
 PLUNGER, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
 TRAVEL, STOP, COLLAPSE = ELEMENT.P0, ELEMENT.P1, ELEMENT.P2
 PRELOAD, PER_LENGTH, GAMMA, RAMP = ELEMENT.P3, ELEMENT.P4, ELEMENT.P5, ELEMENT.P6
-REBOUND, KNEE = ELEMENT.P7, ELEMENT.P8
-"""c_r [N s2/m2], infinite where nothing brings the plunger back; and the d at which the ramp of the preload ends [m]."""
+REBOUND, KNEE, EMPTY = ELEMENT.P7, ELEMENT.P8, ELEMENT.P9
+"""c_r [N s2/m2], infinite where nothing brings the plunger back; the d at which the ramp of the preload ends [m]; the
+empty stroke before it all [m]."""
+
+_GAS_POINTS = 60  # of the gas spring, for pictures
 
 
 @register_jitable
 def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     plunger, given = s[e + PLUNGER], s[e + GIVEN]
-    if stroke <= 0.0 and plunger <= 0.0:
+    own, before = stroke - s[e + EMPTY], s[e + ELEMENT.STROKE] - s[e + EMPTY]
+    if own <= 0.0 and plunger <= 0.0:
         return 0.0, 0.0, given, 0.0, 0.0
-    travel, before = s[e + TRAVEL], s[e + ELEMENT.STROKE]
+    travel, rebound = s[e + TRAVEL], s[e + REBOUND]
     gas_before = _gas(s, e, plunger)
     # where the plunger is: pressed by the stroke, or come out by itself
-    now = min(stroke, travel)
+    now = min(own, travel)
     if now < plunger:
-        rebound = s[e + REBOUND]
         if math.isinf(rebound):
             now = plunger
         elif rebound > 0.0:
             now = max(now, plunger - elapsed * math.sqrt(gas_before / rebound))
         now = max(now, 0.0)
     gas = _gas(s, e, now)
-    touched = stroke >= now
     # the stop behind its travel, and the car body behind that
     stop_before, _ = stopped(before - travel, given, s[e + STOP], s[e + COLLAPSE])
-    stop, gives = stopped(stroke - travel, given, s[e + STOP], s[e + COLLAPSE])
+    stop, gives = stopped(own - travel, given, s[e + STOP], s[e + COLLAPSE])
     force = 0.0
-    if touched:
+    if own >= travel:
         force = gas + stop
-        if rate > 0.0 and stroke < travel:
-            curve = int(s[e + ELEMENT.CURVE])
-            k = segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke)
-            s[e + ELEMENT.SEGMENT] = k
-            force += value(s, curve, k, stroke) * rate * rate
-        elif rate < 0.0 and stroke < travel:
-            force = max(0.0, gas - s[e + REBOUND] * rate * rate) if not math.isinf(s[e + REBOUND]) else 0.0
+    elif own >= now and rate >= 0.0:
+        curve = int(s[e + ELEMENT.CURVE])
+        k = segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke)
+        s[e + ELEMENT.SEGMENT] = k
+        force = gas + value(s, curve, k, stroke) * rate * rate
+    elif own >= now and not math.isinf(rebound):
+        force = max(0.0, gas - rebound * rate * rate)
     # lost by speed: the work that is neither in the gas nor at the stop
     crushed = 0.5 * (stop + stop_before) * (gives - given)
-    beyond = max(stroke, travel) - max(before, travel)
-    viscous = 0.5 * (force + s[e + ELEMENT.FORCE]) * (stroke - before)
-    viscous -= 0.5 * (gas + gas_before) * (now - plunger) + 0.5 * (stop + stop_before) * beyond
+    viscous = 0.5 * (force + s[e + ELEMENT.FORCE]) * (own - before)
+    viscous -= 0.5 * (stop + stop_before) * (max(own, travel) - max(before, travel))
+    if not math.isinf(rebound):
+        viscous -= 0.5 * (gas + gas_before) * (now - plunger)
     return force, now, gives, crushed + viscous, viscous
 
 
@@ -83,8 +91,11 @@ def _gas(s: Any, e: int, plunger: float) -> float:
 
 def stored(law: Law, stroke: float, force: float, plunger: float, given: float) -> float:
     """Energy in the gas and in the stop [J]."""
-    travel, stop, _, preload, per_length, gamma, ramp, _, knee, _ = law.parameters
-    found = 0.5 * ramp * min(plunger, knee) ** 2
+    travel, stop, _, preload, per_length, gamma, ramp, rebound, knee, empty = law.parameters
+    held = 0.5 * stop * max(0.0, stroke - empty - travel - given) ** 2
+    if math.isinf(rebound):
+        return held
+    found = held + 0.5 * ramp * min(plunger, knee) ** 2
     if plunger > knee:
         if per_length == 0.0:
             found += preload * (plunger - knee)
@@ -93,7 +104,7 @@ def stored(law: Law, stroke: float, force: float, plunger: float, given: float) 
         else:
             powers = [(1.0 - per_length * d) ** (1.0 - gamma) for d in (plunger, knee)]
             found += preload / (per_length * (gamma - 1.0)) * (powers[0] - powers[1])
-    return found + 0.5 * stop * max(0.0, stroke - travel - given) ** 2
+    return found
 
 
 def bounds(law: Law, fastest: float) -> tuple[float, float]:
@@ -106,4 +117,37 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     return max(stop, ramp, gas + steepest), 2.0 * orifice * fastest
 
 
-KIND = Kind("hydraulic", respond, stored, bounds, store="gas")
+def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
+    """The device that a scenario describes."""
+    empty, travel = spec.empty_stroke_mm * MM, spec.stroke_mm * MM
+    u, c = (np.array(values) for values in spec.orifice_points())
+    metering = after(empty, Envelope(u * MM, c * KN, 1.0))
+    preload, per_length, gamma, rebound = spec.preload_kN * KN, 0.0, 1.0, math.inf
+    ramp = (spec.preload_stiffness_kN_per_mm or 0.0) * KN_PER_MM
+    if isinstance(spec, GasHydraulicDevice):
+        gas = spec.gas
+        preload, per_length, gamma = gas.force_kN * KN, 1.0 / (gas.length_mm * MM), gas.exponent
+        ramp, rebound = gas.preload_stiffness_kN_per_mm * KN_PER_MM, spec.rebound_orifice_kN_s2_per_m2 * KN
+
+    def short(d: float) -> float:
+        """What the ramp lacks of the gas."""
+        return float(preload * (1.0 - per_length * d) ** -gamma - ramp * d)
+
+    knee = 0.0
+    if preload > 0.0:
+        knee = float(brentq(short, 0.0, travel)) if short(travel) < 0.0 else travel
+    strokes = np.unique(np.concatenate([[0.0, knee], np.linspace(knee, travel, _GAS_POINTS)]))
+    spring = np.where(strokes <= knee, ramp * strokes, preload * (1.0 - per_length * strokes) ** -gamma)
+    resting = after(empty, Envelope(strokes, spring, max(ramp, 1.0)))
+    stop = stop_of(spec, empty + travel, float(spring[-1]))
+    numbers = (travel, stop.stiffness, stop.most, preload, per_length, gamma, ramp, rebound, knee, empty)
+    law = Law(KIND, numbers, (points(metering),), stop.behind(resting))
+    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
+
+
+def permanent(law: Law, plunger: float, given: float) -> float:
+    """Stroke that remains without force [m]: of the car body, and of a plunger that nothing brings back."""
+    return given + (plunger if math.isinf(law.parameters[7]) else 0.0)
+
+
+KIND = Kind("hydraulic", respond, device, stored, bounds, permanent, store="gas")

@@ -12,17 +12,21 @@ while the force slips along L. Behind its travel the device stands, and an end s
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
 from numba.extending import register_jitable
 
+from trainmj.collision.device import Device, pull_of
+from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT
+from trainmj.collision.kind import Kind, Law, Response, points
+from trainmj.collision.law import crush
 from trainmj.collision.law.curve import area, segment, value
-from trainmj.collision.law.kind import Kind, Response
-from trainmj.collision.law.stop import stopped
-
-if TYPE_CHECKING:
-    from trainmj.collision.device import Law
+from trainmj.collision.law.stop import after, stop_of, stopped
+from trainmj.scenario.devices import HysteresisDevice
+from trainmj.scenario.parts import Parts
+from trainmj.units import KN, KN_PER_MM, MM
 
 TRANSITION, TRAVEL, STOP, COLLAPSE = ELEMENT.P0, ELEMENT.P1, ELEMENT.P2, ELEMENT.P3
 SLIPPED, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
@@ -103,4 +107,27 @@ def bounds(law: Law, _: float) -> tuple[float, float]:
     return max(stiffness, stop), 0.0
 
 
-KIND = Kind("hysteresis", respond, stored, bounds, loss="frictional")
+def device(name: str, spec: HysteresisDevice, parts: Parts) -> Device:
+    """The device that a scenario describes."""
+    stiffness = spec.transition_stiffness_kN_per_mm * KN_PER_MM
+    empty = spec.empty_stroke_mm * MM
+
+    def path(ref: Any) -> Envelope:
+        u, f = (np.array(values) for values in parts.curve_points(ref))
+        return after(empty, Envelope(u * MM, f * KN, stiffness).climbing)
+
+    loading, unloading = path(spec.loading), path(spec.unloading)
+    end = empty + parts.curve_points(spec.loading)[0][-1] * MM
+    stop = stop_of(spec, end, loading.force_at(end))
+    stated = spec.end() is not None
+    numbers = (stiffness, end if stop.stiffness else np.inf, stop.stiffness, stop.most)
+    law = Law(KIND, numbers, (points(loading), points(unloading)), stop.behind(loading), end=np.inf if stated else end)
+    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
+
+
+def permanent(law: Law, _: float, given: float) -> float:
+    """Stroke that remains without force [m]: what the car body has given way."""
+    return given
+
+
+KIND = Kind("hysteresis", respond, device, stored, bounds, permanent, loss="frictional")

@@ -8,18 +8,22 @@ Behind the end of the device's own curve there is no factor.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from itertools import pairwise
+from typing import Any
 
+import numpy as np
 from numba.extending import register_jitable
 
+from trainmj.collision.device import Device
+from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT
+from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.crush import PLASTIC, pressed
 from trainmj.collision.law.curve import segment, value
-from trainmj.collision.law.kind import Kind, Response
-
-if TYPE_CHECKING:
-    from trainmj.collision.device import Law
+from trainmj.scenario.devices import CowperSymonds, CrushDevice
+from trainmj.scenario.parts import Parts
+from trainmj.units import KN, MM
 
 LINEAR = 0.01
 """Rate below which the factor is linear [m/s]."""
@@ -77,10 +81,30 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     if speeds == 0:
         return stiffness, max(damping, most * (LINEAR / reference) ** exponent / LINEAR)
     rows = [(0.0, law.curves[0]), *zip(law.speeds, law.curves[1:], strict=True)]
-    steepest = max(
-        float(abs(b[1].max() - a[1].min())) / (v - u) for (u, a), (v, b) in zip(rows[:-1], rows[1:], strict=True)
-    )
+    steepest = max(float(abs(b[1] - a[1]).max()) / (v - u) for (u, a), (v, b) in pairwise(rows))
     return stiffness, max(damping, steepest)
 
 
-KIND = Kind("rate", respond, crush.stored, bounds)
+def device(name: str, spec: CrushDevice, parts: Parts) -> Device:
+    """The device that a scenario describes."""
+
+    def made(envelope: Envelope, end: float, own: float) -> Law:
+        stiffness, damping = envelope.stiffness, envelope.damping
+        if isinstance(spec.rate, CowperSymonds):
+            numbers = (stiffness, damping, spec.rate.C_m_per_s, 1.0 / spec.rate.P, own)
+            return Law(KIND, numbers, (points(envelope),), envelope, end=end)
+        at_speeds = [parts.curve_points(row.curve) for row in spec.rate_curves()]
+        strokes = np.unique(np.concatenate([envelope.stroke, *(np.array(u) * MM for u, _ in at_speeds)]))
+        curves = [points(envelope)]
+        for u, f in at_speeds:
+            force = np.interp(strokes, np.array(u) * MM, np.array(f) * KN)
+            force = np.where(strokes > own, np.interp(strokes, envelope.stroke, envelope.force), force)
+            curves.append(points(Envelope(strokes, force, stiffness)))
+        speeds = tuple(row.speed_m_per_s for row in spec.rate_curves())
+        numbers = (stiffness, damping, 1.0, 1.0, own, float(len(speeds)))
+        return Law(KIND, numbers, tuple(curves), envelope, speeds, end)
+
+    return crush.staged(name, spec, parts, made)
+
+
+KIND = Kind("rate", respond, device, crush.stored, bounds, crush.permanent)

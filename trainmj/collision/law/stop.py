@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
 from numba.extending import register_jitable
+
+from trainmj.collision.device import CAR_BODY, Stage
+from trainmj.collision.envelope import Envelope
+from trainmj.scenario.devices import DEVICE, RecoveringDevice
+from trainmj.units import KN, KN_PER_MM, MM
 
 
 @register_jitable
@@ -21,3 +29,60 @@ def stopped(over: float, given: float, stiffness: float, most: float) -> tuple[f
     if force > most:
         return most, over - most / stiffness
     return force, given
+
+
+@dataclass(frozen=True)
+class Behind:
+    """What is behind a device that recovers.
+
+    Attributes:
+        end: stroke at which the device ends [m].
+        held: force that it carries there at rest [N].
+        stiffness: of the stop [N/m]; 0 for none, where its last force is held.
+        most: collapse force of the car body, less that [N]; infinite for none.
+    """
+
+    end: float
+    held: float
+    stiffness: float = 0.0
+    most: float = np.inf
+
+    def behind(self, loading: Envelope) -> Envelope:
+        """A curve of first loading up to the end, with what is behind it."""
+        inside = loading.stroke <= self.end * (1.0 + 1e-12)
+        stroke, force = loading.stroke[inside], loading.force[inside]
+        if not np.isfinite(self.most):
+            return Envelope(stroke, force, loading.stiffness, 0.0, self.stiffness)
+        stroke, force = (
+            np.append(stroke, self.end + self.most / self.stiffness),
+            np.append(force, self.held + self.most),
+        )
+        return Envelope(stroke, force, loading.stiffness)
+
+    def stages(self, start: float, limit_mm: float | None) -> tuple[Stage, ...]:
+        """The stages: the device from a stroke [m] on, with its limit, and the car body."""
+        limit = np.inf if limit_mm is None else limit_mm * MM
+        if not np.isfinite(self.most):
+            return (Stage(DEVICE, start, np.inf, limit),)
+        body = self.end + self.most / self.stiffness
+        return Stage(DEVICE, start, body, limit), Stage(CAR_BODY, body, np.inf)
+
+
+def stop_of(spec: RecoveringDevice, end: float, held: float) -> Behind:
+    """What a scenario states behind a device that ends at a stroke [m] with a force [N]."""
+    stated = spec.end()
+    if stated is None or stated.kind == "hold":
+        return Behind(end, held)
+    assert stated.stiffness_kN_per_mm is not None  # held by the rules of a scenario
+    stiffness = stated.stiffness_kN_per_mm * KN_PER_MM
+    return Behind(
+        end, held, stiffness, np.inf if stated.collapse_force_kN is None else stated.collapse_force_kN * KN - held
+    )
+
+
+def after(empty: float, envelope: Envelope) -> Envelope:
+    """A curve behind an empty stroke [m]."""
+    if not empty:
+        return envelope
+    stroke, force = np.append(0.0, envelope.stroke + empty), np.append(0.0, envelope.force)
+    return Envelope(stroke, force, envelope.stiffness, envelope.damping, envelope.last_slope)
