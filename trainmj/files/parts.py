@@ -130,7 +130,7 @@ class Either:
             return "", f"must be {self.said or one_of(words)}"
         kinds = self._by_kind(members)
         free = kinds.pop(self._kind_of(value), {})
-        if self.by and self.by not in value and (of_kind := self._kind_with(value, free, kinds)):
+        if free and self.by not in value and (of_kind := self._kind_with(value, free, kinds)):
             return self.by, f"is missing: {of_kind[0]} belongs to {self.by} {of_kind[1]}"
         if own := _own_keys(free):
             needs = [" and ".join(keys) for keys in own.values()]
