@@ -104,6 +104,16 @@ def test_the_whole_scenario_file_of_the_docs_runs(tmp_path):
     assert [v.mass_t for v in summary.vehicles] == [38, 34]
 
 
+def test_the_devices_of_the_docs_are_of_every_kind(tmp_path):
+    """Breaks if the page shows a key that is refused, or leaves out a kind."""
+    for title in ("shuttle.yaml", "devices.yaml"):
+        (tmp_path / title).write_text(file_block("docs/scenario-files.md", title), encoding="utf-8")
+    scenario = trainmj.load(tmp_path / "devices.yaml")
+    kinds = {device.kind for device in scenario.devices.values()}
+    assert kinds == set(re.findall(r"^\| `(\w+)` \|", read("docs/scenario-files.md"), re.MULTILINE))
+    assert [car.mass_t for car in scenario.trains["goods"].cars()] == [20, 22.4]
+
+
 def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):
     for title in ("cases.csv", "many.yaml"):
         (tmp_path / title).write_text(file_block("docs/sweeps.md", title), encoding="utf-8")

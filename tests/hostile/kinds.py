@@ -55,6 +55,96 @@ BASE = {
     "simulation": {"step_ms": 0.2, "record_every_ms": 1, "time_limit_s": 0.05},
 }
 TUBE = b"stroke_mm,force_kN\n0,0\n1,1250\n400,1250\n"
+EVERY = {
+    "title": "Every kind of device, train and obstacle",
+    "curves": {"buffer": {"stroke_mm": [0, 40, 73], "force_kN": [0, 600, 800]}, "tube": {"file": "tube.csv"}},
+    "devices": {
+        "plain": {"kind": "crush", "curve": "tube", "stiffness_kN_per_mm": 300, "beyond": "car_body"},
+        "rising": {
+            "curve": "buffer",
+            "stiffness_kN_per_mm": 300,
+            "rate": {"C_m_per_s": 20, "P": 5},
+            "beyond": {"kind": "car_body", "collapse_force_kN": 1500, "stiffness_kN_per_mm": 200},
+            "pull": {"stiffness_kN_per_mm": 50, "damping_kN_s_per_m": 5, "slack_mm": 20, "breaking_force_kN": 600},
+        },
+        "measured": {
+            "curve": {"stroke_mm": [0, 1, 400], "force_kN": [0, 900, 900]},
+            "stiffness_kN_per_mm": 300,
+            "rate": {
+                "curves": [
+                    {"speed_m_per_s": 2, "curve": {"stroke_mm": [0, 400], "force_kN": [0, 1000]}},
+                    {"speed_m_per_s": 5, "curve": {"file": "tube.csv"}},
+                ]
+            },
+            "beyond": "hold",
+        },
+        "gear": {
+            "kind": "hysteresis",
+            "loading": ["buffer", {"stroke_mm": [90], "force_kN": [2000]}],
+            "unloading": {"file": "back.csv"},
+            "transition_stiffness_kN_per_mm": 250,
+            "empty_stroke_mm": 50,
+            "stroke_limit_mm": 80,
+            "beyond": {"kind": "stop"},
+            "pull": {"curve": {"file": "tube.csv"}, "stiffness_kN_per_mm": 300},
+        },
+        "oil": {
+            "kind": "hydraulic",
+            "stroke_mm": 105,
+            "orifice_kN_s2_per_m2": 40,
+            "preload_kN": 100,
+            "preload_stiffness_kN_per_mm": 100,
+            "empty_stroke_mm": 5,
+            "stroke_limit_mm": 100,
+            "beyond": {"kind": "stop", "stiffness_kN_per_mm": 100},
+        },
+        "gas": {
+            "kind": "gas_hydraulic",
+            "stroke_mm": 100,
+            "metering": {"file": "metering.csv"},
+            "gas": {"force_kN": 50, "length_mm": 120, "exponent": 1.3, "preload_stiffness_kN_per_mm": 100},
+            "rebound_orifice_kN_s2_per_m2": 400,
+            "beyond": {"kind": "car_body", "stiffness_kN_per_mm": 100},
+        },
+    },
+    "trains": {
+        "plain": {"vehicles": 2, "mass_t": 40, "front": "plain", "coupler": "plain"},
+        "listed": {
+            "vehicles": {"file": "vehicles.csv"},
+            "mass_t": 33,
+            "load": {"share": 0.5, "kg": 80},
+            "brakes": {"force_kN": 33, "delay_s": 0.5, "rise_s": 1.5, "adhesion": 0.15},
+            "rail_friction": 0.01,
+            "coupler": ["gear", "oil"],
+            "front": "gas",
+            "rear": "measured",
+            "drawing": "wagon",
+        },
+        "own": {
+            "vehicles": [
+                {
+                    "name": "A",
+                    "load": {"seats": 60, "share": 0.5, "kg": 80},
+                    "brakes": {"deceleration_m_per_s2": 1},
+                    "rail_friction": 0.02,
+                    "coupler": ["rising", "rising"],
+                },
+                {"name": "B", "mass_t": 36},
+            ],
+            "mass_t": 30,
+            "front": "rising",
+        },
+    },
+    "obstacles": {
+        "lorry": {"mass_t": 15, "length_m": 6, "front": "plain", "rail_friction": 0.3, "drawing": "lorry"},
+        "stop": {"fixed": True, "front": "oil", "drawing": "buffer_stop"},
+    },
+    "collision": {"train": "plain", "speed_km_h": 12, "partner": "rigid_wall", "grade_per_mille": 0},
+    "simulation": {"step_ms": 0.2, "time_limit_s": 0.05},
+}
+BACK = b"stroke_mm,force_kN\n0,0\n100,200\n"
+METERING = b"stroke_mm,orifice_kN_s2_per_m2\n0,20\n50,40\n105,200\n"
+VEHICLES = b"name,mass_t,length_m,coupler,seats,rail_friction\n007,30,18,plain,60,\nB,,,,0,0.02\n"
 SCENARIO = {"builds_on": "base.yaml", "title": "With a partner", "collision": {"partner": "wagons", "gap_mm": 5}}
 SWEEP = {
     "scenario": "base.yaml",
@@ -306,6 +396,20 @@ _LEFT = {"run": (".nc",), "sweep": (".sqlite",), "study": (".json", ".csv")}
 BESIDE: dict[str, Any] = {"base.yaml": BASE, "tube.csv": TUBE}
 KINDS = (
     Kind("scenario", "my.yaml", lambda: BESIDE | {"my.yaml": SCENARIO}, trainmj.load, cost_of_scenario, use_scenario),
+    Kind(
+        "scenario of every device",
+        "every.yaml",
+        lambda: {
+            "every.yaml": EVERY,
+            "tube.csv": TUBE,
+            "back.csv": BACK,
+            "metering.csv": METERING,
+            "vehicles.csv": VEHICLES,
+        },
+        trainmj.load,
+        cost_of_scenario,
+        use_scenario,
+    ),
     Kind(
         "sweep",
         "my.sweep.yaml",

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
-from kinds import BASE, KINDS, STUDY, SWEEP, TARGETS, Kind, command
+from kinds import BASE, EVERY, KINDS, STUDY, SWEEP, TARGETS, Kind, command
 from mutations import document, good, replaced
 
 import trainmj
@@ -162,9 +162,9 @@ def schema_of(kind: str) -> Draft202012Validator:
     return Draft202012Validator(json.loads(output))
 
 
-@pytest.mark.parametrize("kind", SCHEMAS)
-def test_schemas_take_files_that_use_every_key(kind: str) -> None:
-    assert [error.message for error in schema_of(kind).iter_errors(SCHEMAS[kind])] == []
+@pytest.mark.parametrize(("kind", "values"), [*SCHEMAS.items(), ("scenario", EVERY)])
+def test_schemas_take_files_that_use_every_key(kind: str, values: dict[str, Any]) -> None:
+    assert [error.message for error in schema_of(kind).iter_errors(values)] == []
 
 
 @pytest.mark.parametrize(("kind", "path", "more"), BOTH)

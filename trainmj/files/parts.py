@@ -130,7 +130,7 @@ class Either:
             return "", f"must be {self.said or one_of(words)}"
         kinds = self._by_kind(members)
         free = kinds.pop(self._kind_of(value), {})
-        if self.by and self.by not in value and (of_kind := self._kind_with(value, free, kinds)):
+        if free and self.by not in value and (of_kind := self._kind_with(value, free, kinds)):
             return self.by, f"is missing: {of_kind[0]} belongs to {self.by} {of_kind[1]}"
         if own := _own_keys(free):
             needs = [" and ".join(keys) for keys in own.values()]
@@ -139,7 +139,7 @@ class Either:
         return self.by, f"must be {offered}" if self.by in value else f"is missing: {offered}"
 
     def misplaced(self, key: str, chosen: Group, members: Alternatives) -> tuple[str, str] | None:
-        """Rule and cure for a key of another group than the chosen one; None if no group has it."""
+        """Rule, and cure unless it is told, for a key of another group than the chosen one; None if no group has it."""
         takers = {tag: group for tag, group in _groups(members).items() if key in keys_of(group)}
         if not takers:
             return None
@@ -147,7 +147,7 @@ class Either:
         if kinds and all(self._kinds(group) != kinds for group in takers.values()):
             owners = one_of(str(kind) for group in takers.values() for kind in self._kinds(group))
             known = [known for known in keys_of(chosen) if known != self.by] or ["no other key"]
-            return f"belongs to {self.by} {owners}", f"{kinds[0]} takes {', '.join(known)}"
+            return f"belongs to {self.by} {owners}: {kinds[0]} takes {', '.join(known)}", ""
         own = _own_keys(takers | {chosen.__name__: chosen})
         mark = own.pop(chosen.__name__)
         if mark:

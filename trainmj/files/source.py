@@ -241,7 +241,7 @@ class _Place:
         way = min(_ways(key, group), key=len, default=())
         home = f"it belongs in {'.'.join(way)}" if way else ""
         if either and (reason := either.misplaced(key, group, alternatives(union))):
-            return f"{reason[0]}: {home or reason[1]}"
+            return f"{reason[0]}: {home or reason[1]}" if reason[1] else reason[0]
         known = keys_of(group)
         return f"unknown key; {home}" if home and not nearest(key, known) else f"unknown key{close_match(key, known)}"
 

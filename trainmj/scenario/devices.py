@@ -287,6 +287,10 @@ class HysteresisDevice(RecoveringDevice):
 class Hydraulic(RecoveringDevice):
     """Oil through an orifice."""
 
+    beyond: Beyond | None = Field(
+        default=None,
+        description="a stop or the car body, with a stiffness of its own, at the end of the stroke; compulsory",
+    )
     stroke_mm: Annotated[Stroke, Field(gt=0)] = Field(description="stroke of the plunger [mm]")
     orifice_kN_s2_per_m2: Orifice | None = Field(
         default=None, description="force over the square of the speed, the same at each stroke [kN s2/m2]"

@@ -204,10 +204,10 @@ def _with_tables(source: Source) -> Source:
 
     def read(value: Any, path: Path, type_: Any) -> Any:
         if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-            kind = next((group for group in groups_of(type_) if issubclass(group, TableFile)), None)
-            if kind is None:
+            kinds = _tables(type_)
+            if not kinds:
                 return value  # the checks say what is wrong with it
-            content, places = _read_table(kind, value["file"], path, source)
+            content, places = _read_table(kinds[0], value["file"], path, source)
             names.append(value["file"])
             origins.update(places)
             return content
@@ -218,6 +218,11 @@ def _with_tables(source: Source) -> Source:
         return value
 
     return replace(source, values=read(source.values, (), Parts), origins=origins).reading(*names)
+
+
+def _tables(type_: Any) -> list[type[TableFile]]:
+    """The table in a CSV file that a type allows, if it does."""
+    return [group for group in groups_of(type_) if issubclass(group, TableFile)]
 
 
 def _read_table(kind: type[TableFile], name: str, at: Path, source: Source) -> tuple[Any, dict[Path, str]]:
@@ -258,9 +263,10 @@ def _built(below: Source, over: Source) -> Source:
         replaced.extend((*path, key) for key in old)
         result = {key: value for key, value in under.items() if key not in old}
         for key, value in values.items():
-            there, at = under.get(key), (*path, key)
-            if isinstance(there, dict) and isinstance(value, dict) and "stroke_mm" not in value:
-                result[key] = merged(there, value, at, inside(type_, key))
+            there, at, inner = under.get(key), (*path, key), inside(type_, key)
+            of_points = bool(_tables(inner))  # which go together: all of them are replaced
+            if isinstance(there, dict) and isinstance(value, dict) and not (of_points and "stroke_mm" in value):
+                result[key] = merged(there, value, at, inner)
             else:
                 replaced.append(at)
                 new.update([dotted(at)] if value != there else [])

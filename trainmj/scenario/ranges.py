@@ -11,9 +11,10 @@ from trainmj.files.parts import Above, Spelt
 # Beyond every vehicle and device, but below almost all that is stated in a wrong unit. Car bodies are proved to 2000 kN
 # and whole ends crush at some 20 000 kN. A solid cube of steel with edges of 240 mm has 50 000 kN/mm; on half of that a
 # dashpot of 100 000 kN s/m damps 100 t critically. A crush zone of 10 m is half a car.
+MAX_FORCE = 50_000.0  # [kN]
 Force = Annotated[
     float,
-    Field(ge=0, le=50_000, allow_inf_nan=False),
+    Field(ge=0, le=MAX_FORCE, allow_inf_nan=False),
     Above("forces are in kN; divide by 1000 if it is in N"),
 ]
 Stiffness = Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
 from trainmj.files.source import Path, Problem, no_such
 from trainmj.scenario.curves import Curve, listed
@@ -19,10 +20,11 @@ _MOST_POINTS = 20_000  # of all curves together, so that a scenario that was wri
 
 def broken_rules(parts: Parts) -> Iterator[Problem]:
     """Every rule that the parts break between them."""
-    for name, curve in parts.curves.items():
-        yield from curve_rules(("curves", name), curve)
+    curves = {name: list(curve_rules(("curves", name), curve)) for name, curve in parts.curves.items()}
+    yield from chain.from_iterable(curves.values())
+    broken = {name for name, problems in curves.items() if problems}
     for name, device in parts.devices.items():
-        yield from device_rules(("devices", name), device, parts)
+        yield from device_rules(("devices", name), device, parts, broken)
     for name, train in parts.trains.items():
         yield from _train(("trains", name), train, parts)
     for name, obstacle in parts.obstacles.items():

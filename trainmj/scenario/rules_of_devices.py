@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import pairwise
 
 from trainmj.files.source import Path, Problem, dotted, no_such
@@ -18,6 +18,7 @@ from trainmj.scenario.devices import (
     StageSpec,
 )
 from trainmj.scenario.parts import Parts
+from trainmj.scenario.ranges import MAX_FORCE
 
 _MOST_POINTS = 4000  # of a device
 _LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
@@ -47,11 +48,12 @@ def curve_rules(path: Path, curve: Curve | CurveFile | Metering | MeteringFile) 
             yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: strokes grow")
 
 
-def device_rules(path: Path, device: AnyDevice, parts: Parts) -> Iterator[Problem]:
-    """Rules of one device."""
-    broken = [problem for at, ref in device.curves() for problem in _curve_ref((*path, *at), ref, parts)]
-    yield from broken
-    whole = not broken  # what follows compares curves
+def device_rules(path: Path, device: AnyDevice, parts: Parts, broken: Collection[str]) -> Iterator[Problem]:
+    """Rules of one device; broken are the names of curves that break rules of their own."""
+    found = [problem for at, ref in device.curves() for problem in _curve_ref((*path, *at), ref, parts)]
+    yield from found
+    named = {part for _, ref in device.curves() for _, part in listed(ref) if isinstance(part, str)}
+    whole = not found and named.isdisjoint(broken)  # what follows compares curves
     count = sum(len(parts.curve_points(ref)[0]) for _, ref in device.curves()) if whole else 0
     if count > _MOST_POINTS:
         yield Problem(path, f"has {count} points in all, more than {_MOST_POINTS}")
@@ -65,48 +67,52 @@ def device_rules(path: Path, device: AnyDevice, parts: Parts) -> Iterator[Proble
 
 def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
     """Rules of a curve that a device refers to: its parts exist and make one curve from 0."""
-    broken = False
+    found: list[Problem] = []
     for at, curve in listed(ref):
-        if isinstance(curve, str) and curve not in parts.curves:
-            yield no_such("curve", (*path, *at), curve, parts.curves)
-            broken = True
-        elif isinstance(curve, str):
-            broken |= any(curve_rules((), parts.curves[curve]))  # said where the curve itself is checked
-        else:
-            for problem in curve_rules((*path, *at), curve):
-                yield problem
-                broken = True
-    if broken:
+        if not isinstance(curve, str):
+            found += curve_rules((*path, *at), curve)
+        elif curve not in parts.curves:
+            found.append(no_such("curve", (*path, *at), curve, parts.curves))
+    yield from found
+    if found:
         return
-    stroke, _ = parts.curve_points(ref)
+    stroke, force = parts.curve_points(ref)
+    if len(stroke) != len(force):
+        return  # said where the curve of this name is checked
     if len(stroke) < 2:
         yield Problem(path, "needs two or more points")
         return
     if stroke[0] != 0:
         at, first = listed(ref)[0]
         start = ("curves", first) if isinstance(first, str) else (*path, *at)
-        rule = f"the curve of {dotted(path[:-1])} must start at a stroke of 0, not {stroke[0]:g} mm"
+        whose = dotted(path[:-1] if path[-1] == "curve" else path)
+        rule = f"the curve of {whose} must start at a stroke of 0, not {stroke[0]:g} mm"
         yield Problem((*start, "stroke_mm", 0), rule)
     before = 0.0
     for n, (at, part) in enumerate(listed(ref)):
         stroke, _ = parts.curve_points(part)
-        if n and stroke[0] < before + _LEAST_WIDTH:
+        if n and stroke and stroke[0] < before + _LEAST_WIDTH:
             rule = f"must continue from the {before:g} mm of the part before it, and begins at {stroke[0]:g} mm"
             yield Problem((*path, *at), rule)
-        before = stroke[-1]
+        before = stroke[-1] if stroke else before
 
 
 def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterator[Problem]:
     stages = device.all_stages()
     if len({name.casefold() for name in stages}) < len(stages):
         yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
-    end, most = 0.0, 0.0
+    end = device.end()
+    for name in stages:
+        if end is not None and name.casefold() == end.kind == "car_body":
+            rule = "has the name of the car body that beyond states: choose another one, or beyond: hold"
+            yield Problem((*path, "stages", name), rule)
+    length, most = 0.0, 0.0
     before: StageSpec | None = None
     for name, stage in stages.items():
         at = (*path, *device.place_of(name))
         if whole:
             stroke, force = parts.curve_points(stage.curve)
-            end, most = end + stroke[-1], max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
+            length, most = length + stroke[-1], max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
             yield from _limit(at, stage.stroke_limit_mm, stroke[-1], "the curve")
             if stage.shear_off is not None and stage.shear_off.force_kN < force[-1]:
                 rule = f"must be at least the {force[-1]:g} kN at which the curve ends"
@@ -122,7 +128,7 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterat
         yield from _rate_curves(path, device, parts, whole)
     if whole:
         at_rate = [parts.curve_points(at_rate.curve)[1] for at_rate in device.rate_curves()]
-        yield from _units(path, end, most)
+        yield from _units(path, length, most)
         yield from _collapse(path, device, max([most, *(max(force) for force in at_rate)]))
 
 
@@ -180,29 +186,36 @@ def _hydraulic(path: Path, device: Hydraulic) -> Iterator[Problem]:
         rule = f"must be at least {_LEAST_STROKE:g} mm: multiply by 1000 if it is in m"
         yield Problem((*path, "stroke_mm"), rule)
     yield from _limit(path, device.stroke_limit_mm, device.stroke_mm, "stroke_mm")
-    orifice, metering = device.orifice_kN_s2_per_m2, device.metering
-    if orifice is None and metering is None:
-        yield Problem(path, "needs orifice_kN_s2_per_m2 or metering")
-    elif orifice is not None and metering is not None:
-        yield Problem((*path, "metering"), "does not go with orifice_kN_s2_per_m2: leave one of them out")
-    elif metering is not None:
-        yield from _metering((*path, "metering"), metering, device.stroke_mm)
+    yield from _orifice(path, device)
     if device.preload_kN > 0 and device.preload_stiffness_kN_per_mm is None:
         rule = "is missing: a preload is reached along a stiffness; add it, or leave preload_kN out"
         yield Problem((*path, "preload_stiffness_kN_per_mm"), rule)
+    yield from _stiff_end(path, device)
     least = device.preload_kN
     if isinstance(device, GasHydraulicDevice):
         if device.gas.length_mm <= device.stroke_mm * (1 + _ROUND_OFF):
-            rule = f"must be more than the {device.stroke_mm:g} mm of stroke: the gas cannot be pressed to nothing"
+            rule = f"must be more than the {device.stroke_mm:g} mm of stroke: gas is not pressed to nothing"
             yield Problem((*path, "gas", "length_mm"), rule)
             return
         least += device.gas.force_at_kN(device.stroke_mm)
-    elif (
-        not device.preload_kN and not any(device.orifice_points()[1]) and (orifice is not None or metering is not None)
-    ):
-        yield Problem(path, "has neither an orifice above 0 nor a preload: it gives no force")
-    yield from _stiff_end(path, device)
+        if least > MAX_FORCE:
+            rule = f"gives {least:g} kN at {device.stroke_mm:g} mm of stroke, more than {MAX_FORCE:g} kN: lengthen it"
+            yield Problem((*path, "gas", "length_mm"), rule)
+            return
     yield from _collapse(path, device, least, "without speed ")
+
+
+def _orifice(path: Path, device: Hydraulic) -> Iterator[Problem]:
+    if device.orifice_kN_s2_per_m2 is None and device.metering is None:
+        yield Problem(path, "needs orifice_kN_s2_per_m2 or metering")
+        return
+    if device.orifice_kN_s2_per_m2 is not None and device.metering is not None:
+        yield Problem((*path, "metering"), "does not go with orifice_kN_s2_per_m2: leave one of them out")
+        return
+    if device.metering is not None:
+        yield from _metering((*path, "metering"), device.metering, device.stroke_mm)
+    if not isinstance(device, GasHydraulicDevice) and not device.preload_kN and not any(device.orifice_points()[1]):
+        yield Problem(path, "has neither an orifice constant above 0 nor a preload: it gives no force")
 
 
 def _metering(path: Path, metering: Metering | MeteringFile, stroke_mm: float) -> Iterator[Problem]:

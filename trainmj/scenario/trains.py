@@ -6,14 +6,16 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from trainmj.errors import InputError, close_match
 from trainmj.files.parts import WHOLE, Above, Either, Part
-from trainmj.files.tables import Table
+from trainmj.files.tables import Table, first_of_no_number
 from trainmj.scenario.curves import TableFile
 from trainmj.scenario.ranges import Force, Friction, Label, Length, Mass, Seconds
 
 RIGID_WALL = "rigid_wall"
 MAX_VEHICLES = 400
 KG = 1e-3  # in t
+_SHOWN = 60  # characters of a head in a message
 
 
 class Load(Part):
@@ -93,8 +95,8 @@ class VehicleSpec(Part):
 class VehiclesFile(TableFile):
     """Vehicles in a CSV file beside the scenario, a row each.
 
-    Columns are name and any of mass_t, length_m, coupler, rail_friction, and of the load seats, share, kg; an empty
-    cell states nothing.
+    Columns are name and any of mass_t, length_m, coupler, rail_friction, and of the load seats, share, kg; others are
+    refused, and an empty cell states nothing.
     """
 
     columns: ClassVar = ("name",)
@@ -104,12 +106,21 @@ class VehiclesFile(TableFile):
 
     @classmethod
     def values_of(cls, table: Table) -> tuple[Any, dict[tuple[str | int, ...], int | None]]:
-        """The rows as a list of vehicles."""
+        """The rows as a list of vehicles.
+
+        Raises:
+            InputError: if there is a column that is not known, or a cell is not what its column needs.
+        """
         load = tuple(Load.model_fields)
-        read = ("name", "mass_t", "length_m", "coupler", "rail_friction", *load)
+        known = ("name", "mass_t", "length_m", "coupler", "rail_friction", *load)
+        for head, column in table.columns.items():
+            if head not in known:
+                raise InputError(f"has a column {ascii(head)[:_SHOWN]}, which no vehicle has{close_match(head, known)}")
+            if head not in cls.texts and (row := first_of_no_number(column)) is not None:
+                raise InputError(f"{table.said(row, head)}: must be a number, or empty")
         found = []
         for n in range(len(table.lines)):
-            cells = {key: table.columns[key][n] for key in read if key in table.columns}
+            cells = {head: column[n] for head, column in table.columns.items()}
             stated = {key: cell for key, cell in cells.items() if not (cell == "" or cell != cell)}
             loaded = {key: stated.pop(key) for key in load if key in stated}
             found.append(stated | ({"load": loaded} if loaded else {}))

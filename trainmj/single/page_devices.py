@@ -120,8 +120,8 @@ def _values(part: BaseModel) -> str:
     """The plain values of a part of a scenario, with their units: "unloading stiffness 357 kN/mm"."""
     said = []
     for key, value in part:
-        if isinstance(value, BaseModel) and not isinstance(value, Curve):
-            said.append(f"{words(key)} {_values(value)}")
+        if isinstance(value, BaseModel) and not isinstance(value, Curve) and (inner := _values(value)):
+            said.append(f"{words(key)} {inner}")
         elif isinstance(value, (int, float)) and not isinstance(value, bool) and value:
             said.append(f"{words(key)} {value:g} {unit_of(key)}".rstrip())
     return ", ".join(said)
