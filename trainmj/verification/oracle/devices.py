@@ -34,6 +34,8 @@ class Points:
     def __init__(self, points: Sequence[tuple[float, float]]) -> None:
         merged: list[tuple[float, float]] = [(0.0, 0.0)]
         for u, f in points:
+            if u < merged[-1][0] - 1e-12:
+                raise ValueError(f"strokes must grow: {points}")
             if u <= merged[-1][0] and f < merged[-1][1]:
                 u = merged[-1][0] + _DROP
             if (u, f) != merged[-1]:

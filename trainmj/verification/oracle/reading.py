@@ -146,12 +146,13 @@ def _stages(spec: Values) -> list[Values]:
 def envelope(stages: list[Values], values: Values, first_empty: bool = True) -> list[tuple[float, float]]:
     """Points (m, N) of stages laid end to end."""
     points: list[tuple[float, float]] = []
-    at = 0.0
+    at = 0.0  # where a curve ends, and the empty stroke of the next stage begins
     for n, stage in enumerate(stages):
-        empty = stage.get("empty_stroke_mm", 0.0) / 1e3 if n or first_empty else 0.0
-        if empty > 0.0:
-            points += [(at, 0.0), (at + empty, 0.0)]
-        begin = at + empty
+        begin = at
+        if n or first_empty:
+            begin += stage.get("empty_stroke_mm", 0.0) / 1e3
+        if begin > at:
+            points += [(max(at, points[-1][0] if points else 0.0), 0.0), (begin, 0.0)]
         points += [(begin + u, f) for u, f in curve_points(stage["curve"], values)]
         at = points[-1][0]
         shear = stage.get("shear_off")
