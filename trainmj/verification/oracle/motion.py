@@ -17,7 +17,8 @@ from trainmj.verification.oracle.elements import Element
 Array = np.ndarray
 G = 9.80665
 WALL = -1
-_LONGEST = 1e-3  # longest step [s]: what fails and holds again within one is not seen
+_LONGEST = 1e-3  # longest step while there is force [s]: what fails and holds again within one is not seen
+_FREE = 1e-2  # longest step while there is none
 _INSIDE = 4  # looks at the conditions in each step
 _CLOSING = 0.01  # below this rate nothing comes closer [m/s]
 
@@ -66,7 +67,7 @@ class System:
     interfaces: tuple[Interface, ...]
     gap: float  # at the front
     front: int  # index of the front interface
-    slope: float  # of the track, as an angle [rad]
+    slope: float  # sine of the angle of the track, positive uphill along +x
     time_limit: float
 
 
@@ -75,6 +76,7 @@ class Found:
     """What an interface did."""
 
     stroke: float  # largest [m]
+    time: float  # of the largest stroke [s]
     sides: tuple[float, ...]  # largest of each device of it [m]; those of a front: left, right
     force: float  # largest push [N]
     pull: float  # largest pull [N]
@@ -128,7 +130,7 @@ class Motion:
             at += e.extra + 2 * len(e.devices)
         self.books = at
         self.size = at + 3
-        self.weight = -self.mass * G * math.sin(system.slope)
+        self.weight = -self.mass * G * system.slope
         self.hold = np.array([v.friction * v.mass * G for v in system.vehicles])
         self.gripped = np.array([v.friction > 0.0 or v.brake.force > 0.0 for v in system.vehicles])
         y = np.zeros(self.size)
@@ -144,6 +146,7 @@ class Motion:
         self.valid_until = math.inf
         self.switches = 0
         self.stroke = [-math.inf] * len(system.interfaces)
+        self.stroke_time = [0.0] * len(system.interfaces)
         self.push = [0.0] * len(system.interfaces)
         self.pull = [0.0] * len(system.interfaces)
         self.peak = np.zeros(self.n)
@@ -289,7 +292,8 @@ class Motion:
         k = 0
         for j, interface in enumerate(self.s.interfaces):
             u = y[interface.left] - (y[interface.right] if interface.right != WALL else 0.0)
-            self.stroke[j] = max(self.stroke[j], float(u))
+            if u > self.stroke[j]:
+                self.stroke[j], self.stroke_time[j] = float(u), t
             push = pull = 0.0
             for e in interface.elements:
                 _, _, sides = self._sides(y, k)
@@ -356,8 +360,9 @@ class Motion:
             atol[self.at[k] + e.extra : self.at[k] + e.extra + 2 * len(e.devices)] = 1e-5
         atol[self.books :] = 1e-5
         kind: Any = LSODA if self._stiff() else DOP853
-        solver = kind(self.rate, t, self.y.copy(), stop, rtol=1e-10, atol=atol, max_step=_LONGEST)
-        calm = 0.0
+        carries = any(e.carries() for e in self.elements)
+        step = _LONGEST if carries else _FREE
+        solver = kind(self.rate, t, self.y.copy(), stop, rtol=1e-10, atol=atol, max_step=step)
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
@@ -382,13 +387,22 @@ class Motion:
                     return end
                 self._note(last, s, dense)
                 last = s
-            calm += t1 - t0
-            if calm > 0.02:
-                break  # long enough to see whether it is over
+            if not carries and t1 - t > 0.02:
+                break  # to see whether it is over
         self.y = solver.y.copy()
         return float(solver.t)
 
     def _note(self, t0: float, t1: float, dense: Any) -> None:
+        """What happened in a stretch without a switch: peaks inside it and at its end, and curves that ended."""
+        for interface in self.s.interfaces:
+
+            def closing(t: float, i: Interface = interface) -> float:
+                y = dense(t)
+                return float(y[self.n + i.left] - (y[self.n + i.right] if i.right != WALL else 0.0))
+
+            if closing(t0) > 0.0 > closing(t1):
+                t = float(brentq(closing, t0, t1, xtol=1e-14))
+                self.look(t, dense(t))
         if self.valid_until == math.inf and self._ended(dense(t1)) > 0.0:
             self.valid_until = t0
             if self._ended(dense(t0)) < 0.0:
@@ -433,7 +447,7 @@ class Motion:
                     tops = tuple(top + start for top in e.top) if e.share == 1 else (e.top[0] + start,) * 2
                 k += 1
             found[interface.name] = Found(
-                self.stroke[j], tops, self.push[j], self.pull[j], energies, broken
+                self.stroke[j], self.stroke_time[j], tops, self.push[j], self.pull[j], energies, broken
             )
         speed0 = np.array([v.speed for v in self.s.vehicles])
         kinetic = (0.5 * float((self.mass * speed0**2).sum()), 0.5 * float((self.mass * y[n : 2 * n] ** 2).sum()))

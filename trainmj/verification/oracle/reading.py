@@ -52,7 +52,7 @@ def read(values: Values) -> System:
         interfaces.append(Interface(f"M{right + 1}-M{left + 1}", k, k + 1, elements))
     wall = not struck
     interfaces.append(
-        Interface("wall-M1" if wall else "S1-M1", n - 1, WALL if wall else n, _front(fronts, values, n - 1, wall))
+        Interface("M1-wall" if wall else "S1-M1", n - 1, WALL if wall else n, _front(fronts, values, n - 1, wall))
     )
     for k in range(len(struck) - 1):
         elements = _coupled(struck[k]["coupler"], values, n + k, n + k + 1, turn=False)
@@ -62,7 +62,7 @@ def read(values: Values) -> System:
         tuple(interfaces),
         c.get("gap_mm", 0.0) / 1e3,
         n - 1,
-        math.atan(c.get("grade_per_mille", 0.0) / 1e3),
+        c.get("grade_per_mille", 0.0) / 1e3,
         values.get("simulation", {}).get("time_limit_s", 3.0),
     )
 
