@@ -185,7 +185,7 @@ class Chain:
         steps_per_record: steps from one recorded sample to the next.
         time_limit: [s].
         integrator: name of MuJoCo's integrator.
-        grade: of the track, as the sine of its angle; positive uphill along +x.
+        grade: of the track, as the part of the weight that it takes; positive uphill along +x.
         refined: whether steps are made smaller at narrow parts of curves.
         limits: largest values that the scenario allows the moving train, by quantity or column of a response.
     """

@@ -47,7 +47,7 @@ def advance(
     force = s[e + ELEMENT.FORCE]
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
-        s[e + ELEMENT.FORCE] = 0.0
+        s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = 0.0, s[e + ELEMENT.BREAK]
         s[e + ELEMENT.DISSIPATED] -= lost
         lost, viscous = _broken(s, e, before) + 0.5 * before * (own - from_), 0.0
         s[e + ELEMENT.DISSIPATED] += lost
@@ -82,9 +82,9 @@ def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> tuple
     force, peak = s[e + ELEMENT.FORCE], 0.0
     pressed = 0.0  # stroke since the forces were equal last
     for _ in range(_EVENTS):
-        part = min(todo, _room(s, a), _room(s, b))
+        part = min(todo, _room(s, a) + _room(s, b))
+        move, part, equal = _split(s, a, b, part, elapsed, whole)
         taken = elapsed * abs(part) / whole if part != 0.0 else elapsed
-        move, equal = _split(s, a, b, part, taken)
         for law, by in ((a, move), (b, part - move)):
             before = s[law + ELEMENT.FORCE]
             _move(s, law, s[law + ELEMENT.STROKE] + by, by / taken if taken > 0.0 else 0.0, taken, time)
@@ -115,34 +115,61 @@ def _room(s: Any, e: int) -> float:
 
 
 @register_jitable
-def _split(s: Any, a: int, b: int, part: float, elapsed: float) -> tuple[float, bool]:
-    """How far the first of two laws moves where both together move by a part, and whether their forces are equal then.
+def _split(s: Any, a: int, b: int, part: float, elapsed: float, whole: float) -> tuple[float, float, bool]:
+    """How far the first of two laws moves where both together move by a part, at most.
 
     The one with less force gives way, as far as to just before the next point of its curve.
+
+    Args:
+        s: the block.
+        a: place of the first law.
+        b: place of the second.
+        part: by which the pair moves [m].
+        elapsed: duration of the whole step [s].
+        whole: by which the pair moves in the whole step [m].
+
+    Returns:
+        How far the first moves; the part by which the pair moves until the forces are equal, or one law comes to a
+        point; whether they are equal then.
     """
-    move = 0.5 * part
-    short, scale = _short(s, a, b, move, part, elapsed)
+    room_a, room_b = _room(s, a) - _SMALL, _room(s, b) - _SMALL
+    start = min(room_a, max(part - room_b, 0.5 * part))
+    short, scale = _short(s, a, b, start, part, elapsed, whole)
     if abs(short) <= _CLOSE * scale:
-        return move, True
-    gives, other = (a, b) if short > 0.0 else (b, a)
-    short = abs(short)
-    room = _room(s, gives) - _SMALL
+        return start, part, True
+    gives, other, room = (a, b, room_a) if short > 0.0 else (b, a, room_b)
+    low = high = start if short > 0.0 else part - start
+    low_short = high_short = abs(short)
     by = max(abs(part), _SMALL)
-    low, low_short = move, short
-    high, high_short = move, short
     while high_short > 0.0:
         if high >= room:
-            return (room if gives == a else part - room), False
+            break
         low, low_short = high, high_short
         high = min(high + by, room)
         by *= 2.0
-        high_short, scale = _short(s, gives, other, high, part, elapsed)
+        high_short, scale = _short(s, gives, other, high, part, elapsed, whole)
+    if high_short > 0.0:  # it comes to a point of its curve first: how far the other one has moved by then
+        force = _trial(s, gives, room, part, elapsed, whole)
+        moved = _moved(s, other, part - room, room, force, elapsed, whole)
+        used = room + moved
+        if used < 0.0 or part <= 0.0:  # it gives way faster than the other one can follow
+            used, moved = min(part, 0.0), min(part, 0.0) - room
+            return (room if gives == a else moved), used, False
+        return (room if gives == a else moved), used, True
+    if scale == 1.0:  # without force both are equal anywhere: where the other one has just let go
+        for _ in range(_TRIALS):
+            middle = 0.5 * (low + high)
+            short, _ = _short(s, gives, other, middle, part, elapsed, whole)
+            if short > 0.0:
+                low = middle
+            else:
+                high = middle
     move = high
     for _ in range(_TRIALS):  # regula falsi, which halves the weight of an end that stays (Illinois)
         if abs(high_short) <= _CLOSE * scale or abs(high - low) <= 1e-17:
             break
         move = high - high_short * (high - low) / (high_short - low_short)
-        short, scale = _short(s, gives, other, move, part, elapsed)
+        short, scale = _short(s, gives, other, move, part, elapsed, whole)
         if abs(short) <= _CLOSE * scale:
             break
         if (short > 0.0) != (high_short > 0.0):
@@ -150,21 +177,57 @@ def _split(s: Any, a: int, b: int, part: float, elapsed: float) -> tuple[float, 
         else:
             low_short *= 0.5
         high, high_short = move, short
-    return (move if gives == a else part - move), True
+    return (move if gives == a else part - move), part, True
 
 
 @register_jitable
-def _short(s: Any, one: int, other: int, move: float, part: float, elapsed: float) -> tuple[float, float]:
+def _moved(s: Any, e: int, most: float, room: float, force: float, elapsed: float, whole: float) -> float:
+    """How far a law has moved, at most so far, where it carries a force and the other one has moved by its room."""
+    high, high_over = most, _trial(s, e, most, room + most, elapsed, whole) - force
+    low, low_over = high, high_over
+    by = max(abs(most), room, _SMALL)
+    while low_over > 0.0 and low > -1.0:
+        low -= by
+        by *= 2.0
+        low_over = _trial(s, e, low, room + low, elapsed, whole) - force
+    if force == 0.0:  # where it has just let go
+        for _ in range(_TRIALS):
+            middle = 0.5 * (low + high)
+            if _trial(s, e, middle, room + middle, elapsed, whole) > 0.0:
+                high = middle
+            else:
+                low = middle
+        return low
+    move = low
+    for _ in range(_TRIALS):
+        if abs(low_over) <= _CLOSE * max(1.0, force) or abs(high - low) <= 1e-17 or high_over == low_over:
+            break
+        move = low - low_over * (high - low) / (high_over - low_over)
+        over = _trial(s, e, move, room + move, elapsed, whole) - force
+        if abs(over) <= _CLOSE * max(1.0, force):
+            break
+        if (over > 0.0) != (low_over > 0.0):
+            high, high_over = low, low_over
+        else:
+            high_over *= 0.5
+        low, low_over = move, over
+    return move
+
+
+@register_jitable
+def _short(s: Any, one: int, other: int, move: float, part: float, elapsed: float, whole: float) -> tuple[float, float]:
     """By how much the force of one law is below that of the other where it moves, and the scale of both [N]."""
-    first, second = _trial(s, one, move, elapsed), _trial(s, other, part - move, elapsed)
+    first = _trial(s, one, move, part, elapsed, whole)
+    second = _trial(s, other, part - move, part, elapsed, whole)
     return second - first, max(1.0, first, second)
 
 
 @register_jitable
-def _trial(s: Any, e: int, move: float, elapsed: float) -> float:
-    """Force of a law, were it to move."""
-    rate = move / elapsed if elapsed > 0.0 else 0.0
-    return respond(s[e + ELEMENT.KIND], s, e, s[e + ELEMENT.STROKE] + move, rate, elapsed)[0]
+def _trial(s: Any, e: int, move: float, part: float, elapsed: float, whole: float) -> float:
+    """Force of a law, were it to move while the pair moves by a part of the whole step."""
+    taken = elapsed * abs(part) / whole if part != 0.0 else elapsed
+    rate = move / taken if taken > 0.0 else 0.0
+    return respond(s[e + ELEMENT.KIND], s, e, s[e + ELEMENT.STROKE] + move, rate, taken)[0]
 
 
 @register_jitable

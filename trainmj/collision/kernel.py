@@ -242,7 +242,9 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
             force += one
             lost += one_lost
             viscous += one_viscous
-            if one_peak > one:
+            if s[e + ELEMENT.SIGN] < 0.0:
+                s[j + JOINT.PULL_MAX * m] = max(s[j + JOINT.PULL_MAX * m], one_peak)
+            elif one_peak > one:
                 peak += one_peak - one
             if s[e + ELEMENT.SIGN] < 0.0 and s[e + ELEMENT.BROKEN] == 0.0 and rate < -APPROACH_SPEED:
                 active = True  # what is pulled apart comes taut
@@ -262,7 +264,7 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
         before = s[j + JOINT.FORCE * m]
         s[j + JOINT.DISSIPATED * m] += lost
         s[j + JOINT.WORK * m] += 0.5 * (force + before) * (u - s[j + JOINT.STROKE * m])
-        if rate > APPROACH_SPEED:
+        if rate > (STILL_SPEED if s[HEAD.ROLLING] != 0.0 else APPROACH_SPEED):
             active = True
         if right < 0:
             wall -= before * elapsed

@@ -63,7 +63,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         s.steps_per_record,
         s.time_limit_s,
         s.integrator,
-        grade=math.sin(math.atan(c.grade_per_mille * 1e-3)),
+        grade=c.grade_per_mille * 1e-3,
         limits=scenario.limits,
     )
     check_step(chain)
