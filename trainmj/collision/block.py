@@ -158,6 +158,7 @@ def _write(block: Array, at: int, curves: int, element: Element, stroke: float) 
         ELEMENT.KIND: SERIES,
         ELEMENT.SIGN: element.sign,
         ELEMENT.SHARE: element.share,
+        ELEMENT.TIMES: 1.0 / element.share,
         ELEMENT.START: element.start,
         ELEMENT.BREAK: element.breaks,
         ELEMENT.STROKE: own,
