@@ -19,11 +19,12 @@ from trainmj.cli import main
 from trainmj.collision import simulation
 from trainmj.collision.lineup import line_up
 from trainmj.collision.summary import summarise
+from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import EngineError, InputError, OutputError
 from trainmj.scenario import load
 from trainmj.view import film, offscreen, parts
 from trainmj.view.scene import visible
-from trainmj.view.wear import DeviceShapes, Wear, colour, largest_energy
+from trainmj.view.shapes import DeviceShapes, colour, largest_energy
 
 SMALL = (192, 108)
 
@@ -45,9 +46,13 @@ def saved(standard_result, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def worn(standard_result) -> Wear:
-    wear = Wear(standard_result.chain)
-    for stroke, energy in zip(standard_result.stroke, standard_result.energy, strict=True):
-        wear.update(stroke, energy)
+    return worn_by(standard_result)
+
+
+def worn_by(result) -> Wear:
+    wear = Wear(result.chain)
+    for sample in range(len(result.time)):
+        wear.update(seen_at(result, sample))
     return wear
 
 
@@ -60,9 +65,10 @@ def test_total_compression_ends_where_the_summary_says(worn, standard_summary):
 
 def test_energies_of_devices_are_those_of_the_summary(worn, standard_result, standard_summary):
     front = standard_result.chain.front
-    assert worn.energy[front, 0].sum() / 1e3 == pytest.approx(standard_summary.interfaces[0].energy_kJ, rel=1e-3)
-    assert worn.energy[front, 0] == pytest.approx(worn.energy[front, 1])
-    assert worn.energy[front - 1, 0].sum() / 1e3 == pytest.approx(standard_summary.interfaces[1].energy_kJ, rel=1e-3)
+    left, right = worn.worn[front, 0].energy, worn.worn[front, 1].energy
+    assert worn.energy(front) / 1e3 == pytest.approx(standard_summary.interfaces[0].energy_kJ, rel=1e-3)
+    assert left == pytest.approx(right)
+    assert worn.energy(front - 1) / 1e3 == pytest.approx(standard_summary.interfaces[1].energy_kJ, rel=1e-3)
 
 
 def test_stages_of_a_device_share_its_energy_as_their_strokes_tell(worn, standard_result):
@@ -70,16 +76,14 @@ def test_stages_of_a_device_share_its_energy_as_their_strokes_tell(worn, standar
     interface = standard_result.chain.interfaces[standard_result.chain.front]
     coupler, _ = interface.devices[0].stages
     below = interface.devices[0].envelope.energy(coupler.end)
-    assert worn.energy[standard_result.chain.front, 0][0] == pytest.approx(below, rel=0.03)
+    assert worn.worn[standard_result.chain.front, 0].energy[0] == pytest.approx(below, rel=0.03)
 
 
 def test_sides_of_an_unequal_front_share_its_energy_as_the_summary_says():
     result = simulation.run(load("wagon_80t"))
-    wear = Wear(result.chain)
-    for stroke, energy in zip(result.stroke, result.energy, strict=True):
-        wear.update(stroke, energy)
+    wear = worn_by(result)
     sides = [i.energy_kJ for i in summarise(result).interfaces if i.name.startswith("S1-M1")]
-    found = [wear.energy[result.chain.front, side].sum() / 1e3 for side in (0, 1)]
+    found = [wear.worn[result.chain.front, side].energy.sum() / 1e3 for side in (0, 1)]
     assert sum(found) == pytest.approx(sum(sides), rel=1e-3)
     assert found == pytest.approx(sides, rel=1e-3)
 
@@ -124,8 +128,8 @@ def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
     tube = model.geom("M1 front coupler tube").id
     at_rest = 2 * model.geom_size[tube, 1]
     coupler = chain.interfaces[chain.front].devices[0].stages[0]
-    for sample, (stroke, energy) in enumerate(zip(standard_result.stroke, standard_result.energy, strict=True)):
-        wear.update(stroke, energy)
+    for sample in range(len(standard_result.time)):
+        wear.update(seen_at(standard_result, sample))
         if sample % 50:
             continue
         devices.show(wear)
@@ -137,11 +141,11 @@ def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
                 half = [model.geom(f"{end} coupler head").size[0] for end in (left, right)]
                 assert a.xpos[0] + half[0] == pytest.approx(b.xpos[0] - half[1], abs=1e-9)
         shorter = at_rest - 2 * model.geom_size[tube, 1]
-        assert shorter == pytest.approx(min(wear.crushed[chain.front] / 2, coupler.end), abs=1e-9)
+        assert shorter == pytest.approx(min(wear.shown(chain.front, 0), coupler.end), abs=1e-9)
     assert shorter == pytest.approx(coupler.end), "sheared off at the end of its stage"
     energy = 255 * model.geom_rgba[tube, :3]
     assert energy == pytest.approx(
-        255 * colour(wear.energy[chain.front, 0][0] / largest_energy(standard_result)), abs=1
+        255 * colour(wear.worn[chain.front, 0].energy[0] / largest_energy(standard_result)), abs=1
     )
 
 

@@ -32,7 +32,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     devices = {name: KINDS[spec.law].device(name, spec, scenario) for name, spec in scenario.devices.items()}
     moving = scenario.trains[c.train].cars()
     n = len(moving)
-    drawn = scenario.trains[c.train].drawing
+    drawn: str = scenario.trains[c.train].drawing
     vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn) for i, car in enumerate(moving)][::-1]
     interfaces = [
         _coupled(f"M{i + 1}-M{i + 2}", n - i - 2, [devices[name] for name in (car.coupler or ())][::-1])

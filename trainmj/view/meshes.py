@@ -126,7 +126,7 @@ def locomotive(rear: float, front: float) -> dict[str, Mesh]:
     """An electric locomotive with a cab at each end, by material."""
     length, middle = front - rear, (rear + front) / 2
     nose = min(_NOSE, length / 4)
-    grilles = np.linspace(rear + nose + 1.6, front - nose - 1.6, 6) if length > 10 else []
+    grilles = np.linspace(rear + nose + 1.6, front - nose - 1.6, 6 if length > 10 else 0)
     arm = min(1.4, length / 8)
     pieces: dict[str, list[Mesh]] = {
         "livery": [_loft(_nose(rear, -1, nose)[::-1] + _nose(front, 1, nose))],
