@@ -74,7 +74,7 @@ def test_energies_of_devices_are_those_of_the_summary(worn, standard_result, sta
 def test_stages_of_a_device_share_its_energy_as_their_strokes_tell(worn, standard_result):
     """The coupler takes what lies below its part of the curve, the anti-climber the rest."""
     interface = standard_result.chain.interfaces[standard_result.chain.front]
-    coupler, _ = interface.devices[0].stages
+    coupler, *_ = interface.devices[0].stages
     below = interface.devices[0].envelope.energy(coupler.end)
     assert worn.worn[standard_result.chain.front, 0].energy[0] == pytest.approx(below, rel=0.03)
 
