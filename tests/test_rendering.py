@@ -21,7 +21,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.summary import summarise
 from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import EngineError, InputError, OutputError
-from trainmj.scenario import load
+from trainmj.scenario import Scenario, load
 from trainmj.view import film, offscreen, parts
 from trainmj.view.scene import visible
 from trainmj.view.shapes import DeviceShapes, colour, largest_energy
@@ -147,6 +147,122 @@ def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
     assert energy == pytest.approx(
         255 * colour(wear.worn[chain.front, 0].energy[0] / largest_energy(standard_result)), abs=1
     )
+
+
+DRAWN = {
+    "curves": {"tube": {"stroke_mm": [0, 1, 300], "force_kN": [0, 900, 900]}},
+    "devices": {
+        "tube": {"curve": "tube", "stiffness_kN_per_mm": 300, "beyond": "car_body"},
+        "oil": {
+            "kind": "gas_hydraulic",
+            "stroke_mm": 400,
+            "orifice_kN_s2_per_m2": 20,
+            "gas": {"force_kN": 50, "length_mm": 480, "exponent": 1.3, "preload_stiffness_kN_per_mm": 100},
+            "rebound_orifice_kN_s2_per_m2": 400,
+            "beyond": {"kind": "stop", "stiffness_kN_per_mm": 100},
+        },
+        "gear": {
+            "kind": "hysteresis",
+            "loading": {"stroke_mm": [0, 100], "force_kN": [50, 1000]},
+            "unloading": {"stroke_mm": [0, 100], "force_kN": [10, 200]},
+            "transition_stiffness_kN_per_mm": 250,
+            "beyond": {"kind": "stop"},
+            "pull": {"stiffness_kN_per_mm": 5, "slack_mm": 20},
+        },
+    },
+    "trains": {
+        "train": {"vehicles": 2, "mass_t": 36, "length_m": 20, "front": "tube", "rear": "oil", "coupler": "gear"},
+        "loco": {"vehicles": 1, "mass_t": 80, "length_m": 17, "front": "oil", "drawing": "locomotive"},
+        "wagons": {"vehicles": 2, "mass_t": 20, "length_m": 14, "front": "oil", "coupler": "gear", "drawing": "wagon"},
+    },
+    "obstacles": {
+        "lorry": {"mass_t": 15, "length_m": 8, "front": "tube", "rail_friction": 0.3},
+        "stop": {"fixed": True, "front": "oil"},
+    },
+    "collision": {"train": "train", "speed_km_h": 36, "partner": "loco"},
+    "simulation": {"time_limit_s": 0.6},
+}
+
+
+def drawn(partner: str, **more):
+    return simulation.run(Scenario.from_values(DRAWN).with_values({"collision.partner": partner, **more}))
+
+
+@pytest.mark.parametrize("partner", ["train", "loco", "wagons", "lorry", "stop"])
+def test_every_drawing_stands_where_it_is_struck(partner, tmp_path):
+    """Breaks if a train or obstacle is not drawn, or its device does not reach to the place of contact."""
+    result = drawn(partner)
+    chain = result.chain
+    model = visible(chain).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    (struck,) = (end for end in parts.ends(chain) if (end.interface, end.side) == (chain.front, 1))
+    reach = [data.geom(part.name).xpos[0] - 0.5 * (part.end - part.start) for part in struck.parts]
+    assert min(reach) == pytest.approx(0.0, abs=1e-9)
+    film.render(result, tmp_path / "a.png", "front", size=SMALL, at=0.0, smooth=False)
+    picture = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), dtype=int)
+    assert (np.abs(picture - (205, 141, 0)).sum(axis=2) < 110).sum() > 20, "in the colour of partners"
+
+
+def test_drawings_differ(tmp_path):
+    """Breaks if a locomotive, a wagon or a lorry looks like a passenger car."""
+    seen = set()
+    for partner in ("train", "loco", "wagons", "lorry"):
+        chain = line_up(Scenario.from_values(DRAWN).with_values({"collision.partner": partner}))
+        model = visible(chain).compile()
+        shapes = [model.geom(g).name for g in range(model.ngeom) if model.geom(g).name.startswith("S1 ")]
+        seen.add(frozenset((name, int(model.mesh_vertnum[model.geom(name).dataid[0]])) for name in shapes))
+    assert len(seen) == 4
+
+
+def test_what_recovers_comes_back_and_what_was_crushed_stays_short():
+    """Breaks if a film shows a buffer that has come back as crushed, or a crush tube as new."""
+    result = drawn("loco")
+    wear, chain = worn_by(result), result.chain
+    assert result.stroke[-1, chain.front] < -0.1, "they are apart"
+    assert result.of_device("stroke", chain.front, 1).max() > 0.2
+    assert wear.shown(chain.front, 1) < 0.02
+    left = result.of_device("stroke", chain.front, 0)
+    assert left.max() - 0.01 < wear.shown(chain.front, 0) <= left.max()
+
+
+def test_a_draw_gear_holds_couplers_together_until_it_breaks():
+    """Breaks if a film shows a gap between coupled vehicles, or none where the gear has broken."""
+    for force, together in ((1e4, True), (60.0, False)):
+        path = "devices.gear.pull.breaking_force_kN"
+        result = drawn("wagons", **{path: force})
+        wear = Wear(result.chain)
+        k = next(k for k, i in enumerate(result.chain.interfaces) if i.name == "S1-S2")
+        lowest = int(result.stroke[:, k].argmin())
+        for sample in range(lowest + 1):
+            wear.update(seen_at(result, sample))
+        assert result.stroke[lowest, k] < -0.021
+        gap = 2 * wear.shown(k, 0) - result.stroke[lowest, k]
+        assert (abs(gap) < 1e-9) == together
+
+
+def test_a_car_body_gives_way_at_its_own_end_and_takes_the_colour():
+    """Breaks if car bodies run into each other, or the energy of a body is shown on its anti-climbers."""
+    result = drawn("lorry", **{"collision.speed_km_h": 80, "trains.train.mass_t": 80})
+    chain, full = result.chain, largest_energy(result)
+    model = visible(chain).compile()
+    shapes, wear = DeviceShapes(model, chain, full), worn_by(result)
+    (end,) = (end for end in parts.ends(chain) if (end.interface, end.side) == (chain.front, 0))
+    skin = model.geom(f"{end.body.name} skin")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    before = _corners(model, data, skin.id)[:, 0].max()
+    moved = shapes.show(wear)
+    given = wear.worn[chain.front, 0].used[-1]
+    assert given > 0.05
+    assert int(skin.dataid[0]) in moved
+    assert before - _corners(model, data, skin.id)[:, 0].max() == pytest.approx(
+        end.body.shorter(wear.shown(chain.front, 0)), abs=1e-5
+    )
+    assert 0.8 * given < end.body.shorter(wear.shown(chain.front, 0)) <= given
+    share = wear.worn[chain.front, 0].energy[-1] / full
+    assert model.geom_rgba[skin.id, :3] == pytest.approx(colour(share), abs=1e-6)
+    assert shapes.show(wear) == [], "nothing has moved since"
 
 
 # pictures

@@ -7,6 +7,7 @@ the two sides touch, so a tendon's length is the stroke of its interface.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -105,6 +106,7 @@ def spec(
     return base
 
 
+@lru_cache(maxsize=128)
 def stand_in_of(interface: Interface, speed: float) -> tuple[float, float]:
     """Unloading stiffness [N/m] and one force [N] that absorbs as much as an interface does up to its stroke limit.
 
