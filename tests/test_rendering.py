@@ -217,7 +217,7 @@ def test_drawings_differ(tmp_path):
 
 def test_what_recovers_comes_back_and_what_was_crushed_stays_short():
     """Breaks if a film shows a buffer that has come back as crushed, or a crush tube as new."""
-    result = drawn("loco")
+    result = drawn("loco", **{"simulation.time_limit_s": 2.0})
     wear, chain = worn_by(result), result.chain
     assert result.stroke[-1, chain.front] < -0.1, "they are apart"
     assert result.of_device("stroke", chain.front, 1).max() > 0.2
