@@ -24,7 +24,7 @@ _kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo 
 
 
 def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
-    """Compile a C function, or take it from disk.
+    """Compile a C function, or take it from disk. A division by zero in it is no exception: nobody would see one.
 
     Args:
         function: what numba can compile.
@@ -33,7 +33,7 @@ def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
     Returns:
         Its address, good as long as this process; and what was wrong with the cache, if anything.
     """
-    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {})
+    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
     trouble = ""
     try:
         compiled._cache = cache = _Cache(function)
