@@ -14,8 +14,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba.extending import register_jitable
+from numba import types
+from numba.extending import intrinsic, overload, register_jitable
 
+from trainmj.collision.compiled import noinline
 from trainmj.collision.fields import ELEMENT, N_ELEMENT
 from trainmj.collision.law import CRUSH, SERIES, crush, respond
 from trainmj.collision.law.curve import ahead, inlined, segment
@@ -46,10 +48,8 @@ def advance(
         s[e + ELEMENT.PEAK] = 0.0
         force, first, second, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
         _settle(s, e, own, force, first, second, lost, viscous, time)
-    elif kind == SERIES:
-        lost, viscous = _march(s, e, own, elapsed, time)
     else:
-        lost, viscous = _move(s, e, own, own_rate, elapsed, time)
+        lost, viscous = _any_other(s, e, own, own_rate, elapsed, time)
     force = s[e + ELEMENT.FORCE]
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
@@ -59,6 +59,30 @@ def advance(
         s[e + ELEMENT.DISSIPATED] += lost
         force = 0.0
     return sign * force, lost * times, viscous * times, s[e + ELEMENT.PEAK]
+
+
+def _any_other(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
+    """Bring any element to a stroke and rate; energy lost, and the part of it lost by speed."""
+    if s[e + ELEMENT.KIND] == SERIES:
+        return _march(s, e, stroke, elapsed, time)
+    return _move(s, e, stroke, rate, elapsed, time)
+
+
+@intrinsic
+def _apart(typing_context: Any, s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
+    """The same, which LLVM must not take in: what every device goes through in every step would lose its registers."""
+    arguments = s, types.int64, *[types.float64] * 4
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return noinline(context, builder, _any_other, signature, args)
+
+    return types.UniTuple(types.float64, 2)(*arguments), codegen
+
+
+@overload(_any_other, strict=False)
+def _called(s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
+    """What compiled functions call in its place."""
+    return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)
 
 
 @register_jitable

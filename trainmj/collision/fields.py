@@ -62,6 +62,7 @@ class Car(_Field):
     BRAKE_MOST = "N", "what the rail can take of it by adhesion"
     BRAKING = "N", "what the brake can give now"
     GRADE = "N", "force of the grade along +x"
+    LOAD = "N", "force of all devices, while it is added up"
     NET = "N", "force of all devices"
     SPEED = "m/s", "speed at the last evaluation", True
     FRICTION = "N", "rail friction and brake force"

@@ -171,16 +171,18 @@ def _passive(offsets: Offsets) -> Any:
             elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
             inertia = _at(data, at_inertia)
             active, peaked, wall = _devices(s, n, _at(data, at_qpos), qvel, elapsed, time)
-            still, closing = _vehicles(s, n, qvel, inertia, step[0], elapsed, time, wall)
+            still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
             if peaked:
                 _peaks(s, n, inertia)
-            _notes(s, n, qvel, time, still or not (active or closing))
+            s[HEAD.TIME] = time
+            s[HEAD.OVER] = 1.0 if still or not (active or closing) else 0.0
             if whole:
                 _record(s, n, qvel)
-        c = N_HEAD
-        for i in range(n):
-            out[i] += s[c + CAR.NET] + s[c + CAR.FRICTION] + s[c + CAR.GRADE]
-            c += N_CAR
+        else:
+            c = N_HEAD
+            for i in range(n):
+                out[i] += s[c + CAR.NET] + s[c + CAR.FRICTION] + s[c + CAR.GRADE]
+                c += N_CAR
 
     return passive
 
@@ -228,8 +230,6 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
     cars, joints = N_HEAD, N_HEAD + N_CAR * n
     active = peaked = False
     wall = 0.0
-    for i in range(n):
-        s[cars + N_CAR * i + CAR.NET] = 0.0
     for k in range(m):
         j = joints + N_JOINT * k
         left, right = int(s[j + JOINT.LEFT]), int(s[j + JOINT.RIGHT])
@@ -273,24 +273,37 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
         if u > s[j + JOINT.STROKE_MAX]:
             s[j + JOINT.STROKE_MAX] = u
             s[j + JOINT.STROKE_MAX_TIME] = time
-        s[cars + N_CAR * left + CAR.NET] -= force
+        s[cars + N_CAR * left + CAR.LOAD] -= force
         if right >= 0:
-            s[cars + N_CAR * right + CAR.NET] += force
+            s[cars + N_CAR * right + CAR.LOAD] += force
     return active, peaked, wall
 
 
 @register_jitable
 def _vehicles(
-    s: Any, n: int, qvel: Any, inertia: Any, step: float, elapsed: float, time: float, wall: float
+    s: Any, n: int, qvel: Any, inertia: Any, out: Any, step: float, elapsed: float, time: float, wall: float
 ) -> tuple[bool, bool]:
-    """Rail friction and brakes of every vehicle; whether all stand, and whether two may still come together."""
+    """The whole force on every vehicle, with rail friction and brake.
+
+    Returns:
+        Whether all stand; whether two may still come together.
+    """
     cars = N_HEAD
+    meeting = cars + N_CAR * n + N_JOINT * int(s[HEAD.FRONT])
+    touching = s[meeting + JOINT.FORCE] > 0.0
+    first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
     impulse = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
     for i in range(n):
         c = cars + N_CAR * i
-        v, mass, net = qvel[i], inertia[i], s[c + CAR.NET]
+        v, mass, net = qvel[i], inertia[i], s[c + CAR.LOAD]
+        s[c + CAR.LOAD] = 0.0
+        s[c + CAR.NET] = net
+        if touching:
+            s[c + CAR.SPEED_LAST] = v
+            if first:
+                s[c + CAR.SPEED_FIRST] = v
         grade = s[c + CAR.GRADE]
         rail, braking, work = s[c + CAR.FRICTION_LIMIT], s[c + CAR.BRAKING], 0.0
         held = s[c + CAR.FRICTION]
@@ -312,6 +325,7 @@ def _vehicles(
         # the friction that would stop the vehicle within this step, within what rail and brake can give
         limit = rail + braking
         friction = min(limit, max(-limit, -(mass * v / step + net + grade)))
+        out[i] += net + friction + grade
         s[c + CAR.SPEED] = v
         s[c + CAR.FRICTION] = friction
         device = abs(net) / mass
@@ -357,19 +371,6 @@ def _peaks(s: Any, n: int, inertia: Any) -> None:
                 total = abs(net + s[c + CAR.FRICTION] + s[c + CAR.GRADE]) / inertia[i]
                 s[c + CAR.DEVICE_PEAK] = max(s[c + CAR.DEVICE_PEAK], device)
                 s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
-
-
-@register_jitable
-def _notes(s: Any, n: int, qvel: Any, time: float, over: bool) -> None:
-    """Note the speeds while there is force at the front, and whether it is over."""
-    meeting = N_HEAD + N_CAR * n + N_JOINT * int(s[HEAD.FRONT])
-    if s[meeting + JOINT.FORCE] > 0.0:
-        for i in range(n):
-            s[N_HEAD + N_CAR * i + CAR.SPEED_LAST] = qvel[i]
-            if s[meeting + JOINT.FIRST_FORCE_TIME] == time:
-                s[N_HEAD + N_CAR * i + CAR.SPEED_FIRST] = qvel[i]
-    s[HEAD.TIME] = time
-    s[HEAD.OVER] = 1.0 if over else 0.0
 
 
 @register_jitable
