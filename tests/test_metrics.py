@@ -474,3 +474,24 @@ def test_a_passed_limit_does_not_hide_that_the_collision_was_cut_off():
     summary = summarise(run(load("b_type", {"collision.speed_km_h": 40, "simulation.time_limit_s": 0.2})))
     assert summary.status.kind == "stroke exhausted"
     assert summary.status.reason.endswith("; cut off by the time limit")
+
+
+def test_a_draw_gear_of_one_side_counts_on_that_side_alone():
+    """Breaks if the energies of the two devices of an interface add up to more than the interface has absorbed."""
+    tube = {"curve": {"stroke_mm": [0, 1, 300], "force_kN": [0, 900, 900]}, "stiffness_kN_per_mm": 300, "beyond": "hold"}
+    gear = {"curve": {"stroke_mm": [0, 1, 300], "force_kN": [0, 30, 30]}, "stiffness_kN_per_mm": 50}
+    values = {
+        "devices": {"plain": tube, "pulls": tube | {"pull": gear}},
+        "trains": {
+            "t": {"vehicles": 1, "mass_t": 72, "front": "plain"},
+            "u": {"vehicles": 2, "mass_t": 20, "front": "plain", "coupler": ["plain", "pulls"]},
+        },
+        "collision": {"train": "t", "speed_km_h": 36, "partner": "u"},
+        "simulation": {"time_limit_s": 0.6},
+    }
+    result = run(Scenario.from_values(values))
+    energies = {i.name: i.energy_kJ for i in summarise(result).interfaces}
+    k = [i.name for i in result.chain.interfaces].index("S1-S2")
+    assert result.stroke[:, k].min() < -0.01, "it was drawn apart"
+    assert energies["S1-S2 S2"] > energies["S1-S2 S1"] + 0.1
+    assert energies["S1-S2 S1"] + energies["S1-S2 S2"] == pytest.approx(result.energy[-1, k] / 1e3, rel=1e-9)

@@ -226,6 +226,8 @@ class Side:
         self.device = self.interface.devices[side]
         pushing, pulling = [], []
         for element, places in zip(self.interface.elements, measured.chain.records[index], strict=True):
+            if element.sign < 0 and self.device.pull is None:
+                continue  # the draw gear is that of the other side
             own = side if len(element.laws) > 1 else 0
             used = Used(measured.tally, element.laws[own], places[own], 1.0, element.breaks < np.inf)
             (pushing if element.sign > 0 else pulling).append(used)
