@@ -478,7 +478,11 @@ def test_a_passed_limit_does_not_hide_that_the_collision_was_cut_off():
 
 def test_a_draw_gear_of_one_side_counts_on_that_side_alone():
     """Breaks if the energies of the two devices of an interface add up to more than the interface has absorbed."""
-    tube = {"curve": {"stroke_mm": [0, 1, 300], "force_kN": [0, 900, 900]}, "stiffness_kN_per_mm": 300, "beyond": "hold"}
+    tube = {
+        "curve": {"stroke_mm": [0, 1, 300], "force_kN": [0, 900, 900]},
+        "stiffness_kN_per_mm": 300,
+        "beyond": "hold",
+    }
     gear = {"curve": {"stroke_mm": [0, 1, 300], "force_kN": [0, 30, 30]}, "stiffness_kN_per_mm": 50}
     values = {
         "devices": {"plain": tube, "pulls": tube | {"pull": gear}},
@@ -492,6 +496,6 @@ def test_a_draw_gear_of_one_side_counts_on_that_side_alone():
     result = run(Scenario.from_values(values))
     energies = {i.name: i.energy_kJ for i in summarise(result).interfaces}
     k = [i.name for i in result.chain.interfaces].index("S1-S2")
-    assert result.stroke[:, k].min() < -0.01, "it was drawn apart"
+    assert result.stroke[:, k].min() < -0.003, "it was drawn apart"
     assert energies["S1-S2 S2"] > energies["S1-S2 S1"] + 0.1
     assert energies["S1-S2 S1"] + energies["S1-S2 S2"] == pytest.approx(result.energy[-1, k] / 1e3, rel=1e-9)

@@ -460,7 +460,13 @@ def test_curves_at_speeds_begin_behind_the_empty_stroke_and_end_in_the_shear_off
     (element,) = line_up(Scenario.from_values(values)).interfaces[0].elements
     strokes = np.linspace(0.0, 0.37, 3701)
     at_rest, half, quick = (force_along(element, strokes, speed)[0] / 1e3 for speed in (0.0, 1.0, 2.0))
-    for stroke_mm, slow, fast in ((20, 0, 0), (49, 0, 0), (150, 500, 300 + 500 / 3), (352.5, 700, 850), (355, 900, 900)):
+    for stroke_mm, slow, fast in (
+        (20, 0, 0),
+        (49, 0, 0),
+        (150, 500, 300 + 500 / 3),
+        (352.5, 700, 850),
+        (355, 900, 900),
+    ):
         k = round(stroke_mm * 10)
         assert at_rest[k] == pytest.approx(slow, abs=1.0)
         assert quick[k] == pytest.approx(fast, abs=1.0)
