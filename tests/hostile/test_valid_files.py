@@ -200,8 +200,11 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
 
 
 def shape(scenario: Scenario) -> str:
-    """Everything that the law is told."""
-    chain = line_up(scenario)
+    """Everything that the law is told, or why its step is refused."""
+    try:
+        chain = line_up(scenario)
+    except InputError as error:
+        return str(error)
     return repr((chain.vehicles, [i.name for i in chain.interfaces], chain.gap, Layout.of(chain).block(chain).tolist()))
 
 
