@@ -241,7 +241,7 @@ class Crush:
             self.p = max(self.p, u - self._cap(u, v) / self.k)
 
     def branches(self, u: float, v: float, shrunk: bool) -> Iterator[None]:
-        self.i = self.curve.segment(u)
+        self.i = self.curve.segment(u + math.copysign(SLACK_M / 4, v))
         if u < self.p or (u <= self.p + SLACK_M and v <= 0.0):
             self.branch = "free"
             yield
@@ -371,10 +371,10 @@ class Hysteresis:
             self.branch = "yield"
             yield
         if force >= self.loading.at(w) - 2 * SLACK_N:
-            self.branch, self.i = "load", self.loading.segment(w)
+            self.branch, self.i = "load", self.loading.segment(w + SLACK_M / 4)
             yield
         if force <= self.unloading.at(w) + 2 * SLACK_N:
-            self.branch, self.i = "unload", max(0, self.unloading.segment(w - 2 * SLACK_M))
+            self.branch, self.i = "unload", self.unloading.segment(w - SLACK_M / 4)
             yield
         self.branch = "stick"
         yield

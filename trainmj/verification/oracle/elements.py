@@ -26,7 +26,7 @@ def _holds(device: Device, u: float, v: float) -> bool:
     for value, slack, growth in device.conditions(u, v):
         if value < -slack / 2:
             return False
-        if value <= 2 * slack and not math.isnan(growth) and growth * v < -1e-12 * max(1.0, abs(growth)):
+        if value <= slack / 4 and not math.isnan(growth) and growth * v < -1e-12 * max(1.0, abs(growth)):
             return False
     return True
 
@@ -201,27 +201,31 @@ class Element:
     def _choose(self, u: float, v: float, u1: float, rates: Side, shrunk: bool) -> bool:
         a, b = self.devices
         kept = [dict(vars(d)) for d in (a, b)]
-        guess = [max(w, 1e-9) for w in rates]
         sets: list[list[dict[str, object]]] = []
-        for device, w, rate in ((a, u1, guess[0]), (b, u - u1, guess[1])):
-            there = []
-            for _ in device.branches(w, rate, shrunk):
-                there.append(dict(vars(device)))
+        for device, w, rate, state in ((a, u1, rates[0], kept[0]), (b, u - u1, rates[1], kept[1])):
+            there: list[dict[str, object]] = []
+            for guess in (max(rate, 1e-9), min(rate, -1e-9)):
+                for _ in device.branches(w, guess, shrunk):
+                    if vars(device) not in there:
+                        there.append(dict(vars(device)))
+                device.__dict__.update(state)
             sets.append(there)
-        for state_a in sets[0]:
-            for state_b in sets[1]:
-                a.__dict__.update(state_a)
-                b.__dict__.update(state_b)
-                if not (a.carries() and b.carries()) or self._slack():
-                    continue
-                w1 = self._joint(u, v, u1)
-                if math.isnan(w1):
-                    continue
-                f1, f2 = a.force(u1, w1), b.force(u - u1, v - w1)
-                if abs(f1 - f2) > 1.0 + 1e-6 * abs(f1):
-                    continue
-                if _holds(a, u1, w1) and _holds(b, u - u1, v - w1):
-                    return True
+        # where no rate matters, the forces agree over a range of rates, at whose edges a branch with a rate fits too: last
+        for rated in (False, True):
+            for state_a in sets[0]:
+                for state_b in sets[1]:
+                    a.__dict__.update(state_a)
+                    b.__dict__.update(state_b)
+                    if not (a.carries() and b.carries()) or self._slack() or (a.rated() or b.rated()) is not rated:
+                        continue
+                    w1 = self._joint(u, v, u1)
+                    if math.isnan(w1):
+                        continue
+                    f1, f2 = a.force(u1, w1), b.force(u - u1, v - w1)
+                    if abs(f1 - f2) > 1.0 + 1e-6 * abs(f1):
+                        continue
+                    if _holds(a, u1, w1) and _holds(b, u - u1, v - w1):
+                        return True
         for state_a in sets[0]:  # relaxed: both without force
             for state_b in sets[1]:
                 a.__dict__.update(state_a)
