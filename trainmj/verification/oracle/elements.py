@@ -185,6 +185,10 @@ class Element:
             u1, rates = a.free(), (0.5 * v, 0.5 * v)
         else:
             rates = (sides[0][1], sides[1][1])
+            if not a.rated() and not b.rated():  # what the integrator's tolerance has let the forces drift apart
+                k = a.slope(u1) + b.slope(u - u1)
+                apart = b.force(u - u1, rates[1]) - a.force(u1, rates[0])
+                u1 += apart / k if k != 0.0 and abs(apart / k) < 1e-9 else 0.0
         for _ in range(20):
             found = self._choose(u, v, u1, rates, shrunk)
             if found:
@@ -326,8 +330,11 @@ def _returns(device: Device, start: float) -> Callable[[float], float]:
 def _put(device: Device, u: float) -> None:
     """Write down where a device is after a jump."""
     if isinstance(device, Crush):
+        device.p = max(device.p, u - device.curve.at(u) / device.k)
         device.branch, device.i = "elastic", device.curve.segment(u)
     elif isinstance(device, Hysteresis):
+        w = u - device.body.p - device.slack
+        device.q = min(max(device.q, w - device.loading.at(w) / device.k), w - device.unloading.at(w) / device.k)
         device.branch = "stick"
     elif isinstance(device, Hydraulic):
         w = u - device.body.p - device.slack
