@@ -499,7 +499,7 @@ class Hydraulic:
         w = self._w(u)
         if self.plunger < 1e-11 and w < 1e-11:
             self.plunger = 0.0
-        if w < self.plunger or (w <= SLACK_M and v <= 0.0):
+        if w < self.plunger - SLACK_M / 2 or (w <= SLACK_M and v <= 0.0):
             self.branch = "free"
             yield
             return

@@ -108,6 +108,13 @@ class Element:
     def switch(self, u: float, v: float, z: Array, shrunk: bool) -> None:
         """Take the branches that go on from here; z is changed in place."""
         sides = self.sides(u, v, z)
+        if len(sides) == 2 and self.carries() and not self._slack() and not any(d.rated() for d in self.devices):
+            # what the integrator's tolerance has let the forces drift apart
+            (a, b), ((u1, v1), (u2, v2)) = self.devices, sides
+            k = a.slope(u1) + b.slope(u2)
+            apart = (b.force(u2, v2) - a.force(u1, v1)) / k if k else 0.0
+            if abs(apart) < 1e-9:
+                sides = [(u1 + apart, v1), (u2 - apart, v2)]
         for device, side in zip(self.devices, sides, strict=True):
             device.settle(*side)
         if self.force(sides) >= self.breaking - 2 * SLACK_N:
@@ -185,10 +192,6 @@ class Element:
             u1, rates = a.free(), (0.5 * v, 0.5 * v)
         else:
             rates = (sides[0][1], sides[1][1])
-            if not a.rated() and not b.rated():  # what the integrator's tolerance has let the forces drift apart
-                k = a.slope(u1) + b.slope(u - u1)
-                apart = b.force(u - u1, rates[1]) - a.force(u1, rates[0])
-                u1 += apart / k if k != 0.0 and abs(apart / k) < 1e-9 else 0.0
         for _ in range(20):
             found = self._choose(u, v, u1, rates, shrunk)
             if found:
