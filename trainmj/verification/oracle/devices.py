@@ -493,7 +493,8 @@ class Hydraulic:
         if self.branch == "yield":
             self.body.p = u - self.slack - self.most
         if self.branch != "free":
-            self.plunger = min(max(0.0, self._w(u)), self.length)
+            creeps = self.branch == "pressed" and self.rebound is None
+            self.plunger = max(0.0, self._w(u)) if creeps else min(max(0.0, self._w(u)), self.length)
 
     def branches(self, u: float, v: float, shrunk: bool) -> Iterator[None]:
         w = self._w(u)

@@ -217,22 +217,27 @@ class Element:
                         there.append(dict(vars(device)))
                 device.__dict__.update(state)
             sets.append(there)
-        # where no rate matters, the forces agree over a range of rates, at whose edges a branch with a rate fits too: last
-        for rated in (False, True):
-            for state_a in sets[0]:
-                for state_b in sets[1]:
-                    a.__dict__.update(state_a)
-                    b.__dict__.update(state_b)
-                    if not (a.carries() and b.carries()) or self._slack() or (a.rated() or b.rated()) is not rated:
-                        continue
-                    w1 = self._joint(u, v, u1)
-                    if math.isnan(w1):
-                        continue
-                    f1, f2 = a.force(u1, w1), b.force(u - u1, v - w1)
-                    if abs(f1 - f2) > 1.0 + 1e-6 * abs(f1):
-                        continue
-                    if _holds(a, u1, w1) and _holds(b, u - u1, v - w1):
-                        return True
+        # where no rate matters, the forces agree over a range of rates, at whose edges a branch with a rate fits too:
+        # those come later, and last of all what has just failed
+        failed = [(state["branch"], state.get("i")) for state in kept]
+        pairs = [(state_a, state_b) for state_a in sets[0] for state_b in sets[1]]
+        again = [pair for pair in pairs if [(state["branch"], state.get("i")) for state in pair] == failed]
+        for some, rated in ((pairs, False), (pairs, True), (again, False), (again, True)):
+            for pair in some:
+                if some is pairs and pair in again:
+                    continue
+                for device, state in zip((a, b), pair, strict=True):
+                    device.__dict__.update(state)
+                if not (a.carries() and b.carries()) or self._slack() or (a.rated() or b.rated()) is not rated:
+                    continue
+                w1 = self._joint(u, v, u1)
+                if math.isnan(w1):
+                    continue
+                f1, f2 = a.force(u1, w1), b.force(u - u1, v - w1)
+                if abs(f1 - f2) > 1.0 + 1e-6 * abs(f1):
+                    continue
+                if _holds(a, u1, w1) and _holds(b, u - u1, v - w1):
+                    return True
         for state_a in sets[0]:  # relaxed: both without force
             for state_b in sets[1]:
                 a.__dict__.update(state_a)
