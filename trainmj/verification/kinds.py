@@ -29,7 +29,7 @@ class Exact:
         quantity: what is known, and where: ``stroke_mm front`` (both sides together), ``stroke_mm moving`` and
             ``struck`` (sides of the front), ``stroke_mm M1-M2``, ``force_kN``, ``pull_kN`` (largest), ``speed_m_s M1``
             (at the end), ``travel_m M1``, ``lost_kJ all`` (in all devices, at the end), ``stands_s M1`` (when it
-            ``time_s front`` (of the largest stroke there).
+            has come to rest), ``time_s front`` (of the largest stroke there).
         exact: its value.
     """
 

@@ -98,11 +98,14 @@ class Element:
         if len(self.devices) == 2 and not self.carries():
             yield self.free() - u, SLACK_M
             return
-        if self._slack():
+        relaxed = self._slack()
+        if relaxed:
             yield self._excess(sides, v), 1e-9
         for device, (w, rate) in zip(self.devices, sides, strict=True):
+            if relaxed and not (isinstance(device, Crush) and device.branch == "slack"):
+                continue  # it waits where its force begins
             for value, slack, growth in device.conditions(w, rate):
-                if not (self._slack() and math.isnan(growth)):
+                if not (relaxed and math.isnan(growth)):
                     yield value, slack
 
     def switch(self, u: float, v: float, z: Array, shrunk: bool) -> None:
