@@ -145,7 +145,7 @@ def law_rate() -> None:
             tube = _device(spec | {"rate": rate, "beyond": "hold"})
             for speed, line in ((0.0, "-"), (1.0, "--"), (5.0, "-."), (10.0, ":")):
                 _loop(axes, tube, [0, 40, 30, 60, 40], speed, ls=line, label=f"{speed:g} m/s" if speed else "at rest")
-            axes.set(title=title, xlabel="stroke (mm)", ylim=(0, 2000))
+            axes.set(title=title, xlabel="stroke (mm)", ylim=(0, 2300))
             axes.legend(loc="upper left", ncols=2)
         panels[0].set_ylabel("force (kN)")
     save(picture, FOLDER / "law_rate", ["svg"])
