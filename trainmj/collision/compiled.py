@@ -33,7 +33,7 @@ def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
     Returns:
         Its address, good as long as this process; and what was wrong with the cache, if anything.
     """
-    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {})
+    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
     trouble = ""
     try:
         compiled._cache = cache = _Cache(function)
