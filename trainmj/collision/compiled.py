@@ -15,6 +15,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
 
+from llvmlite import ir
 from numba.core import sigutils
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
@@ -24,7 +25,7 @@ _kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo 
 
 
 def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
-    """Compile a C function, or take it from disk.
+    """Compile a C function, or take it from disk. A division by zero in it is no exception: nobody would see one.
 
     Args:
         function: what numba can compile.
@@ -44,6 +45,17 @@ def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
         trouble = cache.trouble
     _kept.append(compiled)
     return cast(int, compiled.address), trouble
+
+
+def noinline(context: Any, builder: Any, function: Callable[..., Any], signature: Any, args: Any) -> Any:
+    """Within an intrinsic of numba: call a function that LLVM must not make a part of its caller."""
+    compiled = context.compile_subroutine(builder, function, signature)
+    found = context.call_internal(builder, compiled.fndesc, signature, args)
+    for block in builder.function.blocks:
+        for made in block.instructions:
+            if isinstance(made, ir.CallInstr) and made.callee.name == compiled.fndesc.llvm_func_name:
+                made.attributes.add("noinline")
+    return found
 
 
 def _not_kept(why: str) -> str:

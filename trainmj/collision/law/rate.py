@@ -46,7 +46,7 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
     if rate > 0.0 and stroke <= s[e + UNTIL]:
         crushing = _faster(s, e, own, stroke, rate)
     found = pressed(s, e, stroke, rate, crushing, before, k)
-    if own > 0.0:
+    if k > before and own > 0.0:
         s[e + ELEMENT.PEAK] *= crushing / own
     return found
 
