@@ -179,7 +179,7 @@ COLLISION: tuple[Quantity[Measured], ...] = (
         "valid_until", "s", 4, "valid until",
         "when a curve ended behind whose end nothing is stated: from then on no acceleration, force or energy is valid; "
         "blank if all are",
-        lambda m: m.valid_until if m.valid_until < math.inf else math.nan, "valid_until",
+        lambda m: m.tally.valid_until if m.tally.valid_until < math.inf else math.nan, "valid_until",
     ),
 )  # fmt: skip
 """Quantities of the whole collision; a number each."""
@@ -194,7 +194,7 @@ BALANCE: tuple[Quantity[Measured], ...] = (
              lambda m: m.stored("gas") / KJ),
     Quantity("absorbed", "kJ", 1, "absorbed by the devices", "energy absorbed by all devices",
              lambda m: m.absorbed / KJ, "absorbed"),
-    Quantity("crushed", "kJ", 1, "of this crushed", "part of the absorbed energy that crushing took",
+    Quantity("crushed", "kJ", 1, "by crushing", "part of the absorbed energy that crushing took",
              lambda m: m.lost("crushed") / KJ),
     Quantity("frictional", "kJ", 1, "by friction in devices", "part of the absorbed energy that slip in devices took",
              lambda m: m.lost("frictional") / KJ),
