@@ -100,15 +100,14 @@ def curves(chain: Chain, places: list[Place], reached: float = 0.0) -> Iterator[
         yield Drawn(f"at {speed:.3g} m/s", way, moving, strokes.size)
 
 
-def pulled(device: Device, most: float) -> Drawn | None:
-    """Force over extension of the draw gear of a device, both negative, up to an extension [m]; None without one."""
-    pull = device.pull
-    if pull is None:
-        return None
-    out = np.linspace(0.0, -max(1.2 * pull.slack, most), _POINTS)
-    way = np.append(out, out[-2::-1])
-    force, _ = force_along(Element((pull.law,), 1.0, -1.0, pull.slack, pull.breaks), way)
-    return Drawn("draw gear", way, force, out.size)
+def pulled(interface: Interface, most: float) -> Drawn | None:
+    """Force over extension of the draw gear of an interface, both negative, to an extension [m]; None without one."""
+    for element in interface.elements:
+        if element.sign < 0.0:
+            out = np.linspace(0.0, -1.2 * max(element.start, most), _POINTS)
+            way = np.append(out, out[-2::-1])
+            return Drawn("draw gear", way, force_along(element, way)[0], out.size)
+    return None
 
 
 def _end(device: Device) -> float:

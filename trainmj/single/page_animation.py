@@ -50,6 +50,7 @@ def animation_data(result: Result) -> dict[str, Any]:
         "time": numbers(result.time[frames]),
         "vehicles": [chain.vehicles[i].name for i in cars],
         "moving": chain.n_moving - cars.start,
+        "valid_until": result.tally.valid_until if result.not_valid else None,
         "wall": chain.interfaces[chain.front].right < 0,
         "interfaces": [chain.interfaces[k].name for k in joints],
         "front": joints.index(chain.front),
@@ -67,10 +68,11 @@ def animation_data(result: Result) -> dict[str, Any]:
 
 def _devices(result: Result, k: int) -> list[tuple[Array, Array]]:
     """For each device of an interface, (n_sample,) strokes, as far as it is pressed [mm], and energies [kJ]."""
-    interface, stroke = result.chain.interfaces[k], result.stroke[:, k]
+    interface = result.chain.interfaces[k]
+    recorded = [0] * len(interface.devices) if interface.equal_sides else range(len(interface.devices))
     return [
-        (np.maximum(0.0, interface.side_history(stroke, side)) / MM, share * result.energy[:, k] / KJ)
-        for side, share in enumerate(interface.energy_shares(stroke))
+        (np.maximum(0.0, result.of_device("stroke", k, side)) / MM, result.of_device("energy", k, side) / KJ)
+        for side in recorded
     ]
 
 

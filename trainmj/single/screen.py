@@ -39,7 +39,7 @@ def print_summary(result: Result, summary: Summary) -> None:
         console.print(f"{quantity.heading}: {value}{mark}, {quantity.meaning}")
     limits = summary.limits
     for table in (
-        *([tables.limits(limits)] if limits else []),
+        *([tables.limits(limits).marked(summary.not_valid)] if limits else []),
         tables.interfaces(summary),
         tables.vehicles(summary),
         tables.energy(summary),

@@ -12,9 +12,10 @@ document.querySelectorAll(".animation").forEach((figure) => {
   // Lengths: every device as long as its largest stroke and a bit, at one scale that fills the width.
   const largest = data.stroke.map((strokes) => Math.max(0, ...strokes));
   const body = Math.min(BODY, (0.62 * WIDTH) / n);
-  const room = WIDTH - 2 * MARGIN - n * body - (joints + 1) * SHORTEST - (data.wall ? 20 : 0);
+  const halves = data.devices.reduce((sum, sides) => sum + sides.length, 0);
+  const room = WIDTH - 2 * MARGIN - n * body - halves * SHORTEST - (data.wall ? 20 : 0);
   const scale = Math.min(0.2, room / Math.max(1, largest.reduce((a, b) => a + b, 0)));
-  const length = largest.map((u, k) => u * scale + SHORTEST * (k === front && !data.wall ? 2 : 1));
+  const length = largest.map((u, k) => u * scale + SHORTEST * data.devices[k].length);
 
   const add = (parent, name, attributes, text) => {
     const element = document.createElementNS(SVG, name);
@@ -50,7 +51,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
       box: add(g, "rect", { class: "crush", y: 84, height: 14 }), folds: add(g, "path", { class: "folds" }) }));
     return { parts, stroke: add(svg, "text", { class: "stroke", y: 44 }), energy: add(svg, "text", { class: "energy", y: 150 }) };
   };
-  const devices = data.interfaces.map((_, k) => device(k === front && !data.wall ? 2 : 1));
+  const devices = data.devices.map((sides) => device(sides.length));
 
   const channels = data.colours.map((c) => [1, 3, 5].map((j) => parseInt(c.slice(j, j + 2), 16)));
   const colour = (part) => {
@@ -106,7 +107,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
     }
     if (wall) wall.setAttribute("x", x);
     sleepers.setAttribute("transform", `translate(${-((mix(data.impact) * scale) % pitch)},0)`);
-    const said = `${time.toFixed(3)} s`;
+    const valid = data.valid_until === null || time <= data.valid_until;
+    const said = `${time.toFixed(3)} s${valid ? "" : ", not valid"}`;
     slider.value = Math.round((1000 * (time - start)) / (end - start || 1));
     slider.setAttribute("aria-valuetext", said);
     clock.textContent = said;
