@@ -120,7 +120,7 @@ def test_devices_arrive_in_the_block_of_user_data(scenario, case):
     assert layout.car(block, Car.FRICTION_LIMIT) == pytest.approx(0.008 * 9.80665 * case.mass)
     stiffness = layout.joint(block, Joint.STIFFNESS) / 1e6
     damping = layout.joint(block, Joint.DAMPING) / 1e3
-    couplers = [car.coupler for car in scenario.trains["b_type"].cars()[:-1]]
+    couplers = [name for car in scenario.trains["b_type"].cars()[:-1] for name in car.coupler]
     used = [scenario.devices[name] for name in (*couplers[::-1], "front", *couplers)]
     sides = np.where(np.arange(len(used)) == case.front, 2, 1)  # both trains' front devices in series
     assert stiffness == pytest.approx([d.stiffness_kN_per_mm for d in used] / sides)

@@ -7,10 +7,12 @@ import re
 from pathlib import Path
 
 import pytest
+from jsonschema import Draft202012Validator
 
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
-from trainmj.scenario import Scenario, from_yaml, load, shipped, to_yaml
+from trainmj.files.yaml import parse
+from trainmj.scenario import Scenario, from_yaml, load, schema, shipped, to_yaml
 from trainmj.scenario.devices import COLLAPSE_FORCE, DeviceSpec
 from trainmj.scenario.trains import Car
 
@@ -221,7 +223,10 @@ def test_vehicles_may_be_a_csv_file(tmp_path):
         ("name,mass_t\nA,30000\n", r"v\.csv:2: vehicle 1: trains\.u\.vehicles\.0\.mass_t = 30000: .*divide by 1000"),
         ("name,coupler\nA,a\nB,x\n", r"v\.csv:3: vehicle 2: trains\.u\.vehicles\.1\.coupler = 'x': there is no device"),
         ("name,mass_t\nA,30\n,30\n", r"v\.csv:3: vehicle 2: trains\.u\.vehicles\.1\.name: is missing"),
-        ("name\nA\n", r"v\.csv:2: vehicle 1: trains\.u\.vehicles\.0\.load: has no seats, and the train states none"),
+        (
+            "name\nA\n",
+            r"my\.yaml:40:5: trains\.u\.load: has no seats, and not every vehicle states its own: .* seats: 0 for none",
+        ),
         ("name\n" + "A\n" * 401, r"has more than 400 vehicles"),
     ],
 )
@@ -250,10 +255,10 @@ def test_a_kind_over_another_replaces_what_does_not_go_with_it(tmp_path):
     over = written(tmp_path, "builds_on: base.yaml\ndevices: {a2: {beyond: {kind: stop}}, c: {stroke_mm: 90}}\n")
     assert load(over).devices["a2"].end() == ("stop", None, 80)
     assert load(over).devices["c"].stroke_mm == 90
-    back = written(tmp_path, "builds_on: my2.yaml\ndevices: {a2: {kind: crush, curve: tube, stiffness_kN_per_mm: 9}}\n")
-    written(tmp_path, path.read_text().replace("a: {beyond", "a: {beyond"), "my2.yaml")
-    written(tmp_path, f"builds_on: base.yaml\ndevices:\n  a2: {{{gear}}}\n", "my2.yaml")
-    assert load(back).devices["a2"].kind == "crush"
+    written(tmp_path, f"builds_on: base.yaml\ndevices:\n  a2: {{{gear}}}\n", "gear.yaml")
+    tube = "kind: crush, curve: tube, stiffness_kN_per_mm: 9"
+    back = load(written(tmp_path, f"builds_on: gear.yaml\ndevices: {{a2: {{{tube}}}}}\n"))
+    assert (back.devices["a2"].kind, back.devices["a2"].end()) == ("crush", ("car_body", 1500, 80))
 
 
 # what is refused
@@ -391,6 +396,36 @@ def test_bad_devices_trains_and_obstacles_are_refused_with_line_key_value_and_ru
         assert re.match(rf"{re.escape(str(path))}:\d+:\d+: \S+", line), "a message begins with file, line and key"
     for words in said:
         assert re.search(words, str(caught.value)), caught.value
+
+
+@pytest.fixture(scope="module")
+def validator() -> Draft202012Validator:
+    return Draft202012Validator(schema())
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("kind: crush,", "kind: crushed,"),
+        ("    kind: hysteresis\n", ""),
+        ("    empty_stroke_mm: 50", "    damping_kN_s_per_m: 5"),
+        ("preload_kN: 100", "gas: {}"),
+        ("beyond: hold", "beyond: nothing"),
+        ("beyond: {kind: stop}", "beyond: {kind: stop, collapse_force_kN: 3000}"),
+        ("C_m_per_s: 20, P: 5", "C_m_per_s: 20, P: 5, curves: []"),
+        ("slack_mm: 20", "slack: 20"),
+        ("{stroke_mm: [0, 50, 105], orifice", "{force_kN: [0, 50, 105], orifice"),
+        ("coupler: [b, c]", "coupler: [b]"),
+        ("force_kN: 33, delay_s", "force_kN: 33, deceleration_m_per_s2: 1, delay_s"),
+        ("drawing: wagon", "drawing: waggon"),
+        ("fixed: true", "fixed: maybe"),
+    ],
+)
+def test_the_schema_knows_the_keys_of_each_kind(validator, old, new):
+    """Breaks if an editor takes what the loader refuses, or marks what is right."""
+    assert list(validator.iter_errors(parse(GOOD, "good").values)) == []
+    assert GOOD.count(old) >= 1
+    assert list(validator.iter_errors(parse(GOOD.replace(old, new, 1), "bad").values)) != []
 
 
 def test_every_kind_of_device_is_tried_here(good):

@@ -1,8 +1,8 @@
 """Where the device law keeps its parameters and its state: a block of mjData.userdata for each simulation.
 
 The block is part of MuJoCo's state row, so that every simulation of a batch has devices and plastic states of its
-own, and the compiled law needs nothing else. It holds a header, one array per vehicle field, one per interface field,
-one record per element, then the curves, and the ring of recorded speeds.
+own, and the compiled law needs nothing else. It holds a header, a record for each vehicle, each interface and each
+element, then the curves, and the ring of recorded speeds.
 """
 
 from __future__ import annotations
@@ -82,13 +82,11 @@ class Layout:
 
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
-        start = len(Head) + field * self.n_vehicle
-        return block[..., start : start + self.n_vehicle]
+        return block[..., len(Head) + field : self._joints : len(Car)]
 
     def joint(self, block: Array, field: Joint) -> Array:
         """(..., n_interface) view of an interface field in blocks (..., size)."""
-        start = self._joints + field * self.n_interface
-        return block[..., start : start + self.n_interface]
+        return block[..., self._joints + field : self._elements : len(Joint)]
 
     def element(self, block: Array, field: Field) -> Array:
         """(..., n_element) view of a field of the records of elements in blocks (..., size)."""
@@ -158,6 +156,7 @@ def _write(block: Array, at: int, curves: int, element: Element, stroke: float) 
         ELEMENT.KIND: SERIES,
         ELEMENT.SIGN: element.sign,
         ELEMENT.SHARE: element.share,
+        ELEMENT.TIMES: 1.0 / element.share,
         ELEMENT.START: element.start,
         ELEMENT.BREAK: element.breaks,
         ELEMENT.STROKE: own,

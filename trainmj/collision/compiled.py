@@ -15,6 +15,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, cast
 
+from llvmlite import ir
 from numba.core import sigutils
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
@@ -33,7 +34,7 @@ def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
     Returns:
         Its address, good as long as this process; and what was wrong with the cache, if anything.
     """
-    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {})
+    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
     trouble = ""
     try:
         compiled._cache = cache = _Cache(function)
@@ -44,6 +45,17 @@ def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
         trouble = cache.trouble
     _kept.append(compiled)
     return cast(int, compiled.address), trouble
+
+
+def noinline(context: Any, builder: Any, function: Callable[..., Any], signature: Any, args: Any) -> Any:
+    """Within an intrinsic of numba: call a function that LLVM must not make a part of its caller."""
+    compiled = context.compile_subroutine(builder, function, signature)
+    found = context.call_internal(builder, compiled.fndesc, signature, args)
+    for block in builder.function.blocks:
+        for made in block.instructions:
+            if isinstance(made, ir.CallInstr) and made.callee.name == compiled.fndesc.llvm_func_name:
+                made.attributes.add("noinline")
+    return found
 
 
 def _not_kept(why: str) -> str:

@@ -11,13 +11,16 @@ All functions are compiled as they stand, and work on any sequence of numbers.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from numba.extending import register_jitable
+from numba import types
+from numba.extending import intrinsic, overload, register_jitable
 
+from trainmj.collision.compiled import noinline
 from trainmj.collision.fields import ELEMENT, N_ELEMENT
-from trainmj.collision.law import SERIES, respond
-from trainmj.collision.law.curve import ahead, segment
+from trainmj.collision.law import CRUSH, SERIES, crush, respond
+from trainmj.collision.law.curve import ahead, inlined, segment
 
 _EVENTS = 1000  # most in a step
 _TRIALS = 80  # most to find a split
@@ -25,7 +28,7 @@ _CLOSE = 1e-12  # forces this close, relative to the larger, are equal
 _SMALL = 1e-13  # strokes [m]
 
 
-@register_jitable
+@inlined
 def advance(
     s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float
 ) -> tuple[float, float, float, float]:
@@ -37,13 +40,16 @@ def advance(
     """
     if s[e + ELEMENT.BROKEN] != 0.0:
         return 0.0, 0.0, 0.0, 0.0
-    sign, share = s[e + ELEMENT.SIGN], s[e + ELEMENT.SHARE]
+    sign, share, times = s[e + ELEMENT.SIGN], s[e + ELEMENT.SHARE], s[e + ELEMENT.TIMES]
     own, own_rate = share * (sign * stroke - s[e + ELEMENT.START]), share * sign * rate
     before, from_ = s[e + ELEMENT.FORCE], s[e + ELEMENT.STROKE]
-    if s[e + ELEMENT.KIND] == SERIES:
-        lost, viscous = _march(s, e, own, elapsed, time)
+    kind = s[e + ELEMENT.KIND]
+    if kind == CRUSH:  # the most common one, without a call
+        s[e + ELEMENT.PEAK] = 0.0
+        force, first, second, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
+        _settle(s, e, own, force, first, second, lost, viscous, time)
     else:
-        lost, viscous = _move(s, e, own, own_rate, elapsed, time)
+        lost, viscous = _any_other(s, e, own, own_rate, elapsed, time)
     force = s[e + ELEMENT.FORCE]
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
@@ -52,7 +58,31 @@ def advance(
         lost, viscous = _broken(s, e, before) + 0.5 * before * (own - from_), 0.0
         s[e + ELEMENT.DISSIPATED] += lost
         force = 0.0
-    return sign * force, lost / share, viscous / share, s[e + ELEMENT.PEAK]
+    return sign * force, lost * times, viscous * times, s[e + ELEMENT.PEAK]
+
+
+def _any_other(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
+    """Bring any element to a stroke and rate; energy lost, and the part of it lost by speed."""
+    if s[e + ELEMENT.KIND] == SERIES:
+        return _march(s, e, stroke, elapsed, time)
+    return _move(s, e, stroke, rate, elapsed, time)
+
+
+@intrinsic
+def _apart(typing_context: Any, s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
+    """The same, which LLVM must not take in: what every device goes through in every step would lose its registers."""
+    arguments = s, types.int64, *[types.float64] * 4
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return noinline(context, builder, _any_other, signature, args)
+
+    return types.UniTuple(types.float64, 2)(*arguments), codegen
+
+
+@overload(_any_other, strict=False)
+def _called(s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
+    """What compiled functions call in its place."""
+    return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)
 
 
 @register_jitable
@@ -60,6 +90,23 @@ def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: floa
     """Bring one law to a stroke and rate; energy lost, and the part of it lost by speed."""
     s[e + ELEMENT.PEAK] = 0.0
     force, first, second, lost, viscous = respond(s[e + ELEMENT.KIND], s, e, stroke, rate, elapsed)
+    _settle(s, e, stroke, force, first, second, lost, viscous, time)
+    return lost, viscous
+
+
+@inlined
+def _settle(
+    s: Any,
+    e: int,
+    stroke: float,
+    force: float,
+    first: float,
+    second: float,
+    lost: float,
+    viscous: float,
+    time: float,
+) -> None:
+    """Keep what a law has answered."""
     s[e + ELEMENT.STATE_0], s[e + ELEMENT.STATE_1] = first, second
     s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE] = stroke, force
     s[e + ELEMENT.DISSIPATED] += lost
@@ -68,7 +115,6 @@ def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: floa
         s[e + ELEMENT.STROKE_MAX] = stroke
         if stroke > s[e + ELEMENT.END] and s[e + ELEMENT.END_TIME] < 0.0:
             s[e + ELEMENT.END_TIME] = time
-    return lost, viscous
 
 
 @register_jitable
@@ -252,12 +298,11 @@ def narrowest(s: Any, e: int, stroke: float, rate: float, reach: float) -> float
     for law in laws:
         at = s[law + ELEMENT.STROKE] if s[e + ELEMENT.KIND] == SERIES else own
         curve = int(s[law + ELEMENT.CURVE])
-        k = segment(s, curve, int(s[law + ELEMENT.SEGMENT]), at)
-        n = int(s[curve])
-        while k + 1 < n and s[curve + 1 + k] < at + share * reach:
-            width = s[curve + 2 + k] - s[curve + 1 + k]
+        here = curve + 3 * segment(s, curve, int(s[law + ELEMENT.SEGMENT]), at)
+        while s[here + 3] != math.inf and s[here] < at + share * reach:
+            width = s[here + 3] - s[here]
             if width == 0.0:
-                width = abs(s[curve + n + 3 + k] - s[curve + n + 2 + k]) / s[law + ELEMENT.P0]
+                width = abs(s[here + 4] - s[here + 1]) / s[law + ELEMENT.P0]
             found = min(found, width / share)
-            k += 1
+            here += 3
     return found

@@ -62,6 +62,7 @@ class Car(_Field):
     BRAKE_MOST = "N", "what the rail can take of it by adhesion"
     BRAKING = "N", "what the brake can give now"
     GRADE = "N", "force of the grade along +x"
+    LOAD = "N", "force of all devices, while it is added up"
     NET = "N", "force of all devices"
     SPEED = "m/s", "speed at the last evaluation", True
     FRICTION = "N", "rail friction and brake force"
@@ -100,13 +101,14 @@ class Element(_Field):
     """Fields of an element of an interface: a law, or two in series, which then follow as elements of their own.
 
     The stroke of an element is ``SHARE (SIGN u - START)`` for a stroke u of its interface; its energies are those of
-    one device, of which the interface has ``1 / SHARE``.
+    one device, of which the interface has ``TIMES``.
     """
 
     NEXT = "1", "from here to the next element"
     KIND = "1", "code of its law; -1 for two in series"
     SIGN = "1", "1 where it pushes, -1 where it pulls"
     SHARE = "1", "part of the stroke that it takes: a half where it stands for two equal devices in series"
+    TIMES = "1", "devices that it stands for: 1 / SHARE"
     START = "m", "stroke of the interface at which it engages"
     BREAK = "N", "force at which it breaks for good"
     BROKEN = "1", "1 when it has"

@@ -35,7 +35,7 @@ from numba.extending import intrinsic, register_jitable
 from trainmj.collision.block import MAGIC
 from trainmj.collision.compiled import address_of
 from trainmj.collision.element import advance, narrowest
-from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_ELEMENT, N_HEAD
+from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_ELEMENT, N_HEAD, N_JOINT
 from trainmj.collision.interrupts import held_back
 from trainmj.collision.law import SERIES
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
@@ -164,8 +164,6 @@ def _passive(offsets: Offsets) -> Any:
         time = _in(data, at_time)[0]
         qvel = _at(data, at_qvel)
         out = _at(data, at_passive)
-        # a field of vehicle i is at s[cars + FIELD * n + i], one of interface k at s[joints + FIELD * m + k]
-        cars = N_HEAD
         if time != s[HEAD.TIME]:  # MuJoCo may ask again at the same time: the state has moved already
             whole = s[HEAD.PARTS_LEFT] == 0.0
             step = _in(model, at_timestep)
@@ -173,14 +171,18 @@ def _passive(offsets: Offsets) -> Any:
             elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
             inertia = _at(data, at_inertia)
             active, peaked, wall = _devices(s, n, _at(data, at_qpos), qvel, elapsed, time)
-            still, closing = _vehicles(s, n, qvel, inertia, step[0], elapsed, time, wall)
+            still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
             if peaked:
                 _peaks(s, n, inertia)
-            _notes(s, n, qvel, time, still or not (active or closing))
+            s[HEAD.TIME] = time
+            s[HEAD.OVER] = 1.0 if still or not (active or closing) else 0.0
             if whole:
                 _record(s, n, qvel)
-        for i in range(n):
-            out[i] += s[cars + CAR.NET * n + i] + s[cars + CAR.FRICTION * n + i] + s[cars + CAR.GRADE * n + i]
+        else:
+            c = N_HEAD
+            for i in range(n):
+                out[i] += s[c + CAR.NET] + s[c + CAR.FRICTION] + s[c + CAR.GRADE]
+                c += N_CAR
 
     return passive
 
@@ -200,13 +202,13 @@ def _next_step(s: Any, n: int, qpos: Any, qvel: Any) -> float:
     joints = N_HEAD + N_CAR * n
     parts = 1.0
     for k in range(m):
-        j = joints + k
-        left, right = int(s[j + JOINT.LEFT * m]), int(s[j + JOINT.RIGHT * m])
+        j = joints + N_JOINT * k
+        left, right = int(s[j + JOINT.LEFT]), int(s[j + JOINT.RIGHT])
         u = qpos[left] - (qpos[right] if right >= 0 else 0.0)
         rate = qvel[left] - (qvel[right] if right >= 0 else 0.0)
         way = abs(rate) * step
-        e = int(s[j + JOINT.FIRST * m])
-        for _ in range(int(s[j + JOINT.COUNT * m])):
+        e = int(s[j + JOINT.FIRST])
+        for _ in range(int(s[j + JOINT.COUNT])):
             width = narrowest(s, e, u, rate, 2.0 * way)
             if width < WIDE * way:
                 parts = max(parts, math.ceil(PARTS * way / width))
@@ -228,98 +230,110 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
     cars, joints = N_HEAD, N_HEAD + N_CAR * n
     active = peaked = False
     wall = 0.0
-    for i in range(n):
-        s[cars + CAR.NET * n + i] = 0.0
     for k in range(m):
-        j = joints + k
-        left, right = int(s[j + JOINT.LEFT * m]), int(s[j + JOINT.RIGHT * m])
+        j = joints + N_JOINT * k
+        left, right = int(s[j + JOINT.LEFT]), int(s[j + JOINT.RIGHT])
         u = qpos[left] - (qpos[right] if right >= 0 else 0.0)  # the wall stands at 0
         rate = qvel[left] - (qvel[right] if right >= 0 else 0.0)
         force = lost = viscous = peak = 0.0
-        e = int(s[j + JOINT.FIRST * m])
-        for _ in range(int(s[j + JOINT.COUNT * m])):
+        e = int(s[j + JOINT.FIRST])
+        for _ in range(int(s[j + JOINT.COUNT])):
             one, one_lost, one_viscous, one_peak = advance(s, e, u, rate, elapsed, time)
             force += one
             lost += one_lost
             viscous += one_viscous
             if s[e + ELEMENT.SIGN] < 0.0:
-                s[j + JOINT.PULL_MAX * m] = max(s[j + JOINT.PULL_MAX * m], one_peak)
+                s[j + JOINT.PULL_MAX] = max(s[j + JOINT.PULL_MAX], one_peak)
             elif one_peak > one:
                 peak += one_peak - one
             if s[e + ELEMENT.SIGN] < 0.0 and s[e + ELEMENT.BROKEN] == 0.0 and rate < -APPROACH_SPEED:
                 active = True  # what is pulled apart comes taut
             e += int(s[e + ELEMENT.NEXT])
-        s[j + JOINT.ABOVE * m] = peak
+        s[j + JOINT.ABOVE] = peak
         if peak > 0.0:
             peaked = True
         if force != 0.0:
             active = True
-            if s[j + JOINT.FIRST_FORCE_TIME * m] < 0.0:
-                s[j + JOINT.FIRST_FORCE_TIME * m] = time
-            s[j + JOINT.LAST_FORCE_TIME * m] = time
-            if force > s[j + JOINT.FORCE_MAX * m]:
-                s[j + JOINT.FORCE_MAX * m] = force
-            if -force > s[j + JOINT.PULL_MAX * m]:
-                s[j + JOINT.PULL_MAX * m] = -force
-        before = s[j + JOINT.FORCE * m]
-        s[j + JOINT.DISSIPATED * m] += lost
-        s[j + JOINT.WORK * m] += 0.5 * (force + before) * (u - s[j + JOINT.STROKE * m])
+            if s[j + JOINT.FIRST_FORCE_TIME] < 0.0:
+                s[j + JOINT.FIRST_FORCE_TIME] = time
+            s[j + JOINT.LAST_FORCE_TIME] = time
+            if force > s[j + JOINT.FORCE_MAX]:
+                s[j + JOINT.FORCE_MAX] = force
+            if -force > s[j + JOINT.PULL_MAX]:
+                s[j + JOINT.PULL_MAX] = -force
+        before = s[j + JOINT.FORCE]
+        s[j + JOINT.DISSIPATED] += lost
+        s[j + JOINT.WORK] += 0.5 * (force + before) * (u - s[j + JOINT.STROKE])
         if rate > (STILL_SPEED if s[HEAD.ROLLING] != 0.0 else APPROACH_SPEED):
             active = True
         if right < 0:
             wall -= before * elapsed
-        s[j + JOINT.STROKE * m] = u
-        s[j + JOINT.FORCE * m] = force
-        if u > s[j + JOINT.STROKE_MAX * m]:
-            s[j + JOINT.STROKE_MAX * m] = u
-            s[j + JOINT.STROKE_MAX_TIME * m] = time
-        s[cars + CAR.NET * n + left] -= force
+        s[j + JOINT.STROKE] = u
+        s[j + JOINT.FORCE] = force
+        if u > s[j + JOINT.STROKE_MAX]:
+            s[j + JOINT.STROKE_MAX] = u
+            s[j + JOINT.STROKE_MAX_TIME] = time
+        s[cars + N_CAR * left + CAR.LOAD] -= force
         if right >= 0:
-            s[cars + CAR.NET * n + right] += force
+            s[cars + N_CAR * right + CAR.LOAD] += force
     return active, peaked, wall
 
 
 @register_jitable
 def _vehicles(
-    s: Any, n: int, qvel: Any, inertia: Any, step: float, elapsed: float, time: float, wall: float
+    s: Any, n: int, qvel: Any, inertia: Any, out: Any, step: float, elapsed: float, time: float, wall: float
 ) -> tuple[bool, bool]:
-    """Rail friction and brakes of every vehicle; whether all stand, and whether two may still come together."""
+    """The whole force on every vehicle, with rail friction and brake.
+
+    Returns:
+        Whether all stand; whether two may still come together.
+    """
     cars = N_HEAD
+    meeting = cars + N_CAR * n + N_JOINT * int(s[HEAD.FRONT])
+    touching = s[meeting + JOINT.FORCE] > 0.0
+    first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
     impulse = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
     for i in range(n):
-        c = cars + i
-        v, mass, net = qvel[i], inertia[i], s[c + CAR.NET * n]
-        grade = s[c + CAR.GRADE * n]
-        rail, braking, work = s[c + CAR.FRICTION_LIMIT * n], s[c + CAR.BRAKING * n], 0.0
-        held = s[c + CAR.FRICTION * n]
-        mean = 0.5 * held * (s[c + CAR.SPEED * n] + v) * elapsed
+        c = cars + N_CAR * i
+        v, mass, net = qvel[i], inertia[i], s[c + CAR.LOAD]
+        s[c + CAR.LOAD] = 0.0
+        s[c + CAR.NET] = net
+        if touching:
+            s[c + CAR.SPEED_LAST] = v
+            if first:
+                s[c + CAR.SPEED_FIRST] = v
+        grade = s[c + CAR.GRADE]
+        rail, braking, work = s[c + CAR.FRICTION_LIMIT], s[c + CAR.BRAKING], 0.0
+        held = s[c + CAR.FRICTION]
+        mean = 0.5 * held * (s[c + CAR.SPEED] + v) * elapsed
         if braking > 0.0:
             work = mean * braking / (rail + braking)
-            s[c + CAR.BRAKE_WORK * n] -= work
-        s[c + CAR.FRICTION_WORK * n] -= mean - work
+            s[c + CAR.BRAKE_WORK] -= work
+        s[c + CAR.FRICTION_WORK] -= mean - work
         if grade != 0.0:
-            s[c + CAR.GRADE_WORK * n] -= 0.5 * grade * (s[c + CAR.SPEED * n] + v) * elapsed
+            s[c + CAR.GRADE_WORK] -= 0.5 * grade * (s[c + CAR.SPEED] + v) * elapsed
         if i + 1 == n:
             impulse += wall
         impulse += (held + grade) * elapsed
-        if s[c + CAR.BRAKE * n] > 0.0:
-            rise, since = s[c + CAR.BRAKE_RISE * n], time - s[c + CAR.BRAKE_DELAY * n]
+        if s[c + CAR.BRAKE] > 0.0:
+            rise, since = s[c + CAR.BRAKE_RISE], time - s[c + CAR.BRAKE_DELAY]
             part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
-            braking = min(part * s[c + CAR.BRAKE * n], s[c + CAR.BRAKE_MOST * n])
-            s[c + CAR.BRAKING * n] = braking
+            braking = min(part * s[c + CAR.BRAKE], s[c + CAR.BRAKE_MOST])
+            s[c + CAR.BRAKING] = braking
         # the friction that would stop the vehicle within this step, within what rail and brake can give
         limit = rail + braking
         friction = min(limit, max(-limit, -(mass * v / step + net + grade)))
-        s[c + CAR.SPEED * n] = v
-        s[c + CAR.FRICTION * n] = friction
+        out[i] += net + friction + grade
+        s[c + CAR.SPEED] = v
+        s[c + CAR.FRICTION] = friction
         device = abs(net) / mass
-        if device > s[c + CAR.DEVICE_PEAK * n]:
-            s[c + CAR.DEVICE_PEAK * n] = device
+        if device > s[c + CAR.DEVICE_PEAK]:
+            s[c + CAR.DEVICE_PEAK] = device
         total = abs(net + friction + grade) / mass
-        if total > s[c + CAR.TOTAL_PEAK * n]:
-            s[c + CAR.TOTAL_PEAK * n] = total
+        if total > s[c + CAR.TOTAL_PEAK]:
+            s[c + CAR.TOTAL_PEAK] = total
         if abs(v) > STILL_SPEED or abs(net + grade) > limit:
             still = False
         if s[HEAD.ROLLING] != 0.0:
@@ -337,40 +351,26 @@ def _peaks(s: Any, n: int, inertia: Any) -> None:
     m = int(s[HEAD.N_INTERFACE])
     cars, joints = N_HEAD, N_HEAD + N_CAR * n
     for k in range(m):
-        j = joints + k
-        above = s[j + JOINT.ABOVE * m]
+        j = joints + N_JOINT * k
+        above = s[j + JOINT.ABOVE]
         if above <= 0.0:
             continue
-        force = s[j + JOINT.FORCE * m] + above
-        s[j + JOINT.UNSEEN_FORCE * m] = max(s[j + JOINT.UNSEEN_FORCE * m], force)
+        force = s[j + JOINT.FORCE] + above
+        s[j + JOINT.UNSEEN_FORCE] = max(s[j + JOINT.UNSEEN_FORCE], force)
         if s[HEAD.REFINES] != 0.0:
-            s[j + JOINT.FORCE_MAX * m] = max(s[j + JOINT.FORCE_MAX * m], force)
+            s[j + JOINT.FORCE_MAX] = max(s[j + JOINT.FORCE_MAX], force)
         for end in range(2):
-            i = int(s[j + (JOINT.RIGHT if end else JOINT.LEFT) * m])
+            i = int(s[j + (JOINT.RIGHT if end else JOINT.LEFT)])
             if i < 0:
                 continue
-            c = cars + i
-            net = s[c + CAR.NET * n] + (above if end else -above)
+            c = cars + N_CAR * i
+            net = s[c + CAR.NET] + (above if end else -above)
             device = abs(net) / inertia[i]
-            s[c + CAR.UNSEEN_PEAK * n] = max(s[c + CAR.UNSEEN_PEAK * n], device)
+            s[c + CAR.UNSEEN_PEAK] = max(s[c + CAR.UNSEEN_PEAK], device)
             if s[HEAD.REFINES] != 0.0:
-                total = abs(net + s[c + CAR.FRICTION * n] + s[c + CAR.GRADE * n]) / inertia[i]
-                s[c + CAR.DEVICE_PEAK * n] = max(s[c + CAR.DEVICE_PEAK * n], device)
-                s[c + CAR.TOTAL_PEAK * n] = max(s[c + CAR.TOTAL_PEAK * n], total)
-
-
-@register_jitable
-def _notes(s: Any, n: int, qvel: Any, time: float, over: bool) -> None:
-    """Note the speeds while there is force at the front, and whether it is over."""
-    m = int(s[HEAD.N_INTERFACE])
-    meeting = N_HEAD + N_CAR * n + int(s[HEAD.FRONT])
-    if s[meeting + JOINT.FORCE * m] > 0.0:
-        for i in range(n):
-            s[N_HEAD + CAR.SPEED_LAST * n + i] = qvel[i]
-            if s[meeting + JOINT.FIRST_FORCE_TIME * m] == time:
-                s[N_HEAD + CAR.SPEED_FIRST * n + i] = qvel[i]
-    s[HEAD.TIME] = time
-    s[HEAD.OVER] = 1.0 if over else 0.0
+                total = abs(net + s[c + CAR.FRICTION] + s[c + CAR.GRADE]) / inertia[i]
+                s[c + CAR.DEVICE_PEAK] = max(s[c + CAR.DEVICE_PEAK], device)
+                s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
 
 
 @register_jitable
@@ -404,12 +404,12 @@ def _sensor(offsets: Offsets) -> Any:
         m = int(s[HEAD.N_INTERFACE])
         out = _at(data, at_sensordata)
         for k in range(m):
-            j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + k
-            out[k] = s[j + JOINT.FORCE * m]
-            out[m + k] = s[j + JOINT.DISSIPATED * m]
-            e = int(s[j + JOINT.FIRST * m])
+            j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + N_JOINT * k
+            out[k] = s[j + JOINT.FORCE]
+            out[m + k] = s[j + JOINT.DISSIPATED]
+            e = int(s[j + JOINT.FIRST])
             left, right, left_energy, right_energy = 0.0, 0.0, 0.0, 0.0
-            for n in range(int(s[j + JOINT.COUNT * m])):
+            for n in range(int(s[j + JOINT.COUNT])):
                 own = s[e + ELEMENT.STROKE]
                 in_series = s[e + ELEMENT.KIND] == SERIES
                 a, b = (e + N_ELEMENT, e + 2 * N_ELEMENT) if in_series else (e, e)

@@ -84,7 +84,7 @@ class Law:
 
         See :mod:`trainmj.collision.law.curve`.
         """
-        first, *others = (np.concatenate([[c.shape[1]], c[0], [np.inf], c[1], c[2]]) for c in self.curves)
+        first, *others = (np.append(c.T.ravel(), np.inf) for c in self.curves)
         behind = zip(self.speeds, others, strict=True) if self.speeds else ((None, other) for other in others)
         second: list[Any] = [part for speed, other in behind for part in ([] if speed is None else [[speed]]) + [other]]
         return (first, np.concatenate(second)) if second else (first,)

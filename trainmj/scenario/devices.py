@@ -170,7 +170,7 @@ class RateCurve(Part):
     speed_m_per_s: Annotated[
         float,
         Field(gt=0, le=100, allow_inf_nan=False),
-        Above("speeds of rate curves are in m/s; divide by 3.6"),
+        Above("speeds of rate curves are in m/s; divide by 3.6 if it is in km/h"),
     ] = Field(description="rate of compression [m/s]")
     curve: CurveRef = Field(description="crush curve at this rate, over the same stroke as that at rest")
 

@@ -68,8 +68,11 @@ def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, last: bool) -> 
         yield Problem(path, "has no coupler to the next vehicle, and the train states none for all: add one of them")
     missing = [key for key, value in load if value is None]
     if missing and len(missing) < len(Load.model_fields):
-        rule = f"has no {' and no '.join(missing)}, and the train states none for all: a load is seats x share x kg"
-        yield Problem((*path, "load"), rule + "; state seats: 0 for none" * ("seats" in missing))
+        own = vehicle.load is not None
+        others = "the train states none for all" if own else "not every vehicle states its own"
+        cure = "a load is seats x share x kg" + "; state seats: 0 for none" * ("seats" in missing)
+        at = path if own else path[:2]
+        yield Problem((*at, "load"), f"has no {' and no '.join(missing)}, and {others}: {cure}")
     elif mass_t is not None and mass_t + train.load_t(vehicle) > MAX_MASS:
         rule = f"makes {mass_t + train.load_t(vehicle):g} t of {mass_t:g} t, more than {MAX_MASS:g} t"
         yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger")

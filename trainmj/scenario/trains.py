@@ -33,6 +33,9 @@ class Load(Part):
     ) = Field(default=None, description="mass of one passenger [kg]")
 
 
+_NO_LOAD = Load()
+
+
 class Brakes(Part):
     """Brakes of a vehicle."""
 
@@ -59,7 +62,7 @@ class BrakeDeceleration(Brakes):
     deceleration_m_per_s2: Annotated[
         float,
         Field(ge=0, le=10, allow_inf_nan=False),
-        Above("decelerations are in m/s2; multiply by 9.81 if it is in g"),
+        Above("decelerations are in m/s2; divide by 3.6 if it is in km/h per second"),
     ] = Field(description="deceleration of each vehicle by its whole brakes [m/s2]")
 
     def whole_kN(self, mass_t: float) -> float:
@@ -172,8 +175,9 @@ class TrainSpec(Part):
 
     def load_of(self, vehicle: VehicleSpec) -> Load:
         """The load of a vehicle, with what the train states for all where it leaves something out."""
-        own, of_all = (dict(load) if load else {} for load in (vehicle.load, self.load))
-        return Load(**{key: of_all.get(key) if own.get(key) is None else own[key] for key in Load.model_fields})
+        if vehicle.load is None or self.load is None:
+            return vehicle.load or self.load or _NO_LOAD
+        return self.load.model_copy(update={key: value for key, value in vehicle.load if value is not None})
 
     def load_t(self, vehicle: VehicleSpec) -> float:
         """Mass of the load of a vehicle [t]; 0 if there is none."""

@@ -25,6 +25,9 @@ KINDS: dict[str, Kind] = {
 }
 """Every kind by name, crush first; its place is the code by which the compiled law knows it."""
 
+CRUSH = 0
+"""The code of :mod:`~trainmj.collision.law.crush`."""
+
 SERIES = -1
 """In place of a code, for two laws in series."""
 

@@ -22,7 +22,7 @@ from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
 from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT
 from trainmj.collision.kind import Kind, Law, Response, points
-from trainmj.collision.law.curve import segment, value
+from trainmj.collision.law.curve import inlined, segment, value
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
@@ -31,7 +31,7 @@ STIFFNESS, DAMPING = ELEMENT.P0, ELEMENT.P1
 PLASTIC = ELEMENT.STATE_0
 
 
-@register_jitable
+@inlined
 def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
@@ -39,11 +39,12 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
         return 0.0, plastic, 0.0, 0.0, 0.0
     before = int(s[e + ELEMENT.SEGMENT])
     k = segment(s, curve, before, stroke)
-    s[e + ELEMENT.SEGMENT] = k
+    if k != before:
+        s[e + ELEMENT.SEGMENT] = k
     return pressed(s, e, stroke, rate, value(s, curve, k, stroke), before, k)
 
 
-@register_jitable
+@inlined
 def pressed(s: Any, e: int, stroke: float, rate: float, crush: float, before: int, k: int) -> Response:
     """The law where u > u_p, F_env(u) given, when the last stroke was in one segment of the curve and this is in k."""
     plastic, stiffness = s[e + PLASTIC], s[e + STIFFNESS]
@@ -65,14 +66,14 @@ def pressed(s: Any, e: int, stroke: float, rate: float, crush: float, before: in
 def _passed(s: Any, e: int, before: int, k: int) -> float:
     """Largest force at the points of the curve that were passed between two strokes, climbing along K to each."""
     curve = int(s[e + ELEMENT.CURVE])
-    n, at = int(s[curve]), curve + 1
     plastic, stiffness = s[e + PLASTIC], s[e + STIFFNESS]
     peak = 0.0
     for point in range(before + 1, k + 1):
-        crush = s[at + n + 1 + point]
-        climbed = stiffness * (s[at + point] - plastic)
+        at = curve + 3 * point
+        crush = s[at + 1]
+        climbed = stiffness * (s[at] - plastic)
         if climbed >= crush:
-            plastic = s[at + point] - crush / stiffness
+            plastic = s[at] - crush / stiffness
         peak = max(peak, min(climbed, crush))
     return peak
 

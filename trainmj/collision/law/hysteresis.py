@@ -72,13 +72,12 @@ def _slip(s: Any, e: int, stroke: float, before: float) -> tuple[float, float, f
 def _met(s: Any, e: int, k: int, slipped: float) -> float:
     """Force at which the transition that ends at a stroke without force meets the unloading curve, below segment k."""
     curve, stiffness = int(s[e + ELEMENT.CURVE_2]), s[e + TRANSITION]
-    n, at = int(s[curve]), curve + 1
-    while k > 0 and stiffness * (s[at + k] - slipped) > s[at + n + 1 + k]:
+    while k > 0 and stiffness * (s[curve + 3 * k] - slipped) > s[curve + 3 * k + 1]:
         k -= 1
-    slope = s[at + 2 * n + 1 + k]
-    if slope >= stiffness * (1.0 - 1e-9):
-        return s[at + n + 1 + k]
-    stroke = (s[at + n + 1 + k] - slope * s[at + k] + stiffness * slipped) / (stiffness - slope)
+    at = curve + 3 * k
+    if s[at + 2] >= stiffness * (1.0 - 1e-9):
+        return s[at + 1]
+    stroke = (s[at + 1] - s[at + 2] * s[at] + stiffness * slipped) / (stiffness - s[at + 2])
     return stiffness * (stroke - slipped)
 
 
@@ -90,8 +89,7 @@ def stored(law: Law, stroke: float, force: float, slipped: float, given: float) 
     held, _ = stopped(stroke - travel, given, stop, most)
     force -= held
     unloading = law.packed[1]
-    n = int(unloading[0])
-    u, f, slope = unloading[1 : n + 1], unloading[n + 2 : 2 * n + 2], unloading[2 * n + 2 :]
+    u, f, slope = law.curves[1]
     k = max(0, int((stiffness * (u - slipped) <= f).sum()) - 1)
     at = min(stroke, travel)
     if slope[k] < stiffness * (1.0 - 1e-9):

@@ -20,7 +20,7 @@ from trainmj.collision.fields import ELEMENT
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.crush import PLASTIC, pressed
-from trainmj.collision.law.curve import segment, value
+from trainmj.collision.law.curve import behind, segment, value
 from trainmj.scenario.devices import CowperSymonds, CrushDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, MM
@@ -64,12 +64,11 @@ def _faster(s: Any, e: int, own: float, stroke: float, rate: float) -> float:
     at = int(s[e + ELEMENT.CURVE_2])
     low, speed_below, below = own, 0.0, own
     for _ in range(speeds):
-        curve = at + 1
-        here = value(s, curve, segment(s, curve, 0, stroke), stroke)
+        here = value(s, at + 1, segment(s, at + 1, 0, stroke), stroke)
         if rate <= s[at]:
             return below + (here - below) * (rate - speed_below) / (s[at] - speed_below)
         speed_below, below, low = s[at], here, here
-        at = curve + 3 * int(s[curve]) + 2
+        at = behind(s, at + 1)
     return low
 
 
