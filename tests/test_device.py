@@ -1,14 +1,16 @@
-"""The readable form of the device law, and two devices in series."""
+"""Crush curves and the law that follows them, as plain Python."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import device, envelope, joined
+from builders import Alone, envelope
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trainmj.collision.device import Envelope, Stage, in_series
+from trainmj.collision.device import Stage
+from trainmj.collision.envelope import Envelope
+from trainmj.collision.fields import ELEMENT
 from trainmj.errors import InputError
 
 SPRING = envelope([(0, 0), (10, 1000), (500, 1000)], 100)  # 1000 kN plateau from 10 mm, unloads along 100 kN/mm
@@ -18,11 +20,8 @@ STEPPED = envelope([(0, 0), (100, 500), (100, 800), (200, 800), (200.5, 0), (250
 
 def replay(e: Envelope, strokes_mm: list[float], rate: float = 0.0) -> list[tuple[float, float]]:
     """Forces [kN] and plastic strokes [mm] along a history."""
-    plastic, out = 0.0, []
-    for u in strokes_mm:
-        force, plastic = e.respond(u * 1e-3, rate, plastic)
-        out.append((force / 1e3, plastic * 1e3))
-    return out
+    pressed = Alone(e)
+    return [(pressed.to(u * 1e-3, rate) / 1e3, pressed.of(ELEMENT.STATE_0) * 1e3) for u in strokes_mm]
 
 
 def test_first_loading_follows_the_envelope_and_a_plateau_holds():
@@ -53,12 +52,12 @@ def test_devices_never_pull():
 
 
 def test_dashpot_acts_on_the_elastic_branch_only():
-    _, plastic = DAMPED.respond(0.060, 1.0, 0.0)
-    assert DAMPED.respond(0.060, 1.0, 0.0)[0] == pytest.approx(1e6), "crushing is independent of rate"
-    at_rest = DAMPED.respond(0.057, 0.0, plastic)[0]
-    assert DAMPED.respond(0.057, 1.0, plastic)[0] - at_rest == pytest.approx(50e3 * 1.0)
-    assert DAMPED.respond(0.057, -2.0, plastic)[0] - at_rest == pytest.approx(-50e3 * 2.0)
-    assert DAMPED.respond(0.050, 9.0, plastic)[0] == 0.0, "without elastic force there is no dashpot force"
+    pressed = Alone(DAMPED)
+    assert pressed.to(0.060, 1.0) == pytest.approx(1e6), "crushing is independent of rate"
+    at_rest = pressed.to(0.057)
+    assert pressed.to(0.057, 1.0) - at_rest == pytest.approx(50e3 * 1.0)
+    assert pressed.to(0.057, -2.0) - at_rest == pytest.approx(-50e3 * 2.0)
+    assert pressed.to(0.050, 9.0) == 0.0, "without elastic force there is no dashpot force"
 
 
 STEEP = envelope([(0, 0), (10, 100), (10.1, 1000), (500, 1000)], 200, 50)  # rises at 9000 kN/mm, unloads at 200
@@ -158,16 +157,18 @@ def test_slopes_are_those_behind_each_point():
     assert e.slope.tolist() == [2.0, 0.0, -3.0, 0.0]
     assert e.damping == 0.0
     assert e.force_at(-1.0) == -1.0, "in front of the first point the curve goes on as it begins"
-    assert "slope" not in repr(e), "what follows from the rest is not shown"
+    assert " slope" not in repr(e), "what follows from the rest is not shown"
 
 
 def test_the_law_where_its_branches_meet():
     """Exactly at F_el = 0 there is no dashpot force, exactly at F_el = F_env there is no dashpot relief."""
     e = Envelope(np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 2.0]), 4.0, 3.0)
-    assert e.respond(1.0, 9.0, 1.0) == (0.0, 1.0)
-    assert e.respond(1.5, -9.0, 1.0) == (2.0, 1.0)
-    soft = Envelope(np.array([0.0, 1.0]), np.array([0.0, 2.0]), 0.5)
-    assert soft.respond(0.5, 0.0, 0.0) == (0.25, 0.0), "a force below 1 N is a force"
+    for stroke, rate, force in ((1.0, 9.0, 0.0), (1.5, -9.0, 2.0)):
+        pressed = Alone(e)
+        assert pressed.to(1.5) == 2.0
+        assert (pressed.to(stroke, rate), pressed.of(ELEMENT.STATE_0)) == (force, 1.0)
+    soft = Alone(Envelope(np.array([0.0, 1.0]), np.array([0.0, 2.0]), 0.5))
+    assert (soft.to(0.5), soft.of(ELEMENT.STATE_0)) == (0.25, 0.0), "a force below 1 N is a force"
 
 
 def test_stage_counts_its_own_stroke_only():
@@ -176,195 +177,12 @@ def test_stage_counts_its_own_stroke_only():
     assert Stage("coupler", 0.0, 0.353).stroke(0.5) == 0.353, "a stage that is used up grows no further"
 
 
-# two devices in series
-
-curves = st.lists(st.tuples(st.floats(1.0, 200.0), st.floats(1.0, 500.0)), min_size=2, max_size=6)
-
-
-def rising(steps: list[tuple[float, float]], stiffness: float = 2000.0) -> Envelope:
-    """A curve that rises at every point, so that each force belongs to one stroke."""
-    return envelope([(0.0, 0.0), *np.cumsum(np.array(steps), axis=0)], stiffness)
-
-
-def test_equal_devices_in_series_give_the_force_of_one_at_twice_the_stroke():
-    e = envelope([(0, 0), (73, 800), (353, 1000), (353.3, 0), (375, 0), (375.2, 1250), (900, 1250)], 350, 11)
-    pair, (left, _) = in_series(device(e), device(e))
-    assert np.array_equal(pair.stroke, 2 * e.stroke)
-    assert np.array_equal(pair.force, e.force)
-    assert (pair.stiffness, pair.damping) == (e.stiffness / 2, e.damping / 2)
-    assert np.array_equal(left, e.stroke), "either side takes half of the stroke"
-
-
-@settings(max_examples=100, deadline=None)
-@given(curves, curves)
-def test_different_devices_in_series_share_the_force_and_add_strokes_and_energies(a, b):
-    first, second = rising(a), rising(b, 500.0)
-    pair, (left, right) = in_series(device(first), device(second))
-    carried = pair.stroke <= pair.stroke[-1]
-    assert pair.force[-1] == pytest.approx(min(first.force[-1], second.force[-1]))
-    for u, f, x, y in zip(pair.stroke[carried], pair.force, left, right, strict=True):
-        assert first.force_at(x) == pytest.approx(f, rel=1e-9, abs=1e-3), "the left device must carry the pair's force"
-        assert second.force_at(y) == pytest.approx(f, rel=1e-9, abs=1e-3), "so must the right one"
-        total = first.energy(x) + second.energy(y)
-        assert pair.energy(u) == pytest.approx(total, rel=1e-9, abs=1e-3), "no energy is lost between the two"
-    assert 1 / pair.stiffness == pytest.approx(1 / first.stiffness + 1 / second.stiffness)
-
-
-@settings(max_examples=50, deadline=None)
-@given(curves, curves)
-def test_series_does_not_depend_on_which_device_is_named_first(a, b):
-    first, second = device(rising(a)), device(rising(b, 500.0))
-    one, (left, _) = in_series(first, second)
-    other, (right, _) = in_series(second, first)
-    assert np.array_equal(one.stroke, other.stroke)
-    assert np.array_equal(one.force, other.force)
-    assert left + right == pytest.approx(one.stroke, abs=1e-12)
-
-
-def test_stiffnesses_and_dashpots_in_series_combine_as_reciprocals():
-    curve = [(0, 0), (10, 500), (100, 500)]
-    pair, _ = in_series(device(envelope(curve, 100, 12)), device(envelope(curve, 300, 36)))
-    assert (pair.stiffness, pair.damping) == (pytest.approx(75e6), pytest.approx(9e3))
-    rigid, _ = in_series(device(envelope(curve, 100, 12)), device(envelope(curve, 300, 0)))
-    assert rigid.damping == 0.0, "the reciprocal of no dashpot is infinite"
-
-
-def test_the_weaker_plateau_crushes_first():
-    weak, strong = (
-        envelope([(0, 0), (10, 500), (300, 500), (301, 900), (400, 900)], 1000),
-        envelope([(0, 0), (10, 700), (100, 700)], 1000),
-    )
-    pair, (left, _) = in_series(device(weak), device(strong))
-    strong_at_500 = 10 * 500 / 700 * 1e-3
-    assert np.interp(0.300 + strong_at_500, pair.stroke, left) == pytest.approx(0.300)
-    assert pair.force_at(0.2) == 500e3
-    assert pair.force_at(0.35) == 700e3
-    assert pair.energy(0.310) == pytest.approx(weak.energy(0.3004) + strong.energy(0.0096), rel=1e-2)
-
-
-def test_equal_plateaus_of_different_curves_crush_one_after_the_other():
-    first = envelope([(0, 0), (10, 500), (100, 500), (110, 900)], 1000)
-    second = envelope([(0, 0), (20, 500), (60, 500), (90, 800)], 500)
-    pair, (left, _) = in_series(device(first), device(second))
-    assert (pair.stroke * 1e3).tolist() == pytest.approx([0, 30, 120, 160, 160 + 7.5 + 30])
-    assert (left * 1e3).tolist() == pytest.approx([0, 10, 100, 100, 107.5])
-    assert (pair.force / 1e3).tolist() == pytest.approx([0, 500, 500, 500, 800])
-
-
 def test_a_curve_that_rises_faster_than_its_stiffness_is_climbed_along_it():
-    """Alone and in series alike: the path of first loading is the one that the law takes."""
+    """The path of first loading is the one that the law takes."""
     e = envelope([(0, 100), (20, 2000), (100, 2000), (100, 2400), (150, 100), (160, 900), (400, 900)], 50)
     path = e.climbing
-    plastic = 0.0
-    for stroke in np.linspace(0, 0.5, 5001)[1:]:
-        force, plastic = e.respond(float(stroke), 0.0, plastic)
-        assert path.force_at(float(stroke)) == pytest.approx(force, abs=6e3), "a step climbs by 5 kN"
+    pressed = Alone(e)
+    for stroke in np.linspace(0, 0.5, 5001)[1:].tolist():
+        assert path.force_at(stroke) == pytest.approx(pressed.to(stroke), abs=6e3), "a step climbs by 5 kN"
     flat = envelope([(0, 0), (10, 400), (300, 500)], 50)
-    assert flat.climbing.is_like(flat)
-
-
-def test_in_series_a_steep_curve_gives_way_along_its_stiffness():
-    """5 kN/mm to 2000 kN in series with a spring of 5 kN/mm, whose own curve is out of reach: each takes half."""
-    hard = device(envelope([(0, 0), (400, 2000)], 1000))
-    soft = device(envelope([(0, 0), (20, 2000), (400, 2000)], 5))
-    for pair in ((hard, soft), (soft, hard)):
-        law, (first, _) = in_series(*pair)
-        assert law.force_at(0.32) == pytest.approx(800e3)
-        assert np.interp(0.32, law.stroke, first) == pytest.approx(0.16)
-
-
-def test_both_devices_carry_the_force_of_the_pair():
-    """On curves that never fall, each stands on its own path of first loading at every point of the common one."""
-    rng = np.random.default_rng(1)
-    for _ in range(200):
-        pair = []
-        for _ in range(2):
-            n = int(rng.integers(2, 6))
-            strokes, forces = np.append(0, np.cumsum(rng.uniform(2, 200, n))), np.cumsum(rng.uniform(0, 500, n + 1))
-            pair.append(device(envelope(list(zip(strokes, forces, strict=True)), 10 ** rng.uniform(0, 3))))
-        law, (first, _) = in_series(*pair)
-        for each, stroke in zip(pair, (first, law.stroke - first), strict=True):
-            own = [each.envelope.climbing.force_at(float(u)) for u in stroke]
-            assert own == pytest.approx(law.force, rel=1e-6, abs=1.0)
-
-
-def test_only_curves_that_are_alike_in_all_are_halves_of_one():
-    """A pair that differs in its stiffness alone is split where the stiffness says, and so in any other constant."""
-    curve = [(0, 0), (10, 500), (20, 100), (30, 900)]
-    for other in (envelope(curve, 100, 3), envelope(curve, 200, 2), envelope([*curve[:3], (30, 901)], 200, 3)):
-        pair, (left, _) = in_series(device(envelope(curve, 200, 3)), device(other))
-        assert len(left) > len(curve), "at the drop one side unloads while the other one goes on"
-        assert pair.stiffness == pytest.approx(1 / (1 / 200e6 + 1 / other.stiffness))
-
-
-def test_train_head_against_wagon_buffers():
-    """The case of scenarios/wagon_80t.yaml: buffers at first, then the head's plateau of 1100 kN to its end."""
-    head = envelope([(0, 0), (87, 600), (587, 600), (592, 1100), (3587, 1100)], 100)
-    buffers = envelope([(0, 0), (105, 1180), (110, 3000), (200, 3000)], 400)
-    pair, (left, _) = in_series(device(head), device(buffers))
-    buffers_at = {f: 105 * f / 1180 * 1e-3 for f in (600, 1100)}
-    assert np.interp(0.587 + buffers_at[600], pair.stroke, left) == pytest.approx(0.587)
-    assert pair.stroke[-1] == pytest.approx(3.587 + buffers_at[1100])
-    assert pair.force[-1] == 1100e3
-    total = head.energy(3.587) + buffers.energy(buffers_at[1100])
-    assert pair.energy(pair.stroke[-1]) == pytest.approx(total, rel=1e-9)
-
-
-def test_while_one_device_shears_off_the_other_unloads_along_its_stiffness():
-    shearing = envelope([(0, 0), (50, 1000), (60, 0), (100, 0), (101, 1500), (500, 1500)], 2000)
-    other = envelope([(0, 0), (40, 1200), (400, 1200)], 500)
-    pair, (left, right) = in_series(device(shearing), device(other))
-    at_peak = 40 * 1000 / 1200 * 1e-3
-    k = int(np.flatnonzero(np.isclose(left, 0.060))[0])
-    assert pair.force[k] == 0.0, "the sheared device carries nothing, so neither does the pair"
-    assert right[k] == pytest.approx(at_peak - 1000e3 / other.stiffness), "the other gives back its elastic stroke only"
-    again = int(np.flatnonzero(left > 0.1005)[0])
-    assert right[again] == pytest.approx(at_peak, abs=1e-4), "and takes it again before it crushes on"
-
-
-def test_path_of_a_pair_through_a_drop_and_back():
-    """The right device gives back 80 kN / (100 kN/mm) at the drop, and takes it again on the next rise."""
-    dropping = envelope([(0, 0), (10, 100), (20, 20), (30, 200)], 50)
-    other = envelope([(0, 0), (10, 300)], 100)
-    pair, (left, right) = in_series(device(dropping), device(other))
-    right = [0, 10 / 3, 10 / 3 - 0.8, 10 / 3, 20 / 3]
-    assert (left * 1e3).tolist() == pytest.approx([0, 10, 20, 20 + 10 * 80 / 180, 30])
-    assert ((pair.stroke - left) * 1e3).tolist() == pytest.approx(right)
-    assert (pair.force / 1e3).tolist() == pytest.approx([0, 100, 20, 100, 200])
-
-
-def test_a_pair_that_would_snap_back_drops_at_constant_stroke():
-    sharp = envelope([(0, 0), (50, 1000), (50.2, 0), (100, 0), (101, 1500), (500, 1500)], 2000)
-    soft = envelope([(0, 0), (400, 1200), (800, 1200)], 10)  # gives back 100 mm while the other goes 0.2 mm
-    pair, _ = in_series(device(sharp), device(soft))
-    assert (np.diff(pair.stroke) >= 0).all()
-    drop = np.flatnonzero((pair.force[:-1] == 1000e3) & (pair.force[1:] == 0))
-    assert drop.size == 1
-    assert pair.stroke[drop[0]] == pair.stroke[drop[0] + 1]
-
-
-def test_a_pair_that_has_snapped_goes_on_where_its_path_comes_back():
-    """The sheared device meets its anti-climber before the pair is back at this stroke: there is force again."""
-    sharp = envelope([(0, 0), (50, 1000), (50.2, 0), (60, 0), (160, 1500), (500, 1500)], 2000)
-    soft = envelope([(0, 0), (400, 1200), (800, 1200)], 10)
-    pair, (left, right) = in_series(device(sharp), device(soft))
-    snapped = pair.stroke[np.argmax(pair.force == 1000e3)]
-    for u in snapped + np.array([1e-6, 0.01, 0.05]):
-        x, y = np.interp(u, pair.stroke, left), np.interp(u, pair.stroke, right)
-        assert x + y == pytest.approx(u)
-        assert pair.force_at(u) == pytest.approx(sharp.force_at(x), rel=1e-6)
-        back = 1000e3 / 1200e3 * 0.4 - 1000e3 / 10e6  # the permanent set of the soft one
-        assert pair.force_at(u) == pytest.approx(min(10e6 * (y - back), soft.force_at(y)), rel=1e-6)
-
-
-def test_beyond_the_curves_the_device_that_has_ended_takes_the_stroke():
-    """Past the pair's last point the weaker device goes on at its last force; the stronger one does not move."""
-    weak, strong = envelope([(0, 0), (10, 500), (100, 500)], 1000), envelope([(0, 0), (10, 700), (100, 700)], 1000)
-    front = joined(weak, strong)
-    end = float(front.envelope.stroke[-1])
-    strong_at_500 = 10 * 500 / 700 * 1e-3
-    assert front.side_stroke(end + 0.3, 0) == pytest.approx(0.400)
-    assert front.side_stroke(end + 0.3, 1) == pytest.approx(strong_at_500)
-    assert joined(strong, weak).side_stroke(end + 0.3, 1) == pytest.approx(0.400)
-    twin = joined(weak, weak)
-    assert twin.side_stroke(0.2 + 0.3, 0) == twin.side_stroke(0.2 + 0.3, 1) == pytest.approx(0.25)
+    assert flat.climbing is flat

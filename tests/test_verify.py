@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import chain, envelope
+from builders import values
 from click.testing import CliRunner
 
 from trainmj.cli import main
-from trainmj.collision.device import Envelope
 from trainmj.errors import EngineError
 from trainmj.paper import analysis
 from trainmj.paper.bars import FROM_PRINT, HELD_OUT, IDENTIFIED, MISSED
-from trainmj.verification import closed_forms, independent, oracles, published, suite, symmetries
+from trainmj.scenario import load
+from trainmj.verification import closed_forms, oracle, oracles, published, suite, symmetries
 from trainmj.verification.check import Check, Kind, furthest
-from trainmj.verification.independent import solve
-from trainmj.verification.systems import shipped
+from trainmj.verification.oracle import solve
 
 
 def never():
@@ -71,55 +71,49 @@ def test_furthest_sees_the_worst_place_and_a_wrong_shape():
 
 
 def test_independent_solution_of_a_spring_against_a_wall():
-    case = chain([1000.0], [envelope([(0, 0), (50, 50_000)], 1.0)], [1.0])
-    found = solve(case, 0.2)
-    assert found.stroke[0] == pytest.approx(0.031622777, rel=1e-6)
-    assert found.force[0] == pytest.approx(31_622.777, rel=1e-6)
-    assert found.speed[0] == pytest.approx(-1.0, rel=1e-8)
+    found = solve(values([(0, 0), (50, 50_000)], 1.0, mass_t=[1.0]), 0.2)
+    front = found.interfaces["M1-wall"]
+    assert front.stroke == pytest.approx(0.031622777, rel=1e-6)
+    assert front.force == pytest.approx(31_622.777, rel=1e-6)
+    assert found.speed["M1"] == pytest.approx(-1.0, rel=1e-8)
 
 
 def test_independent_solution_of_ideal_plasticity_and_of_coasting():
-    pair = envelope([(0, 0), (20, 800), (2000, 800)], 40)
-    found = solve(chain([33e3, 33e3], [pair], [3.0, 0.0], gap=0.05), 0.3)
-    assert found.stroke[0] == pytest.approx(0.1028125, rel=1e-7)
-    assert found.speed[1] - found.speed[0] == pytest.approx(0.984732, rel=1e-6)
+    case = values([(0, 0), (10, 800), (1000, 800)], 80, partner="t", speed_m_s=3.0, collision={"gap_mm": 50})
+    found = solve(case, 0.3)
+    assert found.interfaces["S1-M1"].stroke == pytest.approx(0.1028125, rel=1e-7)
+    assert found.speed["S1"] - found.speed["M1"] == pytest.approx(0.984732, rel=1e-6)
     mu, v = 0.2, 1.0
-    stopped = solve(chain([33e3], [pair], [v], friction=mu, gap=10.0), 2 * v / (mu * 9.80665))
-    assert stopped.speed[0] == 0.0
+    rolls = values([(0, 0), (10, 800)], 80, collision={"gap_mm": 10_000, "rail_friction": mu})
+    assert solve(rolls, 2 * v / (mu * 9.80665)).speed["M1"] == 0.0
 
 
-@pytest.mark.parametrize("change", [{"stiffness": 0.8}, {"damping": 0.1}, {"force": 1.001}])
+@pytest.mark.parametrize("change", [{"stiffness_kN_per_mm": 0.8}, {"damping_kN_s_per_m": 0.1}])
 def test_a_law_that_is_a_little_off_is_seen(change, monkeypatch):
     """The independent solution of slightly other devices must not pass for the same collision."""
 
-    def other(case, until):
-        def changed(e):
-            values = {"stroke": e.stroke, "force": e.force, "stiffness": e.stiffness, "damping": e.damping}
-            return Envelope(**values | {k: values[k] * factor for k, factor in change.items()})
-
-        interfaces = tuple(replace(i, envelope=changed(i.envelope)) for i in case.interfaces)
-        return solve(replace(case, interfaces=interfaces), until)
+    def other(values, until):
+        for name, factor in change.items():
+            for device in values["devices"].values():
+                device[name] *= factor
+        return solve(values, until)
 
     monkeypatch.setattr(oracles, "solve", other)
     monkeypatch.setattr(oracles, "FINE_STEP_MS", 0.05)
     assert [c for c in oracles.standard_by_scipy() if not c.passed]
 
 
-def test_the_oracle_calls_nothing_of_the_device_law(monkeypatch):
-    def called(*_):
-        raise AssertionError("called the law it is to check")
-
-    for name in ("respond", "force_at", "energy"):
-        monkeypatch.setattr(Envelope, name, called)
-    found = solve(shipped(), 0.05)
-    assert found.switches > 10
-    assert {"kernel", "respond"}.isdisjoint(vars(independent))
+def test_the_oracle_uses_nothing_of_what_it_is_to_check():
+    """It imports no code of collisions and scenarios, and so takes neither their laws nor what they make of a file."""
+    for file in Path(oracle.__file__).parent.glob("*.py"):
+        taken = re.findall(r"^\s*(?:from|import) (trainmj[\w.]*)", file.read_text(), flags=re.MULTILINE)
+        assert {name for name in taken if not name.startswith("trainmj.verification.oracle")} <= {"trainmj.errors"}
 
 
 def test_the_step_is_not_used_by_the_oracle():
-    case = shipped()
-    a, b = solve(case, 0.1), solve(replace(case, step=1.0), 0.1)
-    np.testing.assert_array_equal(a.stroke, b.stroke)
+    case = load("b_type_wall").values()
+    a, b = (solve({**case, "simulation": {"step_ms": step}}, 0.05) for step in (0.1, 10.0))
+    assert a.interfaces == b.interfaces
 
 
 # the suite

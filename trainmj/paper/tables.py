@@ -132,7 +132,7 @@ def compare_collisions(summaries: Mapping[Case, Summary]) -> dict[str, Compariso
 def _responses(summary: Summary) -> dict[str, float]:
     """A collision's responses under the heads of the published tables; at the front those of one train."""
     front, second, third = summary.interfaces[:3]
-    coupler, anti_climber = front.stages
+    coupler, anti_climber, *_ = front.stages
     return {
         "coupler_mm": coupler.stroke_mm,
         "anti_climber_mm": anti_climber.stroke_mm,

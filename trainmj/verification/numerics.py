@@ -14,11 +14,22 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.scenario import load
 from trainmj.units import MM
+from trainmj.verification import exact, kinds
 from trainmj.verification.check import Check, Kind, alike, at_least, zero
-from trainmj.verification.independent import closing
 from trainmj.verification.systems import chain, collide, envelope, follow, shipped
 
 STEPS_MS = (0.2, 0.1, 0.05, 0.025)
+
+PARTS = (1.0, 0.5, 0.25, 0.125)
+"""Of the step of an exact case, 0.01 ms."""
+
+ORDERED = (
+    "Hysteresis, from zero force: stroke_mm front",
+    "Rate factor, C 20 m/s, P 1: stroke_mm front",
+    "Hydraulic buffer, constant orifice: speed_m_s M1",
+    "Gas buffer, no orifice: stroke_mm front",
+)
+"""Exact numbers on the way to which no force jumps."""
 
 
 def order_of_convergence() -> Iterator[Check]:
@@ -42,6 +53,16 @@ def order_of_convergence() -> Iterator[Check]:
     yield zero(name, "strokes, largest error", worst / MM, 0.5, "mm")
 
 
+def order_by_kind() -> Iterator[Check]:
+    """Against the exact numbers of a kind; the speed of an orifice and of a rate factor is that of the step before."""
+    by_quantity = {f"{e.name}: {e.quantity}": e for e in kinds.cases()}
+    for name in ORDERED:
+        case = by_quantity[name]
+        errors = [abs(exact.found(exact.computed(case, by), case.quantity) - case.exact) for by in PARTS]
+        order = float(np.polyfit(np.log(PARTS), np.log(errors), 1)[0])
+        yield Check(case.name, f"order of convergence of {case.quantity}", 1.0, order, 0.1, Kind.AT_LEAST)
+
+
 def default_step() -> Iterator[Check]:
     """The default step moves the criteria by less than the bars against the paper allow: it is not a fitted number."""
     name = "B-type train, default step and a 20th of it"
@@ -63,12 +84,12 @@ def batch_and_single() -> Iterator[Check]:
 
 
 def growth(case: Chain, step: float) -> float:
-    """Largest |eigenvalue| of one step with every interface on its elastic branch; above 1 it is unstable."""
-    n = len(case.vehicles)
-    pull = closing(case)
+    """Largest |eigenvalue| of one step with every interface at its stiffest; above 1 it is unstable."""
+    n, m = len(case.vehicles), len(case.interfaces)
+    pull = np.eye(m, n) - np.eye(m, n, k=1)  # what makes strokes of positions
     stiffness, damping = (
         pull.T @ (np.array(of)[:, None] * pull) / case.mass[:, None]
-        for of in zip(*((i.envelope.stiffness, i.envelope.damping) for i in case.interfaces), strict=True)
+        for of in zip(*(i.bounds(case.closing_speed) for i in case.interfaces), strict=True)
     )
     speed = np.hstack([-step * stiffness, np.eye(n) - step * damping])
     place = np.hstack([np.eye(n), np.zeros((n, n))]) + step * speed
@@ -85,4 +106,4 @@ def stability() -> Iterator[Check]:
         yield at_least(f"Largest step of {name}", "growth at 3 times it", 1.001, growth(case, 3 * limit))
 
 
-CASES = (order_of_convergence, default_step, stability, batch_and_single)
+CASES = (order_of_convergence, order_by_kind, default_step, stability, batch_and_single)

@@ -10,7 +10,7 @@ from typing import Any
 from trainmj.collision.identity import identity
 from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
-from trainmj.verification import closed_forms, numerics, oracles, published, symmetries
+from trainmj.verification import closed_forms, exact, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check
 
 Case = Callable[[], Iterator[Check]]
@@ -28,9 +28,14 @@ class Group:
 GROUPS = (
     Group("Closed forms", "Collisions whose outcome is a formula.", closed_forms.CASES),
     Group(
+        "Kinds of devices, brakes, grades",
+        "Collisions of each kind whose outcome is a formula or a root of one, computed at a fine step.",
+        exact.CASES,
+    ),
+    Group(
         "Computed by others",
-        "MuJoCo's own elasto-plastic tendons, and scipy's solve_ivp, which finds every change of branch as an event "
-        "and shares no code with the device law.",
+        "MuJoCo's own elasto-plastic tendons; and scipy's integrators from one change of branch to the next, which "
+        "share no code with the device law.",
         oracles.CASES,
     ),
     Group("Symmetries", "Collisions that must come out alike.", symmetries.CASES),

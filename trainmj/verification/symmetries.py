@@ -9,6 +9,8 @@ import numpy as np
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array, Envelope
+from trainmj.collision.kind import Law
+from trainmj.collision.law import crush
 from trainmj.collision.summary import Summary
 from trainmj.units import KM_H
 from trainmj.verification.check import Check, alike, at_least
@@ -83,20 +85,26 @@ def scaled(case: Chain, scale: float) -> Chain:
 
     Rail friction scales as the forces only if its coefficient is larger by the scale.
     """
-    interfaces = []
-    for i in case.interfaces:
-        e = i.envelope
-        small = Envelope(e.stroke / scale, e.force / scale**2, e.stiffness / scale, e.damping / scale**2)
-        interfaces.append(replace(i, envelope=small, strokes=tuple(u / scale for u in i.strokes)))
     return replace(
         case,
-        vehicles=tuple(replace(v, mass=v.mass / scale**3, length=v.length / scale) for v in case.vehicles),
-        interfaces=tuple(interfaces),
+        vehicles=tuple(
+            replace(v, mass=v.mass / scale**3, length=v.length / scale, rail_friction=scale * v.rail_friction)
+            for v in case.vehicles
+        ),
+        interfaces=tuple(
+            replace(i, elements=tuple(replace(e, laws=tuple(_small(law, scale) for law in e.laws)) for e in i.elements))
+            for i in case.interfaces
+        ),
         gap=case.gap / scale,
-        rail_friction=scale * case.rail_friction,
         step=case.step / scale,
         time_limit=case.time_limit / scale,
     )
+
+
+def _small(law: Law, scale: float) -> Law:
+    """A law of a crush device at a scale."""
+    e = law.loading
+    return crush.law_of(Envelope(e.stroke / scale, e.force / scale**2, e.stiffness / scale, e.damping / scale**2))
 
 
 def similitude() -> Iterator[Check]:

@@ -10,9 +10,12 @@ import numpy as np
 
 from trainmj.collision import kernel
 from trainmj.collision.batch import run_chains
-from trainmj.collision.block import Joint, Layout, Tally
-from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
-from trainmj.collision.device import Array, Device, Envelope, Stage
+from trainmj.collision.block import Layout, Tally
+from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, meet
+from trainmj.collision.device import Device, Stage
+from trainmj.collision.envelope import Array, Envelope
+from trainmj.collision.fields import Element, Joint
+from trainmj.collision.law import crush
 from trainmj.collision.lineup import line_up
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build
@@ -33,7 +36,7 @@ def envelope(points: Sequence[tuple[float, float]], stiffness: float, damping: f
 
 def device(e: Envelope, name: str = "device") -> Device:
     """A device of one stage."""
-    return Device(name, e, (Stage(name, 0.0, np.inf),))
+    return Device(name, crush.law_of(e), (Stage(name, 0.0, np.inf),))
 
 
 def chain(
@@ -49,12 +52,14 @@ def chain(
 ) -> Chain:
     """Vehicles in line with given envelopes between them, the last one against a wall if there is one for it."""
     n = len(mass_kg)
-    vehicles = tuple(Vehicle(f"V{i}", "", m, 20.0, v) for i, (m, v) in enumerate(zip(mass_kg, speed, strict=True)))
+    vehicles = tuple(
+        Vehicle(f"V{i}", "", m, 20.0, v, friction) for i, (m, v) in enumerate(zip(mass_kg, speed, strict=True))
+    )
     interfaces = tuple(
-        Interface(f"I{i}", i, i + 1 if i + 1 < n else WALL, e, (e.stroke,), (device(e),))
+        Interface(f"I{i}", i, i + 1 if i + 1 < n else WALL, meet(device(e)), (device(e),))
         for i, e in enumerate(envelopes)
     )
-    return Chain(vehicles, interfaces, n_moving, gap, friction, step, steps_per_record, time_limit)
+    return Chain(vehicles, interfaces, n_moving, gap, step, steps_per_record, time_limit)
 
 
 def values(
@@ -175,6 +180,10 @@ class Ride:
     def joint(self, field: Joint) -> Array:
         """(n_interface,) view of what the law keeps of each interface."""
         return self.layout.joint(self.data.userdata, field)
+
+    def element(self, field: Element) -> Array:
+        """(n_element,) view of what it keeps of each of their elements."""
+        return self.layout.element(self.data.userdata, field)
 
     @property
     def tally(self) -> Tally:
