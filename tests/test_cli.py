@@ -219,7 +219,7 @@ def test_check_prints_what_would_run():
     [
         (
             "examples/sweep/speeds.yaml",
-            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "15 of 148", "All cases"],
+            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "26 of 160", "All cases"],
         ),
         ("scenarios/paper/b_type.study.yaml", ["Study: 10 points", "empty_stroke_mm", "20 to 50 mm", "<= 265 mm"]),
         ("b_type.study.yaml", ["Study: 10 points"]),

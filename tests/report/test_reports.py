@@ -84,13 +84,14 @@ class TestRun:
         b = standard_summary.balance
         assert sum(lines.values()) == pytest.approx(b.kinetic_start_kJ, rel=1e-4)
         assert lines["by the rails"][-1] == pytest.approx(b.friction_kJ, rel=0.01)
-        assert lines["elastic, in the devices"][-1] == pytest.approx(b.elastic_kJ, abs=1e-3 * b.kinetic_start_kJ)
+        assert lines["elastic or gas, in the devices"][-1] == pytest.approx(b.elastic_kJ, abs=1e-3 * b.kinetic_start_kJ)
 
     def test_paths_stay_on_or_below_the_envelope(self, standard_result):
         section = Page("p").section("s")
         add_devices(section, standard_result)
         for title, content in plots(section).items():
-            envelope, *paths = content["data"]
+            envelope, let_go, *paths = content["data"]
+            assert (let_go["name"], let_go["y"][0]) == ("at rest, let go", envelope["y"][-1])
             assert paths, title
             for path in paths:
                 u, f = np.array(path["x"]), np.array(path["y"])

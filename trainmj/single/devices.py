@@ -17,7 +17,7 @@ from trainmj.scenario.devices import AnyDevice, CowperSymonds, CrushDevice
 from trainmj.units import KN, MM, MS
 
 _POINTS = 300  # of a curve, one way
-_SEEN = 0.01  # part of the largest force by which a curve must differ from that at rest to be drawn too
+_SEEN = 0.01  # part of the work at rest by which a curve must differ from that to be drawn too
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,8 @@ def curves(chain: Chain, places: list[Place], reached: float = 0.0) -> Iterator[
     yield Drawn("at rest", way, rest, strokes.size)
     speed = chain.closing_speed * max(place.share for place in places)
     moving, _ = force_along(element, way, speed)
-    if np.abs(moving - rest)[: strokes.size].max() > _SEEN * max(moving.max(), rest.max()):
+    work, more = (float(np.trapezoid(f[: strokes.size], strokes)) for f in (rest, np.abs(moving - rest)))
+    if more > _SEEN * work:
         yield Drawn(f"at {speed:.3g} m/s", way, moving, strokes.size)
 
 
