@@ -214,8 +214,8 @@ def _status(
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
     if ended:
-        said = "; ".join([", ".join(map(_ended, ended)), not_valid(tally.valid_until)])
-        return Status(Kind.CURVE_ENDED, tuple(i.name for i in ended), said + cut)
+        detail = f"{', '.join(map(_ended, ended))}; {not_valid(tally.valid_until)}"
+        return Status(Kind.CURVE_ENDED, tuple(i.name for i in ended), detail + cut)
     if spent:
         where, said = zip(*spent, strict=True)
         more = f"; {Kind.LIMIT}: {passed}" if passed else ""

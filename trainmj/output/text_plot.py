@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-
 
 
 class Line(NamedTuple):
@@ -40,7 +40,7 @@ def text_plot(title: str, lines: Sequence[Line], axis: str, width: int, rows: in
         at, height = line.x[order], line.y[order]
         edges = np.linspace(0.0, right, columns + 1)
         ends = np.interp(edges, at, height)
-        for column, (low, high) in enumerate(zip(edges, edges[1:], strict=False)):
+        for column, (low, high) in enumerate(pairwise(edges)):
             reached = [*ends[column : column + 2], *height[(at >= low) & (at <= high)]]
             first, last = (round(max(0.0, float(v)) / top * (rows - 1)) for v in (min(reached), max(reached)))
             for row in range(first, last + 1):

@@ -180,8 +180,8 @@ def narrow(chain: Chain) -> Iterator[str]:
         part = _narrowest(places[0].device.envelope)
         if part < way:
             yield (
-                f"{name}: in a step of {chain.step / MS:g} ms it is pressed by up to {way / MM:.3g} mm, and a peak of its "
-                f"curve is {part / MM:.3g} mm wide; if that is passed unseen, the run makes smaller steps there."
+                f"{name}: in a step of {chain.step / MS:g} ms it is pressed by up to {way / MM:.3g} mm, and a peak of "
+                f"its curve is {part / MM:.3g} mm wide; if that is passed unseen, the run makes smaller steps there."
             )
 
 

@@ -100,7 +100,13 @@ def _add_outcome(section: Section, summary: Summary) -> None:
         ),
         Card("TS", f"{summary.TS_mm:.1f}", "mm", "compression along the moving train, no empty strokes", invalid),
         Card("TAMA", f"{summary.TAMA_g:.3f}", "g", "mean of its peak device accelerations", invalid),
-        Card("Largest peak", f"{worst.peak_device_acceleration_g:.3f}", "g", f"device acceleration of {worst.name}", invalid),
+        Card(
+            "Largest peak",
+            f"{worst.peak_device_acceleration_g:.3f}",
+            "g",
+            f"device acceleration of {worst.name}",
+            invalid,
+        ),
         Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact", invalid),
     )
     if summary.status.detail:

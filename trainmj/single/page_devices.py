@@ -29,7 +29,8 @@ def add_devices(section: Section, result: Result) -> None:
         "Grey: force over stroke of a new device, pressed (solid) and let go (dotted) at rest; darker, where the force "
         "depends on the rate, at the largest rate that it sees as the sides close. In colour: stroke and force of the "
         f"collision, one point for every record ({chain.record_interval / MS:.3g} ms); a shorter event, such as a "
-        "shear-off, may fall between two of them. Negative: force and extension of an interface that is pulled. Paths of the partner: click their names."
+        "shear-off, may fall between two of them. Negative: force and extension of an interface that is pulled. Paths "
+        "of the partner: click their names."
     )
     if result.not_valid:
         section.text(f"Dotted paths: {result.not_valid}.")

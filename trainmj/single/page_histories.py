@@ -89,7 +89,7 @@ def _interface_lines(result: Result, history: str, step: int, joints: list[int])
 
 
 def _balance_lines(result: Result, step: int) -> list[Trace]:
-    """Kinetic and absorbed energy, work of rails and brakes over the distance travelled, of the grade, the rest [kJ]."""
+    """Kinetic and absorbed energy, work of rails and brakes over the way, of the grade, and the rest [kJ]."""
     chain = result.chain
     way = np.vstack([np.zeros(len(chain.vehicles)), np.abs(np.diff(result.position, axis=0))])
     kinetic = 0.5 * np.sum(chain.mass * result.velocity**2, axis=1)

@@ -53,7 +53,12 @@ def print_summary(result: Result, summary: Summary) -> None:
 def _print_not_valid(console: Console, summary: Summary) -> None:
     """Which numbers are not valid, and what to do about it."""
     if summary.not_valid:
-        console.print(Text(f"{summary.not_valid.replace('not valid', 'NOT VALID')}: {tables.why_not_valid(summary)}", style="bold reverse"))
+        console.print(
+            Text(
+                f"{summary.not_valid.replace('not valid', 'NOT VALID')}: {tables.why_not_valid(summary)}",
+                style="bold reverse",
+            )
+        )
 
 
 def _print_head(console: Console, scenario: Scenario) -> None:

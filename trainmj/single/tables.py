@@ -70,11 +70,12 @@ def interfaces(summary: Summary) -> Table:
     rows: list[tuple[Any, ...]] = []
     pulled = any(i.peak_pull_kN for i in summary.interfaces)
     shown = [q for q in INTERFACE if q.name != "peak_pull_kN" or pulled]
+    cells: dict[str, Any]
     for i in summary.interfaces:
         used = _used(i)
         stages = used if len(used) > 1 else ()
         own = used[0].limit_mm if len(used) == 1 else None
-        cells = i.values | {"stroke_mm": STAGE.text(i.stroke_mm, own)}
+        cells = {**i.values, "stroke_mm": STAGE.text(i.stroke_mm, own)}
         rows.append((i.name, i.device, *(cells[q.name] for q in shown), _end(i)))
         for s in stages:
             cells = {"stroke_mm": STAGE.text(s.stroke_mm, s.limit_mm), "energy_kJ": s.energy_kJ}

@@ -97,7 +97,9 @@ def add_responses(
     if table["status"].isin(PAST_LIMITS).any():
         section.text("Hollow points passed a limit.")
     if table["status"].isin(NOT_VALID).any():
-        section.text("Crosses are not valid: a curve ended behind which nothing is stated. Main effects leave them out.")
+        section.text(
+            "Crosses are not valid: a curve ended behind which nothing is stated. Main effects leave them out."
+        )
     if len(drawn) < len(table):
         section.text(f"{len(drawn)} of {len(table)} cases are drawn.")
     first, *others = _most_levels_first(factors)

@@ -113,10 +113,10 @@ def run_sweep(
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
-            ends = [end for kinds in (FAILED, NOT_VALID, PAST_LIMITS) for end in _said(store.ended(kinds))]
+            failed, invalid, past = (_said(store.ended(kinds)) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
-    return SweepResult(folder, len(sweep), len(sweep) - there, *ends, seconds)
+    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, seconds)
 
 
 def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
