@@ -29,6 +29,7 @@ from trainmj.collision.quantities import (
     Column,
     Quantity,
     columns_of,
+    of_interfaces,
     with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
@@ -165,7 +166,7 @@ def _responses(
     """Every number that has a column, in the order of the columns."""
     values = [*_shown(whole, (*TRAIN, *COLLISION)), *_shown(balance, BALANCE)]
     for i in interfaces:
-        values += _shown(i, INTERFACE)
+        values += [i.values[q.name] for q in of_interfaces(i.draws)]
         values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
     for v in vehicles:
         values += _shown(v, VEHICLE)
@@ -182,6 +183,7 @@ def _interface(side: Side) -> InterfaceMetrics:
             for s, stroke, energy in side.stages
         ),
         beyond_curve=side.end_time < np.inf,
+        draws=side.interface.draws,
     )
 
 

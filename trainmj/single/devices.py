@@ -101,14 +101,12 @@ def curves(chain: Chain, places: list[Place], reached: float = 0.0) -> Iterator[
         yield Drawn(f"at {speed:.3g} m/s", way, moving, strokes.size)
 
 
-def pulled(interface: Interface, most: float) -> Drawn | None:
-    """Force over extension of the draw gear of an interface, both negative, to an extension [m]; None without one."""
-    for element in interface.elements:
-        if element.sign < 0.0:
-            out = np.linspace(0.0, -1.2 * max(element.start, most), _POINTS)
-            way = np.append(out, out[-2::-1])
-            return Drawn("draw gear", way, force_along(element, way)[0], out.size)
-    return None
+def pulled(interface: Interface, most: float) -> Drawn:
+    """Force over extension of the draw gear of an interface, both negative, up to an extension at least [m]."""
+    element = next(element for element in interface.elements if element.sign < 0.0)
+    out = np.linspace(0.0, -1.1 * max(element.start + 20 * MM, most), _POINTS)
+    way = np.append(out, out[-2::-1])
+    return Drawn("draw gear", way, force_along(element, way)[0], out.size)
 
 
 def _end(device: Device) -> float:

@@ -52,9 +52,8 @@ def _curves(result: Result, places: list[Place]) -> list[Trace]:
     """Force over stroke up to a little beyond the largest stroke, in and out, and of the draw gear."""
     _, strokes, _ = (np.concatenate(values) for values in zip(*(_path(result, p) for p in places), strict=True))
     reached, out = (float(way.max(initial=0.0)) * MM for way in (strokes, -strokes))
-    geared = [place.interface for place in places if place.device.pull]
-    gear = pulled(geared[0], out) if geared and out > 0.0 else None
-    drawn = [*curves(result.chain, places, reached), *([gear] if gear else [])]
+    drawn = list(curves(result.chain, places, reached))
+    drawn += [pulled(place.interface, out) for place in places if place.device.pull and place.interface.draws][:1]
     return [trace for one in drawn for trace in _both_ways(one)]
 
 

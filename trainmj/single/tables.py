@@ -68,8 +68,8 @@ def limits(criteria: Sequence[Criterion]) -> Table:
 def interfaces(summary: Summary) -> Table:
     """Every interface and the stages of its devices, from the front backwards, the moving train first."""
     rows: list[tuple[Any, ...]] = []
-    pulled = any(i.peak_pull_kN for i in summary.interfaces)
-    shown = [q for q in INTERFACE if q.name != "peak_pull_kN" or pulled]
+    draws = any(i.draws for i in summary.interfaces)
+    shown = [q for q in INTERFACE if q.name != "peak_pull_kN" or draws]
     cells: dict[str, Any]
     for i in summary.interfaces:
         used = _used(i)

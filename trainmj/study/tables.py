@@ -116,8 +116,9 @@ def fronts(summary: Summary) -> Table:
 def notes_on_fronts(summary: Summary) -> Iterator[str]:
     """How the searches went, and what the surrogates' front is worth."""
     for where, front in searches(summary).items():
+        left_out = f" ({front['failed']} failed or not valid)" if front["failed"] else ""
         yield (
-            f"Search on the {where}: {front['evaluations']} evaluations, {front['points']} on the front; "
+            f"Search on the {where}: {front['evaluations']} evaluations{left_out}, {front['points']} on the front; "
             f"{front['status']}."
         )
     if "fronts_compared" in summary:
