@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from builders import changed, scenario
@@ -211,3 +212,17 @@ def test_limits_are_on_the_terminal_in_json_and_in_the_report(tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "5 of 6" in page
     assert "not all are kept" in page
+
+
+def test_limits_on_pulls_car_bodies_and_whatever_is_not_valid():
+    """Breaks if a limit for a draw gear or a car body has no name, or one is kept by a number that is not valid."""
+    changes = {"limits": {"peak_pull_kN": 500, "stroke_S1_M1_car_body_mm": 2, "pull_M2_M3_kN": 600}}
+    scenario = load(Path(__file__).parent / "every_kind.yaml", changes)
+    pull, body, one = summarise(run(scenario)).limits[:3]
+    assert (pull.where, pull.found, pull.kept) == ("M1-M2 M1", pytest.approx(600, rel=1e-3), False)
+    assert (body.found > 2, body.kept, one.found > 300, one.kept) == (True, False, True, True)
+    short = {"stroke_mm": [0, 10, 30], "force_kN": [0, 200, 300]}
+    for criterion in summarise(run(scenario.with_values({"devices.open.curve": short}))).limits:
+        assert (criterion.valid, criterion.kept) == (False, False)
+    with pytest.raises(InputError, match="pull_M3_M4_kN"):
+        run(scenario.with_values({"limits.pull_M3_M4_kN": 5}))

@@ -128,6 +128,8 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, devices.table(scenario, chain))
     _print_curves(console, chain)
     _print_notes(console, scenario, (*remarks(chain), *devices.narrow(chain)))
+    if chain.grade:
+        console.print(f"Grade {chain.grade * 1e3:g} per mille, positive uphill along the motion.")
     largest = rounded_down(largest_step(chain) / MS, 3)
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest} ms; "
