@@ -58,7 +58,10 @@ KINDS_OF_DEVICE: dict[str, dict[str, Any]] = {
     "tube": _TUBE,
     "damped": {**_TUBE, "damping_kN_s_per_m": 400, "beyond": "car_body"},
     "stopped": {**_TUBE, "empty_stroke_mm": 15, "beyond": "stop"},
-    "jumps": {"curve": points((0, 300), (40, 300), (40, 800), (90, 200)), "stiffness_kN_per_mm": 60},
+    "jumps": {
+        "stages": {"a": {"curve": points((0, 300), (40, 300))}, "b": {"curve": points((0, 800), (50, 200))}},
+        "stiffness_kN_per_mm": 60,
+    },
     "sheared": {
         "stages": {
             "coupler": {"curve": points((0, 0), (15, 600)), "shear_off": {"force_kN": 900, "ramp_mm": 0.5}},

@@ -17,8 +17,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import KINDS_OF_DEVICE, Alone, built, chain, envelope, step_once
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numba.core import caching, ccallback
 
 import trainmj
@@ -86,7 +84,7 @@ def pairs(devices: dict[str, Device]) -> list[tuple[Device, Device]]:
 def every_element() -> Chain:
     """Interfaces with a device of every kind, alone, twice, and beside another kind, with and without draw gear."""
     devices = built()
-    drawn = built(**{f"{name} {pull}": KINDS_OF_DEVICE[name] | {"pull": PULLS[pull]} for name, pull in DRAWN})
+    drawn = built(**{f"{name}_{pull}": KINDS_OF_DEVICE[name] | {"pull": PULLS[pull]} for name, pull in DRAWN})
     drawn_pairs = list(zip(drawn.values(), list(drawn.values())[1:], strict=False))
     sides = [*((d,) for d in devices.values()), *((d, d) for d in devices.values()), *pairs(devices)]
     sides += [*((d,) for d in drawn.values()), *((d, d) for d in drawn.values()), *drawn_pairs]
@@ -110,11 +108,13 @@ def history(rng: np.random.Generator, n: int, steps: int) -> tuple[np.ndarray, n
     """(steps, n) strokes and rates, not of one motion: small moves around a place, and now and then a jump."""
     moves = rng.uniform(-0.006, 0.008, (steps, n)) * rng.choice([0.1, 1.0, 4.0], (1, n))
     moves[rng.random((steps, n)) < 0.03] *= 20
-    return np.clip(np.cumsum(moves, axis=0), -0.2, 0.5), rng.uniform(-8, 8, (steps, n)) * rng.choice([0, 1], (steps, n))
+    drift = np.where(np.arange(n) % 5 == 4, -1.0, 1.0)  # apart in one of five
+    return np.clip(drift * np.cumsum(moves, axis=0), -0.2, 0.5), rng.uniform(-8, 8, (steps, n)) * rng.choice(
+        [0, 1], (steps, n)
+    )
 
 
-@settings(max_examples=15, deadline=None)
-@given(st.integers(0, 2**32))
+@pytest.mark.parametrize("seed", range(6))
 def test_compiled_law_equals_the_plain_one_exactly(every, seed):
     """Breaks if the compiler, or a place in the block, makes another law than the one that can be read."""
     case, model, layout = every
@@ -134,8 +134,9 @@ def test_compiled_law_equals_the_plain_one_exactly(every, seed):
         for k, elements in enumerate(alone):
             forces.append(0.0)
             for one in elements:
-                one.time = before
-                forces[-1] += one.to(float(u[k]), float(rate[k]), data.time - before if step else 0.0)
+                elapsed = data.time - before if step else 0.0
+                one.time = data.time - elapsed
+                forces[-1] += one.to(float(u[k]), float(rate[k]), elapsed)
                 one.time = data.time
         assert data.sensordata[:n].tolist() == forces, "forces of the compiled law differ from those of the plain one"
         records = layout.element(data.userdata, Field.NEXT).size
@@ -171,16 +172,33 @@ def test_histories_of_that_test_reach_every_branch_of_the_law():
     case = every_element()
     n = len(case.interfaces)
     strokes, rates = history(rng, n, 400)
-    unloaded = broken = ended = 0
+    pressed = pulled = unloaded = broken = ended = 0
     for k, interface in enumerate(case.interfaces):
         for element in interface.elements:
             one = Alone(element)
             forces = [one.to(float(u), float(v), 1e-3) for u, v in zip(strokes[:, k], rates[:, k], strict=True)]
-            assert (element.sign < 0 and one.of(ELEMENT.BROKEN)) or max(map(abs, forces)) > 1e4, interface.name
-            unloaded += 0.0 in forces[50:]
+            pressed += max(forces) > 1e5
+            pulled += min(forces) < -1e5
+            unloaded += max(forces) > 0.0 and 0.0 in forces[50:]
             broken += one.of(ELEMENT.BROKEN) > 0
             ended += one.of(ELEMENT.END_TIME) > 0
-    assert min(unloaded, broken, ended) > 3
+    assert pressed > 0.7 * n
+    assert min(pulled, unloaded, broken, ended) > 1
+
+
+def test_a_division_by_zero_in_the_law_makes_a_collision_not_finite(law):
+    """An exception within MuJoCo's callback would be printed, and the collision go on with the forces of before."""
+    e = envelope([(0, 0), (10, 1000)], 100)
+    case = chain([33e3], [e], [1.0], n_moving=1, friction=0.1)
+    model, layout = build(case), Layout.of(case)
+    data = start(model, case, layout)
+    model.opt.timestep = data.userdata[Head.STEP] = 0.0
+    mujoco.mj_step(model, data)
+    assert data.userdata[Head.TIME] == 0.0, "the law was cut off"
+    layout.element(data.userdata, Field.P0)[:] = 0.0
+    data.time, data.qpos[:] = 1e-3, 0.001
+    mujoco.mj_forward(model, data)
+    assert data.userdata[Head.TIME] == 1e-3, "the law was cut off"
 
 
 def test_state_moves_once_per_time(law, system):

@@ -25,7 +25,7 @@ _kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo 
 
 
 def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
-    """Compile a C function, or take it from disk.
+    """Compile a C function, or take it from disk. A division by zero in it is no exception: nobody would see one.
 
     Args:
         function: what numba can compile.

@@ -130,7 +130,7 @@ def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> tuple
     for _ in range(_EVENTS):
         part = min(todo, _room(s, a) + _room(s, b))
         move, part, equal = _split(s, a, b, part, elapsed, whole)
-        taken = elapsed * abs(part) / whole if part != 0.0 else elapsed
+        taken = _taken(part, elapsed, whole)
         for law, by in ((a, move), (b, part - move)):
             before = s[law + ELEMENT.FORCE]
             _move(s, law, s[law + ELEMENT.STROKE] + by, by / taken if taken > 0.0 else 0.0, taken, time)
@@ -271,9 +271,15 @@ def _short(s: Any, one: int, other: int, move: float, part: float, elapsed: floa
 @register_jitable
 def _trial(s: Any, e: int, move: float, part: float, elapsed: float, whole: float) -> float:
     """Force of a law, were it to move while the pair moves by a part of the whole step."""
-    taken = elapsed * abs(part) / whole if part != 0.0 else elapsed
+    taken = _taken(part, elapsed, whole)
     rate = move / taken if taken > 0.0 else 0.0
     return respond(s[e + ELEMENT.KIND], s, e, s[e + ELEMENT.STROKE] + move, rate, taken)[0]
+
+
+@register_jitable
+def _taken(part: float, elapsed: float, whole: float) -> float:
+    """How long a part of a step takes; all of it where the pair does not move."""
+    return elapsed * abs(part) / whole if part != 0.0 and whole > 0.0 else elapsed
 
 
 @register_jitable
