@@ -134,7 +134,9 @@ def test_the_figure_is_grey_where_it_is_not_valid(result, summary):
 
 
 def test_a_step_that_is_halved_is_marked_too():
-    said = command("run", EVERY_KIND, *SETS, "--set", "simulation.time_limit_s=0.25", "--converge", "--responses", "TS_mm")
+    said = command(
+        "run", EVERY_KIND, *SETS, "--set", "simulation.time_limit_s=0.25", "--converge", "--responses", "TS_mm"
+    )
     assert "The step, halved until the responses settle: not valid after 0.2" in one_line(said)
 
 

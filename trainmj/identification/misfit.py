@@ -55,7 +55,8 @@ class Trials:
             places: of the cases that are simulated, m of them; all if None.
 
         Returns:
-            (n_trial, m, n_column) responses; NaN in a case that breaks a rule, is unstable or not valid, or lacks the response.
+            (n_trial, m, n_column) responses; NaN in a case that breaks a rule, is unstable or not valid, or lacks the
+            response.
         """
         cases = self.cases if places is None else [self.cases[k] for k in places]
         fine = {} if step is None else at_step(self.scenario, step)

@@ -10,7 +10,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
   const end = data.time[data.time.length - 1], start = data.time[0];
 
   // Lengths: every device as long as its largest stroke and a bit, at one scale that fills the width.
-  const largest = data.stroke.map((strokes) => Math.max(0, ...strokes));
+  const most = data.devices.map((sides) => sides.map((d) => Math.max(0, ...d.stroke)));
+  const largest = most.map((sides) => sides.reduce((a, b) => a + b, 0));
   const body = Math.min(BODY, (0.62 * WIDTH) / n);
   const halves = data.devices.reduce((sum, sides) => sum + sides.length, 0);
   const room = WIDTH - 2 * MARGIN - n * body - halves * SHORTEST - (data.wall ? 20 : 0);
@@ -87,7 +88,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
       const gap = Math.max(0, -stroke[k]) * scale, solid = width[k] - Math.min(gap, FAR);
       const d = devices[k], [left, right] = used[k];
       if (right) {
-        const own = length[k] / 2 - scale * left.stroke;
+        const own = SHORTEST + scale * (most[k][0] - left.stroke);
         fold(d.parts[0], x, own, left.energy);
         fold(d.parts[1], x + width[k] - (solid - own), solid - own, right.energy);
       } else fold(d.parts[0], x, solid, left.energy);
