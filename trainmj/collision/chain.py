@@ -132,6 +132,11 @@ class Interface:
         """Whether both sides bring equal devices, so that one stands for both."""
         return self.two_sided and not self.unequal_sides
 
+    @property
+    def draws(self) -> bool:
+        """Whether draw gear holds the two vehicles together."""
+        return any(element.sign < 0.0 for element in self.elements)
+
     def law_of(self, element: Element, side: int) -> Law:
         """The law of an element on a side (0 left, 1 right)."""
         return element.laws[side if len(element.laws) > 1 else 0]

@@ -84,6 +84,8 @@ def spec(
         base = _options_of(base)
     if bare:
         base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    if not stand_in:  # nothing in it has a spring of MuJoCo's, and to look for some takes time
+        base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SPRING)
     base.option.timestep = chain.step
     base.option.integrator = _INTEGRATORS[chain.integrator]
     base.nuserdata = 0 if stand_in else (layout or Layout.of(chain)).size

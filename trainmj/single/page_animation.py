@@ -53,6 +53,7 @@ def animation_data(result: Result) -> dict[str, Any]:
         "vehicles": [chain.vehicles[i].name for i in cars],
         "drawings": [chain.vehicles[i].drawing for i in cars],
         "moving": chain.n_moving - cars.start,
+        "valid_until": result.tally.valid_until if result.not_valid else None,
         "wall": chain.interfaces[chain.front].right < 0,
         "obstacle": chain.obstacle.drawing if chain.obstacle is not None else "",
         "interfaces": [chain.interfaces[k].name for k in joints],

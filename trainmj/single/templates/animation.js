@@ -144,7 +144,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
     }
     if (wall) wall.setAttribute("transform", `translate(${x},0)`);
     sleepers.setAttribute("transform", `translate(${-((mix(data.impact) * scale) % pitch)},0)`);
-    const said = `${time.toFixed(3)} s`;
+    const valid = data.valid_until === null || time <= data.valid_until;
+    const said = `${time.toFixed(3)} s${valid ? "" : ", not valid"}`;
     slider.value = Math.round((1000 * (time - start)) / (end - start || 1));
     slider.setAttribute("aria-valuetext", said);
     clock.textContent = said;
