@@ -361,9 +361,6 @@ class Motion:
         atol[self.books :] = 1e-5
         stiff = self._stiff()
         kind: Any = LSODA if stiff else DOP853
-        if stiff:  # a joint follows within microseconds: 1e-10 m are no more than 0.1 N
-            for k, e in enumerate(self.elements):
-                atol[self.at[k] : self.at[k] + e.extra] = 1e-10
         carries = any(e.carries() for e in self.elements)
         step = _LONGEST if carries else _FREE
         solver = kind(self.rate, t, self.y.copy(), stop, rtol=1e-9 if stiff else 1e-10, atol=atol, max_step=step)
