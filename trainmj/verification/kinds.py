@@ -142,7 +142,9 @@ RATE = {"m": 40e3, "force": 1e6, "speed": 10.0}
 SLOW = 0.01  # below this rate the factor is linear [m/s]
 
 
-def rate_ideal(C: float, P: int, m: float = RATE["m"], force: float = RATE["force"], v: float = 10.0) -> tuple[float, float]:
+def rate_ideal(
+    C: float, P: int, m: float = RATE["m"], force: float = RATE["force"], v: float = 10.0
+) -> tuple[float, float]:
     """Stroke [m] and time [s] to rest of a rigid-plastic device with Cowper-Symonds at all rates; P is 1 or 2."""
     if P == 1:
         return m * C**2 / force * (v / C - math.log1p(v / C)), m * C / force * math.log1p(v / C)

@@ -328,9 +328,7 @@ class Motion:
             return True
         if any(abs(f) > 1.0 for f in forces):
             return False
-        return all(
-            e.broken or self._between(self.y, e)[1] < _CLOSING for e in self.elements
-        )
+        return all(e.broken or self._between(self.y, e)[1] < _CLOSING for e in self.elements)
 
     def go(self, until: float, stop_when_over: bool) -> float:
         """Follow it to a time; returns when it was over, nan if it was not."""
@@ -416,13 +414,11 @@ class Motion:
         names = [v.name for v in self.s.vehicles]
         found, k = {}, 0
         for j, interface in enumerate(self.s.interfaces):
-            energies = dict.fromkeys(
-                ("crushed", "viscous", "frictional", "gas", "elastic", "set_free", "broken"), 0.0
-            )
+            energies = dict.fromkeys(("crushed", "viscous", "frictional", "gas", "elastic", "set_free", "broken"), 0.0)
             tops: tuple[float, ...] = ()
             broken = False
             for e in interface.elements:
-                u, v, sides = self._sides(y, k)
+                _, _, sides = self._sides(y, k)
                 at = self.at[k] + e.extra
                 for m, (device, (w, rate)) in enumerate(zip(e.devices, sides, strict=True)):
                     device.settle(w, rate)

@@ -340,9 +340,7 @@ def _front(fronts: list[str], values: Values, left: int, wall: bool) -> list[Ele
     cuts = [split_at_shear_off(values["devices"][name]) for name in fronts]
     equal = len(fronts) == 2 and values["devices"][fronts[0]] == values["devices"][fronts[1]]
     if len(fronts) == 2 and all(cuts) and not equal:
-        starts = [
-            _start_behind(values["devices"][name], cut, values) for name, cut in zip(fronts, cuts, strict=True)
-        ]
+        starts = [_start_behind(values["devices"][name], cut, values) for name, cut in zip(fronts, cuts, strict=True)]
         return [
             _series(fronts, values, left, right, 0.0, "before"),
             _series(fronts, values, left, right, sum(starts), "behind"),
