@@ -119,6 +119,7 @@ class Motion:
     """A system on its way."""
 
     def __init__(self, system: System) -> None:
+        """Put a system at its start."""
         self.s = system
         self.n = len(system.vehicles)
         self.mass = np.array([v.mass for v in system.vehicles])
@@ -374,7 +375,9 @@ class Motion:
                 if self.worst(s, y) < 0.0:
                     end = s
                     if self.worst(last, dense(last)) >= 0.0:
-                        end = float(brentq(lambda x: self.worst(x, dense(x)), last, s, xtol=1e-15, rtol=1e-14))
+                        end = float(
+                            brentq(lambda x, dense=dense: self.worst(x, dense(x)), last, s, xtol=1e-15, rtol=1e-14)
+                        )
                         end = min(s, end + 4e-16 * max(1.0, s))
                         for _ in range(60):
                             if self.worst(end, dense(end)) < 0.0:
