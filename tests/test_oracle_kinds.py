@@ -93,7 +93,7 @@ def test_ideal_formulas_give_the_known_digits():
     stroke, force = kinds.gas_ideal(50e3, 0.12, 1.3, 0.5 * 40e3 * 0.8**2)
     assert stroke * 1e3 == pytest.approx(96.93066, abs=5e-6)
     assert force / 1e3 == pytest.approx(426.540, abs=5e-4)
-    table = [case.values["devices"]["buffer"]["metering"] for case in CASES if "metered" in case.name][0]
+    table = next(case.values["devices"]["buffer"]["metering"] for case in CASES if "metered" in case.name)
     assert table["orifice_kN_s2_per_m2"][0] * 1.0**2 == pytest.approx(200.0)
     assert table["orifice_kN_s2_per_m2"][0] * 5.0**2 == pytest.approx(5000.0)
 
@@ -144,7 +144,7 @@ def compared(scenario: Scenario) -> None:
         assert summary.valid_until_s == pytest.approx(theirs.valid_until, rel=1e-3)
 
 
-@pytest.mark.parametrize("seed", [0, 19, 25, 32])
+@pytest.mark.parametrize("seed", [24, 32, 34, 41])
 def test_random_trains_of_every_kind(seed):
     """Breaks when the package and the oracle disagree about a kind of device, an end, a brake or a grade."""
     compared(Scenario.from_values(random_scenario(seed)))
@@ -157,7 +157,7 @@ def test_many_random_trains_of_every_kind(seed):
     compared(Scenario.from_values(random_scenario(seed)))
 
 
-@pytest.mark.parametrize("seed", [0, 3, 4, 10, 16, 24, 29, 33])
+@pytest.mark.parametrize("seed", [6, 24, 31, 32, 34, 40, 41, 48])
 def test_the_oracle_keeps_its_own_balance(seed):
     """Breaks when the oracle loses energy at a switch, a jump of a joint or a break: 1e-4 of what can be converted."""
     found = solve(random_scenario(seed))

@@ -71,7 +71,7 @@ def scenario(
     time_limit_s: float = 1.0,
     step_ms: float = 0.01,
 ) -> dict[str, Any]:
-    """One vehicle of a mass and a speed, with the first device on its front, on a rigid wall unless stated otherwise."""
+    """One vehicle, with the first device on its front, on a rigid wall unless stated otherwise."""
     values: dict[str, Any] = {
         "devices": dict(devices),
         "trains": {"t": {"vehicles": 1, "mass_t": mass_t, "front": next(iter(devices)), **(train or {})}},
@@ -154,7 +154,7 @@ def rate_ideal(
 
 
 def rate(C: float, P: int, k: float = 1e9) -> Iterator[Exact]:
-    """A constant force that grows with the rate; its rise along k and the linear part below 0.01 m/s are in the form."""
+    """A constant force that grows with the rate; rise along k and linear part below 0.01 m/s are in it."""
     m, force, v0 = RATE["m"], RATE["force"], RATE["speed"]
     device = {
         "curve": line(force / 1e3, 3000.0, force / 1e3),

@@ -4,6 +4,8 @@ All is SI. Stroke u is counted from where the device touches, rate v is positive
 code that it checks: the formulas are those of docs/physics.md and of the notes on each kind.
 """
 
+# ruff: noqa: D102, D107 - what a method means is said once, in the protocol
+
 from __future__ import annotations
 
 import math

@@ -99,6 +99,9 @@ class Element:
             yield self.free() - u, SLACK_M
             return
         relaxed = self._slack()
+        if len(sides) == 2 and not relaxed:  # the joint must have a rate at which the forces agree
+            forces = [d.force(*side) for d, side in zip(self.devices, sides, strict=True)]
+            yield 2.0 + 2e-6 * abs(forces[0]) - abs(forces[0] - forces[1]), 1e-3
         if relaxed:
             yield self._excess(sides, v), 1e-9
         for device, (w, rate) in zip(self.devices, sides, strict=True):

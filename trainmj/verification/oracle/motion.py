@@ -119,6 +119,7 @@ class Motion:
     """A system on its way."""
 
     def __init__(self, system: System) -> None:
+        """Put a system at its start."""
         self.s = system
         self.n = len(system.vehicles)
         self.mass = np.array([v.mass for v in system.vehicles])
@@ -359,9 +360,6 @@ class Motion:
         atol[self.books :] = 1e-5
         stiff = self._stiff()
         kind: Any = LSODA if stiff else DOP853
-        if stiff:  # a joint follows within microseconds: 1e-10 m are no more than 0.1 N
-            for k, e in enumerate(self.elements):
-                atol[self.at[k] : self.at[k] + e.extra] = 1e-10
         carries = any(e.carries() for e in self.elements)
         step = _LONGEST if carries else _FREE
         solver = kind(self.rate, t, self.y.copy(), stop, rtol=1e-9 if stiff else 1e-10, atol=atol, max_step=step)
@@ -377,7 +375,9 @@ class Motion:
                 if self.worst(s, y) < 0.0:
                     end = s
                     if self.worst(last, dense(last)) >= 0.0:
-                        end = float(brentq(lambda x: self.worst(x, dense(x)), last, s, xtol=1e-15, rtol=1e-14))
+                        end = float(
+                            brentq(lambda x, dense=dense: self.worst(x, dense(x)), last, s, xtol=1e-15, rtol=1e-14)
+                        )
                         end = min(s, end + 4e-16 * max(1.0, s))
                         for _ in range(60):
                             if self.worst(end, dense(end)) < 0.0:
@@ -421,7 +421,7 @@ class Motion:
             tops: tuple[float, ...] = ()
             broken = False
             for e in interface.elements:
-                u, v, sides = self._sides(y, k)
+                _, _, sides = self._sides(y, k)
                 at = self.at[k] + e.extra
                 for m, (device, (w, rate)) in enumerate(zip(e.devices, sides, strict=True)):
                     device.settle(w, rate)
