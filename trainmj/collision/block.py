@@ -163,6 +163,7 @@ def _write(block: Array, at: int, curves: int, element: Element, stroke: float) 
         ELEMENT.SIGN: element.sign,
         ELEMENT.SHARE: element.share,
         ELEMENT.TIMES: 1.0 / element.share,
+        ELEMENT.RIGHT_ONLY: element.right_only,
         ELEMENT.START: element.start,
         ELEMENT.BREAK: element.breaks,
         ELEMENT.STROKE: own,

@@ -65,6 +65,7 @@ class Element:
         start: stroke of the interface, or extension, at which it engages [m].
         breaks: force at which it breaks for good [N].
         starts: of each law, the stroke of its device at which it engages [m].
+        right_only: whether its one law is that of the right side alone.
     """
 
     laws: tuple[Law, ...]
@@ -73,6 +74,15 @@ class Element:
     start: float = 0.0
     breaks: float = np.inf
     starts: tuple[float, ...] = (0.0,)
+    right_only: bool = False
+
+    def law_of(self, side: int, two_sided: bool) -> int | None:
+        """The place among its laws of that of a side (0 left, 1 right); None if it has none there."""
+        if len(self.laws) > 1:
+            return side
+        if self.share < 1.0 or not two_sided:
+            return 0
+        return 0 if side == int(self.right_only) else None
 
     def bounds(self, fastest: float) -> tuple[float, float]:
         """Largest dF/du and dF/drate [N/m, N s/m] at up to a rate [m/s]."""
@@ -137,10 +147,6 @@ class Interface:
         """Whether draw gear holds the two vehicles together."""
         return any(element.sign < 0.0 for element in self.elements)
 
-    def law_of(self, element: Element, side: int) -> Law:
-        """The law of an element on a side (0 left, 1 right)."""
-        return element.laws[side if len(element.laws) > 1 else 0]
-
     def bounds(self, fastest: float) -> tuple[float, float]:
         """Largest dF/du and dF/drate [N/m, N s/m] at up to a rate [m/s]: it pushes or it pulls."""
         sums = [
@@ -179,7 +185,17 @@ def meet(left: Device, right: Device | None = None, coupled: bool = True) -> tup
         start, breaks = sum(pull.slack for pull in pulls), min(pull.breaks for pull in pulls)
         laws = tuple(pull.law for pull in pulls)
         alike = len(laws) == 2 and laws[0].is_like(laws[1])
-        found.append(Element(laws[:1] if alike else laws, 0.5 if alike else 1.0, -1.0, start, breaks, (0.0, 0.0)))
+        found.append(
+            Element(
+                laws[:1] if alike else laws,
+                0.5 if alike else 1.0,
+                -1.0,
+                start,
+                breaks,
+                (0.0, 0.0),
+                right_only=left.pull is None,
+            )
+        )
     return tuple(found)
 
 

@@ -109,6 +109,7 @@ class Element(_Field):
     SIGN = "1", "1 where it pushes, -1 where it pulls"
     SHARE = "1", "part of the stroke that it takes: a half where it stands for two equal devices in series"
     TIMES = "1", "devices that it stands for, 1 / SHARE; 0 for a law in series, whose pair stands for it"
+    RIGHT_ONLY = "1", "1 where its one law is that of the right side alone"
     START = "m", "stroke of the interface at which it engages"
     BREAK = "N", "force at which it breaks for good"
     BROKEN = "1", "1 when it has"

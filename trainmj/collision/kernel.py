@@ -423,8 +423,9 @@ def _sensor(offsets: Offsets) -> Any:
                     left = s[a + ELEMENT.STROKE] + (s[a + ELEMENT.START] if in_series else 0.0)
                     right = s[b + ELEMENT.STROKE] + (s[b + ELEMENT.START] if in_series else 0.0) if both else 0.0
                 out[m + k] += s[e + ELEMENT.TIMES] * s[e + ELEMENT.DISSIPATED]
-                left_energy += s[a + ELEMENT.DISSIPATED]
-                right_energy += s[b + ELEMENT.DISSIPATED] if both else 0.0
+                alone = s[e + ELEMENT.RIGHT_ONLY] != 0.0
+                left_energy += 0.0 if alone else s[a + ELEMENT.DISSIPATED]
+                right_energy += s[b + ELEMENT.DISSIPATED] if both or alone else 0.0
                 e += int(s[e + ELEMENT.NEXT])
             out[2 * m + k], out[3 * m + k] = left, right
             out[4 * m + k], out[5 * m + k] = left_energy, right_energy

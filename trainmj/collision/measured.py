@@ -218,11 +218,12 @@ class Side:
         self._tally, self._index, self._side = measured.tally, index, side
         self.interface = measured.chain.interfaces[index]
         self.device = self.interface.devices[side]
-        pushing, pulling = [], []
+        pushing: list[Used] = []
+        pulling: list[Used] = []
         for element, places in zip(self.interface.elements, measured.chain.records[index], strict=True):
-            if element.sign < 0 and self.device.pull is None:
+            own = element.law_of(side, self.interface.two_sided)
+            if own is None:
                 continue  # the draw gear is that of the other side
-            own = side if len(element.laws) > 1 else 0
             used = Used(measured.tally, element.laws[own], places[own], 1.0, element.breaks < np.inf)
             (pushing if element.sign > 0 else pulling).append(used)
         self.laws = (*pushing, *pulling)

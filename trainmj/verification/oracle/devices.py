@@ -164,6 +164,7 @@ class Crush:
     c: float = 0.0
     factor: Callable[[float], float] | None = None
     faster: tuple[tuple[float, Points], ...] = ()  # curves at other speeds than 0, on the same segments
+    own: float = math.inf  # where its own curve ends, and with it the factor
     p: float = 0.0  # permanent set
     branch: str = "free"
     i: int = 0
@@ -173,7 +174,7 @@ class Crush:
     def _cap(self, u: float, v: float) -> float:
         rest = self.curve.line(self.i, u)
         if self.factor is not None:
-            return rest * self.factor(v)
+            return rest * self.factor(v) if u <= self.own else rest
         if self.faster and v > 0.0:
             slow, low = 0.0, rest
             for speed, curve in self.faster:

@@ -228,7 +228,8 @@ def _crush(spec: Values, values: Values, part: str) -> tuple[Device, float]:
     end = points[-1][0]
     if not sheared:
         points = _extended(points, beyond, rise, collapse)
-    return _with_rate(spec, Crush(Points(points), k, c), values), math.inf if beyond or sheared else end
+    crush = Crush(Points(points), k, c, own=end)
+    return _with_rate(spec, crush, values), math.inf if beyond or sheared else end
 
 
 def _with_rate(spec: Values, crush: Crush, values: Values) -> Crush:
