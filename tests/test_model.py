@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Car, Joint, Layout
+from trainmj.collision.block import Layout
 from trainmj.collision.chain import Chain
+from trainmj.collision.fields import Car, Element
 from trainmj.collision.lineup import line_up
-from trainmj.collision.model import MOTION, SENSED, build, plateau, spec
+from trainmj.collision.model import MOTION, SENSED, build, spec, stand_in_of
 from trainmj.collision.simulation import start
 from trainmj.files.resources import shipped_folder
 from trainmj.scenario import Scenario, load, shipped
@@ -118,19 +119,20 @@ def test_devices_arrive_in_the_block_of_user_data(scenario, case):
     layout = Layout.of(case)
     block = layout.block(case)
     assert layout.car(block, Car.FRICTION_LIMIT) == pytest.approx(0.008 * 9.80665 * case.mass)
-    stiffness = layout.joint(block, Joint.STIFFNESS) / 1e6
-    damping = layout.joint(block, Joint.DAMPING) / 1e3
-    couplers = [name for car in scenario.trains["b_type"].cars()[:-1] for name in car.coupler]
+    stiffness = layout.element(block, Element.P0) / 1e6
+    damping = layout.element(block, Element.P1) / 1e3
+    couplers = [car.coupler[0] for car in scenario.trains["b_type"].cars()[:-1]]
     used = [scenario.devices[name] for name in (*couplers[::-1], "front", *couplers)]
-    sides = np.where(np.arange(len(used)) == case.front, 2, 1)  # both trains' front devices in series
-    assert stiffness == pytest.approx([d.stiffness_kN_per_mm for d in used] / sides)
-    assert damping == pytest.approx([d.damping_kN_s_per_m for d in used] / sides)
+    assert stiffness == pytest.approx([d.stiffness_kN_per_mm for d in used])
+    assert damping == pytest.approx([d.damping_kN_s_per_m for d in used])
+    half = np.where(np.arange(len(used)) == case.front, 0.5, 1.0)  # one for both trains' equal front devices in series
+    assert layout.element(block, Element.SHARE).tolist() == half.tolist()
 
 
 def test_front_curve_of_the_standard_case_is_that_of_the_file():
-    """Two trains bring the same device: its force at twice its stroke, empty stroke per train."""
+    """Two trains bring the same device: its force at its stroke, empty stroke per train."""
     scenario = load("b_type", {"empty_stroke_mm": 35})
-    front = line_up(scenario).interfaces[5].envelope
+    front = line_up(scenario).interfaces[5].devices[0].envelope
     coupler, climber = scenario.devices["front"].all_stages().values()
     tube, shear = coupler.curve[-1], coupler.shear_off
     end = tube.stroke_mm[-1]
@@ -138,8 +140,8 @@ def test_front_curve_of_the_standard_case_is_that_of_the_file():
     expected += [(end + shear.ramp_mm, shear.force_kN), (end + 2 * shear.ramp_mm, 0), (end + 35, 0)]
     expected += [(end + 35 + climber.curve.stroke_mm[1], climber.curve.force_kN[1])]
     for stroke, force in expected:
-        k = int(np.argmin(np.abs(front.stroke - 2e-3 * stroke)))
-        assert front.stroke[k] == pytest.approx(2e-3 * stroke)
+        k = int(np.argmin(np.abs(front.stroke - 1e-3 * stroke)))
+        assert front.stroke[k] == pytest.approx(1e-3 * stroke)
         assert front.force[k] == pytest.approx(1e3 * force)
 
 
@@ -188,7 +190,7 @@ def test_export_collides_by_itself_with_stand_ins_of_the_stated_plateaus(standar
     text = export(case)
     model = mujoco.MjModel.from_xml_string(text)
     plateaus = model.tendon_stiffness * model.tendon_springyield
-    assert plateaus == pytest.approx([plateau(i) for i in case.interfaces], rel=1e-5)
+    assert plateaus == pytest.approx([stand_in_of(i)[1] for i in case.interfaces], rel=1e-5)
     assert plateaus.min() > 5e5, "a tendon that carries nothing would be no stand-in"
     assert f"S1-M1: {plateaus[case.front] / 1e3:.0f} kN" in text.split("-->")[0]
     data = mujoco.MjData(model)
@@ -224,10 +226,13 @@ def test_stand_ins_and_device_law_never_act_together(standard):
         assert model.nuserdata == Layout.of(case).size
 
 
-def test_plateau_absorbs_what_the_device_does_up_to_its_limit(standard):
+def test_stand_in_absorbs_what_the_devices_do_up_to_their_limit(standard):
     front = line_up(standard).interfaces[5]
-    limit = 2 * (front.devices[0].stages[-1].start + front.devices[0].stages[-1].limit)
-    assert plateau(front) * limit == pytest.approx(front.envelope.energy(limit))
+    device = front.devices[0]
+    limit = min(stage.start + stage.limit for stage in device.stages)
+    stiffness, force = stand_in_of(front)
+    assert force == pytest.approx(device.envelope.climbing.energy(limit) / limit, rel=2e-3)
+    assert stiffness == pytest.approx(device.envelope.stiffness / 2)
 
 
 @pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t"])
