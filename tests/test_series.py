@@ -54,7 +54,7 @@ def test_while_one_device_shears_off_the_other_unloads_along_its_stiffness(swapp
     assert to(pressed, 60 + at_peak, 50) == 0.0
     crushed = sides(pressed)[0 if swapped else 1]
     assert crushed == pytest.approx(at_peak - 1000 / 500), "the other gives back its elastic stroke only"
-    assert to(pressed, 140, 50) == pytest.approx(1200)
+    assert to(pressed, 142, 50) == pytest.approx(1200)
     assert sides(pressed)[1 if swapped else 0] == pytest.approx(100.8, abs=1e-3)
 
 
@@ -77,11 +77,12 @@ def test_a_snap_loses_what_both_springs_held():
     """Bolts of 1200 kN against 100 kN/mm: 7920 J, of which neither device is worn."""
     bolt = envelope([(0, 0), (1.2, 1200), (1.7, 0), (51.7, 0), (51.7, 1000), (900, 1000)], 1000)
     pressed = pair(bolt, envelope([(0, 0), (50, 5000)], 100))
-    to(pressed, 13.2, 100)
+    to(pressed, 13.1999999, 100)
     assert pressed.force == pytest.approx(1200e3)
     assert pressed.lost == pytest.approx(0.0, abs=1e-3)
     to(pressed, 13.3)
-    assert (pressed.force, pressed.lost + 0.5 * (1200e3 * 1e-4)) == (0.0, pytest.approx(7920 + 120, rel=1e-3))
+    assert pressed.force == 0.0
+    assert pressed.lost == pytest.approx(7920 + 0.5 * 1200e3 * 1e-4, rel=1e-6), "with the work of this last step"
     assert sides(pressed)[1] == pytest.approx(0.0, abs=1e-9), "the spring is as long as it was"
 
 
@@ -133,7 +134,7 @@ def test_paths_of_a_front_meet_at_the_sum_of_their_starts():
     values["collision"]["partner"] = "other"
     unequal = line_up(Scenario.from_values(values))
     front = unequal.interfaces[unequal.front]
-    (coupler, climber) = front.elements
+    _, climber = front.elements
     starts = [device_.stages[1].start for device_ in front.devices]
     assert climber.start == pytest.approx(sum(starts))
     assert shears < 1260.0
@@ -149,5 +150,5 @@ def test_paths_of_a_front_meet_at_the_sum_of_their_starts():
 def test_equal_sides_are_one_law_and_unequal_ones_two():
     """A front of two different devices reports both."""
     one, other = envelope([(0, 0), (10, 500), (100, 500)], 100), envelope([(0, 0), (10, 700), (100, 700)], 100)
-    assert [len(e.laws) for e in joined(one, one).elements] == [1]
+    assert [len(e.laws) for e in meet(device(one), device(one))] == [1]
     assert [len(e.laws) for e in joined(one, other).elements] == [2]

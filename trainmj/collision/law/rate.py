@@ -79,8 +79,12 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     most = float(law.curves[0][1].max())
     if speeds == 0:
         return stiffness, max(damping, most * (LINEAR / reference) ** exponent / LINEAR)
-    rows = [(0.0, law.curves[0]), *zip(law.speeds, law.curves[1:], strict=True)]
-    steepest = max(float(abs(b[1] - a[1]).max()) / (v - u) for (u, a), (v, b) in pairwise(rows))
+    strokes = law.curves[1][0]  # of all points of all curves
+    rows = [
+        (0.0, np.interp(strokes, *law.curves[0][:2])),
+        *zip(law.speeds, (c[1] for c in law.curves[1:]), strict=True),
+    ]
+    steepest = max(float(abs(b - a).max()) / (v - u) for (u, a), (v, b) in pairwise(rows))
     return stiffness, max(damping, steepest)
 
 
