@@ -150,9 +150,14 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
 
 
+def recovers(law: Law) -> bool:
+    """Whether gas brings the plunger back."""
+    return math.isfinite(law.parameters[7])
+
+
 def permanent(law: Law, plunger: float, given: float) -> float:
     """Stroke that remains without force [m]: of the car body, and of a plunger that nothing brings back."""
-    return given + (plunger if math.isinf(law.parameters[7]) else 0.0)
+    return given + (0.0 if recovers(law) else plunger)
 
 
 KIND = Kind("hydraulic", respond, device, stored, bounds, permanent, store="gas")
