@@ -33,15 +33,16 @@ def motion(seed: int, steps: int = 300) -> tuple[np.ndarray, float]:
 @numba.njit
 def _follow(s: Any, strokes: Any, elapsed: float) -> tuple[float, float, float]:
     """Bring an element through strokes: the energy lost, the work, and the least force."""
-    lost = work = least = 0.0
+    work = least = 0.0
+    lost = s[ELEMENT.DISSIPATED]
     before = s[ELEMENT.STROKE] / s[ELEMENT.SHARE] + s[ELEMENT.START]
     for n in range(strokes.size):
         force, stroke = s[ELEMENT.FORCE], s[ELEMENT.STROKE]
-        lost += advance(s, 0, strokes[n], (strokes[n] - before) / elapsed, elapsed, n * elapsed)[1]
+        advance(s, 0, strokes[n], (strokes[n] - before) / elapsed, elapsed, n * elapsed)
         before = strokes[n]
         work += 0.5 * (force + s[ELEMENT.FORCE]) * (s[ELEMENT.STROKE] - stroke) / s[ELEMENT.SHARE]
         least = min(least, s[ELEMENT.FORCE])
-    return lost, work, least
+    return (s[ELEMENT.DISSIPATED] - lost) / s[ELEMENT.SHARE], work, least
 
 
 def press(element: Element | Device, seed: int, steps: int, close: float) -> None:

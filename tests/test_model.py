@@ -121,18 +121,6 @@ def test_devices_arrive_in_the_block_of_user_data(scenario, case):
     assert layout.car(block, Car.FRICTION_LIMIT) == pytest.approx(0.008 * 9.80665 * case.mass)
     stiffness = layout.element(block, Element.P0) / 1e6
     damping = layout.element(block, Element.P1) / 1e3
-<<<<<<< HEAD
-    couplers = [car.coupler[0] for car in scenario.trains["b_type"].cars()[:-1]]
-    used = [scenario.devices[name] for name in (*couplers[::-1], "front", *couplers)]
-    assert stiffness == pytest.approx([d.stiffness_kN_per_mm for d in used])
-    assert damping == pytest.approx([d.damping_kN_s_per_m for d in used])
-    half = np.where(np.arange(len(used)) == case.front, 0.5, 1.0)  # one for both trains' equal front devices in series
-    assert layout.element(block, Element.SHARE).tolist() == half.tolist()
-
-
-def test_front_curve_of_the_standard_case_is_that_of_the_file():
-    """Two trains bring the same device: its force at its stroke, empty stroke per train."""
-=======
     couplers = [name for car in scenario.trains["b_type"].cars()[:-1] for name in car.coupler]
     used = [scenario.devices[name] for name in (*couplers[::-1], "front", *couplers)]
     share = np.where(np.arange(len(used)) == case.front, 0.5, 1)  # both trains' front devices in series
@@ -143,7 +131,6 @@ def test_front_curve_of_the_standard_case_is_that_of_the_file():
 
 def test_front_curve_of_the_standard_case_is_that_of_the_file():
     """Two trains bring the same device, each with its own empty stroke."""
->>>>>>> 551fa44b5d3fa2732d08a3c369956eba7cb8bfd6
     scenario = load("b_type", {"empty_stroke_mm": 35})
     front = line_up(scenario).interfaces[5].devices[0].envelope
     coupler, climber = scenario.devices["front"].all_stages().values()
@@ -203,12 +190,8 @@ def test_export_collides_by_itself_with_stand_ins_of_the_stated_plateaus(standar
     text = export(case)
     model = mujoco.MjModel.from_xml_string(text)
     plateaus = model.tendon_stiffness * model.tendon_springyield
-<<<<<<< HEAD
-    assert plateaus == pytest.approx([stand_in_of(i)[1] for i in case.interfaces], rel=1e-5)
-=======
     stated = [stand_in_of(i, case.stand_in_speed)[1] for i in case.interfaces]
     assert plateaus == pytest.approx(stated, rel=1e-5)
->>>>>>> 551fa44b5d3fa2732d08a3c369956eba7cb8bfd6
     assert plateaus.min() > 5e5, "a tendon that carries nothing would be no stand-in"
     assert f"S1-M1: {plateaus[case.front] / 1e3:.0f} kN" in text.split("-->")[0]
     data = mujoco.MjData(model)
@@ -244,15 +227,8 @@ def test_stand_ins_and_device_law_never_act_together(standard):
         assert model.nuserdata == Layout.of(case).size
 
 
-def test_stand_in_absorbs_what_the_devices_do_up_to_their_limit(standard):
+def test_plateau_absorbs_what_the_device_does_up_to_its_limit(standard):
     front = line_up(standard).interfaces[5]
-<<<<<<< HEAD
-    device = front.devices[0]
-    limit = min(stage.start + stage.limit for stage in device.stages)
-    stiffness, force = stand_in_of(front)
-    assert force == pytest.approx(device.envelope.climbing.energy(limit) / limit, rel=2e-3)
-    assert stiffness == pytest.approx(device.envelope.stiffness / 2)
-=======
     climber = front.devices[0].stages[1]
     limit = climber.start + climber.limit
     assert stand_in_of(front, 0.0)[1] * limit == pytest.approx(front.devices[0].envelope.energy(limit), rel=5e-3)
@@ -342,7 +318,6 @@ def test_an_export_of_brakes_grade_and_friction_says_that_they_are_left_out():
     for words in ("friction of rails", "brakes", "the grade", "two devices in series have a state each"):
         assert words in said
     assert "draw gear" not in said, "a front is not coupled"
->>>>>>> 551fa44b5d3fa2732d08a3c369956eba7cb8bfd6
 
 
 @pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t"])
