@@ -119,15 +119,13 @@ class Alone:
         of = device(element) if isinstance(element, Envelope) else element
         self.element = meet(of)[0] if isinstance(of, Device) else of
         self.block: Array = alone(self.element)
-        self.time = self.work = self.lost = self.viscous = 0.0
+        self.time = self.work = 0.0
 
     def to(self, stroke: float, rate: float = 0.0, elapsed: float = 0.0) -> float:
         """Press it to a stroke [m] at a rate [m/s] within some time [s]; its force [N]."""
         self.time += elapsed
         before, force_before = self.stroke, self.force
-        force, lost, viscous, _ = advance(self.block, 0, stroke, rate, elapsed, self.time)
-        self.lost += lost
-        self.viscous += viscous
+        force, _ = advance(self.block, 0, stroke, rate, elapsed, self.time)
         self.work += 0.5 * (force_before + self.force) * (self.stroke - before) / self.element.share
         return force
 
@@ -145,6 +143,11 @@ class Alone:
         """A field of its record, or of that of a law of two."""
         at = 0 if law is None else N_ELEMENT * (law + 1)
         return float(self.block[at + field])
+
+    @property
+    def lost(self) -> float:
+        """Energy that it has lost [J]."""
+        return self.of(ELEMENT.DISSIPATED) / self.element.share
 
     @property
     def stored(self) -> float:

@@ -23,6 +23,7 @@ from trainmj.collision.law import CRUSH, SERIES, crush, respond
 from trainmj.collision.law.curve import ahead, inlined, segment
 
 _EVENTS = 1000  # most in a step
+_PIECES = 200  # most into which a way is cut that is longer than the step
 _TRIALS = 80  # most to find a split
 _CLOSE = 1e-12  # forces this close, relative to the larger, are equal
 _SMALL = 1e-13  # strokes [m]
@@ -115,13 +116,17 @@ def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> float
     force, peak = s[e + ELEMENT.FORCE], 0.0
     pressed = 0.0  # stroke since the forces were equal last
     for _ in range(_EVENTS):
-        part = min(todo, _room(s, a) + _room(s, b))
+        part = min(todo, _room(s, a) + _room(s, b) - 2 * _SMALL)  # neither passes the next point of its curve
         move, part, equal = _split(s, a, b, part, elapsed, whole)
         taken = _taken(part, elapsed, whole)
         for law, by in ((a, move), (b, part - move)):
-            before = s[law + ELEMENT.FORCE]
-            _move(s, law, s[law + ELEMENT.STROKE] + by, by / taken if taken > 0.0 else 0.0, taken, time)
-            lost -= 0.5 * (before + s[law + ELEMENT.FORCE]) * by
+            pieces = min(_PIECES, max(1, int(abs(by) / whole))) if whole > 0.0 else 1  # more than one where it snaps
+            start, duration = s[law + ELEMENT.STROKE], taken / pieces
+            rate = by / taken if taken > 0.0 else 0.0
+            for n in range(pieces):
+                before = s[law + ELEMENT.FORCE]
+                _move(s, law, start + by * (n + 1) / pieces if n + 1 < pieces else start + by, rate, duration, time)
+                lost -= 0.5 * (before + s[law + ELEMENT.FORCE]) * by / pieces
         todo -= part
         pressed += part
         if equal:
@@ -183,7 +188,8 @@ def _split(s: Any, a: int, b: int, part: float, elapsed: float, whole: float) ->
         high_short, scale = _short(s, gives, other, high, part, elapsed, whole)
     if high_short > 0.0:  # it comes to a point of its curve first: how far the other one has moved by then
         force = _trial(s, gives, room, part, elapsed, whole)
-        moved = _moved(s, other, part - room, room, force, elapsed, whole)
+        most = min(part - room, room_b if gives == a else room_a)
+        moved = _moved(s, other, most, room, force, elapsed, whole)
         used = room + moved
         if used < 0.0 or part <= 0.0:  # it gives way faster than the other one can follow
             used, moved = min(part, 0.0), min(part, 0.0) - room

@@ -94,7 +94,9 @@ def stored(law: Law, stroke: float, force: float, plunger: float, given: float) 
     """Energy in the gas and in the stop [J]."""
     travel, stop, _, preload, per_length, gamma, ramp, rebound, knee, empty = law.parameters
     over = max(0.0, stroke - empty - travel - given)
-    carried = ramp * travel if travel <= knee else preload * (1.0 - per_length * travel) ** -gamma  # along the stop, too
+    carried = (
+        ramp * travel if travel <= knee else preload * (1.0 - per_length * travel) ** -gamma
+    )  # along the stop, too
     found = (carried + 0.5 * stop * over) * over
     if math.isinf(rebound):
         return found
