@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 import mujoco
+import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
@@ -19,6 +20,7 @@ from trainmj.cli import main
 from trainmj.collision.result import load_result
 from trainmj.collision.summary import Summary
 from trainmj.files.yaml import read_yaml
+from trainmj.output.text_plot import Line, text_plot
 from trainmj.scenario import load, shipped
 
 SHORT = ("--set", "simulation.time_limit_s=0.1")
@@ -214,12 +216,44 @@ def test_check_prints_what_would_run():
     assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
 
 
+def test_check_says_and_draws_what_each_device_is():
+    """Breaks if a user cannot see that a device is another one than was meant, or has no end."""
+    text = works("check", str(ROOT / "tests" / "every_kind.yaml"))
+    flat = " ".join(text.split())
+    for words in (
+        "crush, rate C 20", "hysteresis", "gas_hydraulic", "anti_climber", "breaks at", "nothing stated", "Grade",
+        "open: nothing is stated behind the end of the curve", "State beyond: car_body, stop or hold.", "brake",
+        "coupler: in a step of 0.1 ms it is pressed by up to 0.694 mm, and a peak of its curve is 0.25 mm wide",
+        "oil, + at 6.94 m/s", "Not drawn: open, gas;",
+    ):  # fmt: skip
+        assert words in flat, words
+    for behind in ("car body from 384 mm", "stop from 105 mm: 100 kN/mm", "held from 400 mm: 800 kN"):
+        assert all(word in flat for word in behind.split())
+    assert text.count("+------") == 4, "four plots, however many devices there are"
+    assert max(len(line.rstrip()) for line in text.splitlines()) <= 80
+    assert "a peak of its curve" not in works("check", "wagon_80t")
+
+
+def test_a_plot_of_characters_shows_the_curve():
+    """Breaks if a plot for the terminal is upside down, or loses a peak narrower than a character."""
+    x = np.array([0.0, 10.0, 44.9, 45.0, 45.1, 100.0])
+    line = Line("*", x, np.array([0.0, 500.0, 500.0, 1000.0, 500.0, 500.0]))
+    title, *rows, axis, foot = text_plot("tube", [line], "mm", 32, 5).splitlines()
+    assert title == "tube"
+    assert [row.partition("|")[0].strip() for row in rows] == ["1000", "", "", "", "0"]
+    assert [row.count("*") for row in rows[:2]] == [1, 1], "the peak"
+    assert rows[2].count("*") >= 22
+    assert rows[4].partition("|")[2].startswith("*")
+    assert axis.strip() == "+" + "-" * 26
+    assert foot.split() == ["0", "mm", "100"]
+
+
 @pytest.mark.parametrize(
     ("file", "words"),
     [
         (
             "examples/sweep/speeds.yaml",
-            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "15 of 148", "All cases"],
+            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "26 of 160", "All cases"],
         ),
         ("scenarios/paper/b_type.study.yaml", ["Study: 10 points", "empty_stroke_mm", "20 to 50 mm", "<= 265 mm"]),
         ("b_type.study.yaml", ["Study: 10 points"]),

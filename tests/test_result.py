@@ -69,7 +69,7 @@ def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
 
 def test_the_file_is_plain_netcdf_with_names_and_units(saved, standard_result):
     with xr.open_dataset(saved, decode_timedelta=False) as data:
-        assert dict(data.sizes) == {"time": len(standard_result.time), "vehicle": 12, "interface": 11}
+        assert dict(data.sizes) == {"time": len(standard_result.time), "vehicle": 12, "interface": 11, "element": 11}
         assert data["force"].sel(interface="S1-M1").max() == standard_result.force[:, 5].max()
         assert data["velocity"].sel(vehicle="M1")[0] == pytest.approx(25 / 3.6)
         units = {name: data[name].attrs["units"] for name in ("force", "stroke", "velocity", "energy", "acceleration")}
@@ -115,7 +115,7 @@ def test_recording_less_often_records_the_same_states():
 def test_table_has_one_row_per_record_and_units_in_its_heads(standard_result):
     table = standard_result.table()
     assert len(table) == len(standard_result.time)
-    assert len(table.columns) == 1 + 3 * 12 + 3 * 11
+    assert len(table.columns) == 2 + 3 * 12 + 3 * 11
     first, last = standard_result.time[[0, -1]]
     assert table["time_s"].iloc[[0, -1]].tolist() == [first, last]
     assert table["velocity_M1_km_h"].iloc[0] == pytest.approx(25.0)
@@ -202,7 +202,7 @@ def test_netcdf_files_of_others_are_refused(tmp_path):
         load_result(tmp_path / "x.nc")
 
 
-@pytest.mark.parametrize("lost", ["tally_plastic", "force"])
+@pytest.mark.parametrize("lost", ["tally_element_state_0", "force"])
 def test_a_result_that_lost_a_variable_is_refused(standard_result, tmp_path, lost):
     """As one of an earlier version may have."""
     file = tmp_path / "less.nc"

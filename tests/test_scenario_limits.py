@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from builders import changed, scenario
@@ -106,7 +107,7 @@ def test_what_is_shown_does_not_contradict_the_verdict(by):
     found, allowed = (float(cell.split()[0]) for cell in row[2:4])
     assert (found <= allowed, float(row[4]) <= 100, row[5].kind == "pass") == (by > 0,) * 3
     assert found != allowed
-    stage = StageUse("tube", stroke, stroke + by)
+    stage = StageUse("tube", stroke, stroke + by, 1.0)
     front = replace(summary.interfaces[0], stages=(stage, stage))
     rows = interfaces(replace(summary, interfaces=(front,))).rows
     assert float(rows[1][2]) != pytest.approx(stage.limit_mm, abs=1e-4)
@@ -118,8 +119,8 @@ def test_round_off_breaks_no_limit():
     kept = Criterion("F_kN", "F", "", 800.0000000000003, 800.0, "kN", 1)
     assert kept.kept
     assert kept.text == "800.0"
-    assert not StageUse("tube", 380.00000000000006, 380.0).exhausted
-    assert StageUse("tube", 380.0001, 380.0).exhausted
+    assert not StageUse("tube", 380.00000000000006, 380.0, 1.0).exhausted
+    assert StageUse("tube", 380.0001, 380.0, 1.0).exhausted
 
 
 def test_a_value_that_is_not_a_number_is_not_kept():
@@ -199,9 +200,10 @@ def test_limits_are_on_the_terminal_in_json_and_in_the_report(tmp_path):
     assert "1000 mm" in line
     assert "FAIL" in line
     spoken = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)
-    assert [set(c) for c in spoken["limits"]] == [{"name", "where", "found", "limit", "unit", "kept"}] * 6
+    assert [set(c) for c in spoken["limits"]] == [{"name", "where", "found", "limit", "unit", "kept", "valid"}] * 6
     ts = next(c for c in spoken["limits"] if c["name"] == "TS_mm")
-    assert ts | {"found": 0} == {"name": "TS_mm", "where": "", "found": 0, "limit": 1000, "unit": "mm", "kept": False}
+    stated = {"name": "TS_mm", "where": "", "limit": 1000, "unit": "mm"}
+    assert ts == stated | {"found": ts["found"], "kept": False, "valid": True}
     assert ts["found"] == spoken["criteria"]["TS_mm"]
     out = tmp_path / "out"
     done = CliRunner().invoke(main, [*words, "--out", str(out), "--figures", "none", "--report"])
@@ -210,3 +212,17 @@ def test_limits_are_on_the_terminal_in_json_and_in_the_report(tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "5 of 6" in page
     assert "not all are kept" in page
+
+
+def test_limits_on_pulls_car_bodies_and_whatever_is_not_valid():
+    """Breaks if a limit for a draw gear or a car body has no name, or one is kept by a number that is not valid."""
+    changes = {"limits": {"peak_pull_kN": 500, "stroke_S1_M1_car_body_mm": 2, "pull_M2_M3_kN": 600}}
+    scenario = load(Path(__file__).parent / "every_kind.yaml", changes)
+    pull, body, one = summarise(run(scenario)).limits[:3]
+    assert (pull.where, pull.found, pull.kept) == ("M1-M2 M1", pytest.approx(600, rel=1e-3), False)
+    assert (body.found > 2, body.kept, one.found > 300, one.kept) == (True, False, True, True)
+    short = {"stroke_mm": [0, 10, 30], "force_kN": [0, 200, 300]}
+    for criterion in summarise(run(scenario.with_values({"devices.open.curve": short}))).limits:
+        assert (criterion.valid, criterion.kept) == (False, False)
+    with pytest.raises(InputError, match="pull_M3_M4_kN"):
+        run(scenario.with_values({"limits.pull_M3_M4_kN": 5}))

@@ -21,8 +21,8 @@ SCENARIO: dict[str, Any] = {
         "tube": {"stroke_mm": [60.5, 200, 201, 900], "force_kN": [800, 800, 900, 900]},
     },
     "devices": {
-        "front": {"curve": ["buffer", "tube"], "stiffness_kN_per_mm": 150, "damping_kN_s_per_m": 20},
-        "coupler": {"curve": "buffer", "stiffness_kN_per_mm": 80, "damping_kN_s_per_m": 200},
+        "front": {"curve": ["buffer", "tube"], "stiffness_kN_per_mm": 150, "damping_kN_s_per_m": 20, "beyond": "hold"},
+        "coupler": {"curve": "buffer", "stiffness_kN_per_mm": 80, "damping_kN_s_per_m": 200, "beyond": "hold"},
     },
     "trains": {"t": {"vehicles": 3, "mass_t": 30, "front": "front", "coupler": "coupler"}},
     "collision": {"train": "t", "speed_km_h": 20, "partner": "t"},

@@ -21,6 +21,7 @@ from trainmj.collision.identity import identity
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError
 from trainmj.output.page import Page
+from trainmj.single import tables
 from trainmj.single.page import page_of_run
 from trainmj.single.page_animation import animation_data
 from trainmj.single.page_devices import add_devices
@@ -84,14 +85,19 @@ class TestRun:
         b = standard_summary.balance
         assert sum(lines.values()) == pytest.approx(b.kinetic_start_kJ, rel=1e-4)
         assert lines["by the rails"][-1] == pytest.approx(b.friction_kJ, rel=0.01)
-        assert lines["elastic, in the devices"][-1] == pytest.approx(b.elastic_kJ, abs=1e-3 * b.kinetic_start_kJ)
+        assert lines["elastic or gas, in the devices"][-1] == pytest.approx(b.elastic_kJ, abs=1e-3 * b.kinetic_start_kJ)
 
     def test_paths_stay_on_or_below_the_envelope(self, standard_result):
         section = Page("p").section("s")
         add_devices(section, standard_result)
+        devices = {d.name: d.envelope for i in standard_result.chain.interfaces for d in i.devices}
         for title, content in plots(section).items():
-            envelope, *paths = content["data"]
+            at_rest, let_go, *paths = content["data"]
+            assert (let_go["name"], let_go["y"][0]) == ("at rest, let go", at_rest["y"][-1])
             assert paths, title
+            crush = devices[title.removeprefix("Device ")]
+            u = np.unique(np.append(crush.stroke, crush.stroke[-1] * 2))
+            envelope = {"x": u / MM, "y": [crush.force_at(x) / KN for x in u]}
             for path in paths:
                 u, f = np.array(path["x"]), np.array(path["y"])
                 allowed = np.maximum.reduce(
@@ -320,3 +326,103 @@ class TestCommand:
         done = self.call("report", tmp_path)
         assert done.exit_code == 2
         assert done.stderr.startswith("Error: ")
+
+
+EVERY_KIND = Path(__file__).parents[1] / "every_kind.yaml"
+
+
+def line_of(trace):
+    """(n,) values of a line, evenly spaced or not."""
+    y = np.array(trace["y"])
+    return np.array(trace["x"]) if "x" in trace else trace["x0"] + trace["dx"] * np.arange(len(y)), y
+
+
+@pytest.fixture(scope="module")
+def result():
+    return trainmj.run(EVERY_KIND)
+
+
+@pytest.fixture(scope="module")
+def devices(result):
+    section = Page("p").section("s")
+    add_devices(section, result)
+    found = {title.removeprefix("Device "): content["data"] for title, content in plots(section).items()}
+    return {name: {t["name"]: line_of(t) for t in data} for name, data in found.items()}
+
+
+class TestEveryKind:
+    """The report of a train with every kind of device, against an unequal front."""
+
+    def test_every_device_is_drawn_by_its_own_law(self, devices):
+        """Breaks if a kind is drawn by its curve at rest alone, or by another kind's law."""
+        assert list(devices) == ["coupler", "gear", "oil", "held", "open", "gas"]
+        v = 25 / 3.6
+        u, f = devices["oil"]["at 6.94 m/s"]
+        assert np.interp(50, u, f) == pytest.approx(100 + 40 * v**2, rel=1e-3), "preload and orifice"
+        u, f = devices["gas"]["at rest"]
+        assert np.interp(60, u, f) == pytest.approx(50 * (1 - 60 / 120) ** -1.3, rel=1e-3)
+        u, f = devices["coupler"]["at 6.94 m/s"]
+        assert np.interp(30, u, f) == pytest.approx(300 * (1 + (v / 20) ** 0.2), rel=1e-3), "Cowper and Symonds"
+        u, f = devices["gear"]["at rest, let go"]
+        assert np.interp(-55, -u, f) == pytest.approx(50 + 45 * 150 / 90, rel=1e-3), "the lower curve"
+        assert not any("m/s" in name for name in devices["held"]), "crush alone does not depend on the rate"
+
+    def test_draw_gear_is_drawn_where_it_was_pulled(self, devices, result):
+        """Breaks if a pull has no picture, or its slack or breaking force is not in it."""
+        u, f = devices["gear"]["draw gear"]
+        pulled = (u > -32.0 + 0.2) & (u < -20.0)
+        assert f[pulled] == pytest.approx(-50 * (-u[pulled] - 20), rel=1e-3, abs=0.1)
+        k = [i.name for i in result.chain.interfaces].index("M2-M3")
+        assert result.force[:, k].min() < 0
+        assert devices["gear"]["M2-M3"][1].min() == pytest.approx(result.force[:, k].min() / KN, rel=1e-3)
+
+    def test_energies_add_up_with_brakes_and_grade(self, result):
+        """Breaks if what brakes or a grade took is drawn as if devices held it."""
+        section = Page("p").section("s")
+        add_histories(section, result)
+        lines = {t["name"]: np.array(t["y"]) for t in plots(section)["Where the energy is"]["data"]}
+        b = trainmj.summarise(result).balance
+        assert sum(lines.values()) == pytest.approx(b.kinetic_start_kJ, rel=1e-4)
+        assert lines["by the brakes"][-1] == pytest.approx(b.brakes_kJ, rel=0.01)
+        assert lines["by the grade"][-1] == pytest.approx(b.grade_kJ, rel=1e-3)
+        held = lines["elastic or gas, in the devices"][-1]
+        assert held == pytest.approx(b.elastic_kJ + b.gas_kJ, abs=2e-3 * b.kinetic_start_kJ)
+
+    def test_tables_have_energies_of_stages_pulls_and_brakes(self, result):
+        """Breaks if a stage is without its energy, or a vehicle without what brakes it."""
+        summary = trainmj.summarise(result)
+        table = tables.interfaces(summary)
+        heads = [c.name for c in table.columns]
+        rows = [dict(zip(heads, row, strict=True)) for row in table.rows]
+        front = next(row for row in rows if row["Interface"] == "S1-M1")
+        stages = [row for row in rows if row["Interface"].strip() in ("coupler", "anti_climber", "car_body")][:3]
+        assert sum(row["absorbed energy"] for row in stages) == pytest.approx(front["absorbed energy"], rel=1e-6)
+        assert "peak pull" in heads
+        vehicles = tables.vehicles_of(result.chain)
+        brakes = {row[0]: row[5:] for row in vehicles.rows}
+        assert brakes["M2"] == pytest.approx((0.01, 34.6, 0, 0, np.inf))
+        assert brakes["M1"] == pytest.approx((0.01, 33, 0.5, 1.5, 0.15 * 34.6 * 9.80665))
+        assert brakes["S1"] == (0.0, None, None, None, None)
+
+    @pytest.mark.parametrize(
+        ("partner", "said", "halves"),
+        [("lorry", "lorry, free obstacle, standing", 2), ("stop", "stop, fixed obstacle", 2)],
+    )
+    def test_an_obstacle_is_a_partner(self, partner, said, halves):
+        """Breaks if the page calls it a train or a wall, or draws half of the devices."""
+        changes = {"collision.partner": partner, "limits": None, "simulation.time_limit_s": 0.1}
+        result = trainmj.run(trainmj.load(EVERY_KIND, changes))
+        html = page_of_run(result, trainmj.summarise(result), Path("result.nc")).html()
+        assert said in html
+        assert len(animation_data(result)["devices"][-1]) == halves
+
+
+def test_rows_of_what_does_not_occur_are_left_out(standard_summary):
+    """Breaks if a crushed train is told of gas and brakes; the JSON has all."""
+    names = [row[0].strip() for row in tables.energy(standard_summary).rows]
+    assert names == [
+        "kinetic at the start", "kinetic at the end", "elastic, still in the devices", "absorbed by the devices",
+        "by crushing", "by speed", "by the rails",
+    ]  # fmt: skip
+    assert standard_summary.as_dict()["balance"]["brakes_kJ"] == 0.0
+    assert "peak pull" not in [c.name for c in tables.interfaces(standard_summary).columns]

@@ -131,7 +131,9 @@ takes_figures = _together(
 )
 
 takes_fail_on_limit = click.option(
-    "--fail-on-limit", is_flag=True, help="Exit code 1 where a limit, or the end of a device's curve, was passed."
+    "--fail-on-limit",
+    is_flag=True,
+    help="Exit code 1 where a limit was passed, a car body gave way, or a curve ended behind which nothing is stated.",
 )
 """The option --fail-on-limit of commands whose exit code says by default only whether they computed."""
 

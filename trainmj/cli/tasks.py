@@ -95,8 +95,8 @@ def sweep(
     SCENARIO may also be a sweep file, which states the cases itself. Results are kept as they come, in
     results.sqlite and at the end results.csv; whatever stops a sweep, the same command goes on.
 
-    Exit code: 0 when done, 1 if no case could be computed, or with --fail-on-limit if one failed or passed a limit; 2
-    for wrong input.
+    Exit code: 0 when done; 1 if no case has numbers that may be used, or with --fail-on-limit if one failed, is not
+    valid (a curve ended behind which nothing is stated) or passed a limit; 2 for wrong input.
     """
     from trainmj.files.kinds import SCENARIO
     from trainmj.output.console import Progress
@@ -122,7 +122,8 @@ def sweep(
     print_sweep(result)
     if with_report:
         write(out)
-    if result.failed == result.cases or (fail_on_limit and (result.failed or result.past_limits)):
+    unusable = result.failed + result.not_valid
+    if unusable == result.cases or (fail_on_limit and (unusable or result.past_limits)):
         sys.exit(1)
 
 
@@ -147,7 +148,8 @@ def study(
     STUDY is a study file, or the name of one that ships with trainmj, such as b_type. Each step leaves its tables and
     figures in the folder; the same command goes on where it was stopped, and does again only what has changed.
 
-    Exit code: 0 when done, 1 if the chosen design does not keep its limits when simulated, 2 for wrong input.
+    Exit code: 0 when done; 1 if the chosen design, when simulated, does not keep its limits or has no numbers that may
+    be used (unstable, or a curve ended behind which nothing is stated); 2 for wrong input.
     """
     kind_of_input(study)
     plan = trainmj.load_study(study)

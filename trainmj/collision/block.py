@@ -232,6 +232,12 @@ class Tally:
         """Say what is missing; what there is, is found without this."""
         raise AttributeError(f"the tally has no {name!r}; it has {', '.join(vars(self))}")
 
+    @property
+    def valid_until(self) -> float:
+        """When the first curve ended behind whose end nothing is stated [s]; infinite if none did."""
+        times = self.element_end_time
+        return float(times[times >= 0.0].min(initial=np.inf))
+
     @classmethod
     def of(cls, layout: Layout, block: Array) -> Tally:
         """The tally in a simulation's block of user data."""

@@ -142,9 +142,9 @@ def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> float
 
 @register_jitable
 def _room(s: Any, e: int) -> float:
-    """From the stroke of a law to the next point of its curve."""
-    curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] + 2 * _SMALL
-    return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke)) - s[e + ELEMENT.STROKE]
+    """From the stroke of a law to the next point of its curve, which moves with what the car body gives way."""
+    curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] - s[e + ELEMENT.STATE_1]
+    return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke + 2 * _SMALL)) - stroke
 
 
 @register_jitable
@@ -289,7 +289,7 @@ def narrowest(s: Any, e: int, stroke: float, rate: float, reach: float) -> float
         return found
     laws = (e + N_ELEMENT, e + 2 * N_ELEMENT) if s[e + ELEMENT.KIND] == SERIES else (e, e)
     for law in laws:
-        at = s[law + ELEMENT.STROKE] if s[e + ELEMENT.KIND] == SERIES else own
+        at = (s[law + ELEMENT.STROKE] if s[e + ELEMENT.KIND] == SERIES else own) - s[law + ELEMENT.STATE_1]
         curve = int(s[law + ELEMENT.CURVE])
         here = curve + 3 * segment(s, curve, int(s[law + ELEMENT.SEGMENT]), at)
         while s[here + 3] != math.inf and s[here] < at + share * reach:

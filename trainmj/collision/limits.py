@@ -33,6 +33,7 @@ class Criterion:
         unit: of both.
         digits: decimals worth reading; negative for significant digits.
         of_scenario: whether the scenario states it under ``limits``; otherwise a device states it for a stroke.
+        valid: whether what was found is: no curve ended behind which nothing is stated.
     """
 
     name: str
@@ -43,11 +44,12 @@ class Criterion:
     unit: str
     digits: int
     of_scenario: bool = False
+    valid: bool = True
 
     @property
     def kept(self) -> bool:
-        """Whether the limit is kept, whatever the sign of the value; never by one that is not finite."""
-        return math.isfinite(self.found) and not beyond(abs(self.found), self.limit)
+        """Whether the limit is kept, whatever the sign of the value; never by one that is not finite or not valid."""
+        return self.valid and math.isfinite(self.found) and not beyond(abs(self.found), self.limit)
 
     @property
     def used(self) -> float:
@@ -67,7 +69,7 @@ class Criterion:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them."""
-        names = ("name", "where", "found", "limit", "unit", "kept")
+        names = ("name", "where", "found", "limit", "unit", "kept", "valid")
         return {name: getattr(self, name) for name in names}
 
 

@@ -111,12 +111,6 @@ class Measured:
         return bool(unseen or (tally.unseen_force > tally.force_max * (1.0 + UNSEEN)).any())
 
     @cached_property
-    def valid_until(self) -> float:
-        """Time at which the first curve ended behind whose end nothing is stated [s]; infinite if none did."""
-        times = self.tally.element_end_time
-        return float(times[times >= 0.0].min(initial=np.inf))
-
-    @cached_property
     def convertible(self) -> float:
         """The kinetic energy that a plastic collision takes [J].
 

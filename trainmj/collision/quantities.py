@@ -109,7 +109,8 @@ INTERFACE: tuple[Quantity[Side], ...] = (
         "peak_force", "kN", 1, "peak\nforce", "largest force", lambda s: s.tallied("force_max") / KN, "force",
     ),
     Quantity(
-        "peak_pull", "kN", 1, "peak\npull", "largest force of the draw gear", lambda s: s.tallied("pull_max") / KN,
+        "peak_pull", "kN", 1, "peak\npull", "largest force of the draw gear, where there is one",
+        lambda s: s.tallied("pull_max") / KN, "pull",
     ),
     Quantity(
         "energy", "kJ", 2, "absorbed\nenergy", "absorbed energy; at the front by one train",
@@ -177,9 +178,9 @@ COLLISION: tuple[Quantity[Measured], ...] = (
     Quantity("duration", "s", 3, "duration", "simulated time", lambda m: m.tally.time, "duration"),
     Quantity(
         "valid_until", "s", 4, "valid until",
-        "when a curve ended behind whose end nothing is stated: from then on no acceleration, force or energy is valid; "
+        "when a curve ended behind which nothing is stated: from then on no acceleration, force or energy is valid; "
         "blank if all are",
-        lambda m: m.valid_until if m.valid_until < math.inf else math.nan, "valid_until",
+        lambda m: m.tally.valid_until if m.tally.valid_until < math.inf else math.nan, "valid_until",
     ),
 )  # fmt: skip
 """Quantities of the whole collision; a number each."""
@@ -194,7 +195,7 @@ BALANCE: tuple[Quantity[Measured], ...] = (
              lambda m: m.stored("gas") / KJ),
     Quantity("absorbed", "kJ", 1, "absorbed by the devices", "energy absorbed by all devices",
              lambda m: m.absorbed / KJ, "absorbed"),
-    Quantity("crushed", "kJ", 1, "of this crushed", "part of the absorbed energy that crushing took",
+    Quantity("crushed", "kJ", 1, "by crushing", "part of the absorbed energy that crushing took",
              lambda m: m.lost("crushed") / KJ),
     Quantity("frictional", "kJ", 1, "by friction in devices", "part of the absorbed energy that slip in devices took",
              lambda m: m.lost("frictional") / KJ),
@@ -248,7 +249,7 @@ def columns_of(chain: Chain) -> dict[str, Column]:
     sides = [(chain.interfaces[k], k, side) for k, side in places_of_sides(chain)]
     return _columns(
         tuple(
-            (i.sides[side], n >= n_own_sides(chain), abs(k - chain.front), _stages(i.devices[side]))
+            (i.sides[side], n >= n_own_sides(chain), abs(k - chain.front), i.draws, _stages(i.devices[side]))
             for n, (i, k, side) in enumerate(sides)
         ),
         tuple(chain.vehicles[i].name for i in order_of_vehicles(chain)),
@@ -263,7 +264,7 @@ def _stages(device: Device) -> tuple[str, ...]:
 
 @cache
 def _columns(
-    sides: tuple[tuple[str, bool, int, tuple[str, ...]], ...], vehicles: tuple[str, ...], n_moving: int
+    sides: tuple[tuple[str, bool, int, bool, tuple[str, ...]], ...], vehicles: tuple[str, ...], n_moving: int
 ) -> dict[str, Column]:
     """Columns of all chains whose interfaces and vehicles have these names; not to be changed."""
     found: list[Column] = []
@@ -275,15 +276,21 @@ def _columns(
 
     for n, whole in enumerate(with_column((*TRAIN, *COLLISION, *BALANCE))):
         add(whole, "", 0, n)
-    for name, partner, away, stages in sides:
-        for n, of_interface in enumerate(with_column(INTERFACE)):
-            add(of_interface, name, 1, partner, away, n)
+    for name, partner, away, draws, stages in sides:
+        for of_interface in of_interfaces(draws):
+            add(of_interface, name, 1, partner, away, INTERFACE.index(of_interface))
         for n, stage in enumerate(stages):
             add(STAGE, f"{name} {stage}", 1, partner, away, len(INTERFACE) + n)
     for k, name in enumerate(vehicles):
         for n, of_vehicle in enumerate(with_column(VEHICLE)):
             add(of_vehicle, name, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
     return {column.name: column for column in found}
+
+
+@cache
+def of_interfaces(draws: bool) -> tuple[Quantity[Side], ...]:
+    """The quantities of an interface that have a column, with draw gear or without."""
+    return tuple(q for q in with_column(INTERFACE) if draws or q.key != "peak_pull")
 
 
 @cache

@@ -75,12 +75,14 @@ class InterfaceMetrics(Numbers):
         stages: how far each stage of the device was used.
         beyond_curve: whether the stroke went past the end of a curve behind which nothing is stated: the force is only
             held there, and is not valid.
+        draws: whether it has draw gear.
     """
 
     name: str
     device: str
     stages: tuple[StageUse, ...]
     beyond_curve: bool
+    draws: bool = False
 
     @property
     def crush_mm(self) -> float:

@@ -20,6 +20,7 @@ from trainmj.collision.block import TALLY, Tally, n_records
 from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
+from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
 from trainmj.files.text import printable, read_bytes
@@ -105,6 +106,11 @@ class Result:
         """Step that it was computed with [ms]."""
         return self.scenario.simulation.step_ms
 
+    @property
+    def not_valid(self) -> str:
+        """What marks its numbers where a curve ended behind which nothing is stated: "not valid after 0.213 s"."""
+        return not_valid(self.tally.valid_until)
+
     def numbers(self) -> dict[str, Array]:
         """Every number of the result by name, histories and tally."""
         histories = {name: getattr(self, name) for name in ("time", *HISTORIES)}
@@ -135,6 +141,7 @@ class Result:
                 "format": _FORMAT,
                 "step_ms": self.step_ms,
                 "refined": int(self.chain.refined),
+                **({"valid_until_s": self.tally.valid_until} if self.not_valid else {}),
                 **{f"version_{name}": version for name, version in self.versions.items()},
             },
         )
@@ -148,10 +155,13 @@ class Result:
         write_bytes(file, _packed(self.dataset()))
 
     def table(self) -> pd.DataFrame:
-        """Histories in engineering units, one row per recorded time, for a spreadsheet."""
+        """Histories in engineering units, one row per recorded time, for a spreadsheet.
+
+        Column valid is 0 in rows after a curve ended behind which nothing is stated, and 1 in all others.
+        """
         import pandas as pd
 
-        columns: dict[str, Array] = {"time_s": self.time}
+        columns: dict[str, Array] = {"time_s": self.time, "valid": (self.time <= self.tally.valid_until).astype(int)}
         for name, h in HISTORIES.items():
             for thing, values in (self.shown(name) if h.shown else {}).items():
                 columns[head(f"{name}_{thing.replace(' ', '_')}", h.shown)] = values

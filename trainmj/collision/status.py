@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -31,10 +32,21 @@ MEANING = {
 }
 
 FAILED = (Kind.REFUSED, Kind.UNSTABLE)
-"""Kinds of cases whose responses are of no use."""
+"""Kinds of cases that could not be computed."""
 
-PAST_LIMITS = (Kind.CURVE_ENDED, Kind.EXHAUSTED, Kind.LIMIT)
-"""Kinds of cases that a design does not pass."""
+NOT_VALID = (Kind.CURVE_ENDED,)
+"""Kinds of cases that were computed, and whose numbers are not valid from some time on."""
+
+UNUSABLE = (*FAILED, *NOT_VALID)
+"""Kinds of cases from whose responses nothing may be concluded."""
+
+PAST_LIMITS = (Kind.EXHAUSTED, Kind.LIMIT)
+"""Kinds of cases with valid numbers that a design does not pass."""
+
+
+def not_valid(until: float) -> str:
+    """What marks numbers that are valid up to a time [s]: "not valid after 0.213 s"; empty if all are (inf, nan)."""
+    return f"not valid after {until:.4g} s" if math.isfinite(until) else ""
 
 
 @dataclass(frozen=True)
@@ -52,9 +64,9 @@ class Status:
     detail: str = ""
 
     @property
-    def failed(self) -> bool:
-        """Whether the responses are of no use."""
-        return self.kind in FAILED
+    def unusable(self) -> bool:
+        """Whether nothing may be concluded from the responses: it failed, or they are not valid."""
+        return self.kind in UNUSABLE
 
     @property
     def reason(self) -> str:

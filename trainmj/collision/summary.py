@@ -5,8 +5,9 @@ The quantities themselves are in :mod:`trainmj.collision.quantities`; here they 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,12 +29,13 @@ from trainmj.collision.quantities import (
     Column,
     Quantity,
     columns_of,
+    of_interfaces,
     with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
-from trainmj.collision.status import Kind, Status
+from trainmj.collision.status import Kind, Status, not_valid
 from trainmj.files.written import finite
 from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, MM
@@ -72,6 +74,11 @@ class Summary(Numbers):
     responses: Mapping[str, float] = field(repr=False)
     columns: Mapping[str, Column] = field(repr=False, compare=False)
 
+    @property
+    def not_valid(self) -> str:
+        """What marks its numbers where a curve ended behind which nothing is stated: "not valid after 0.213 s"."""
+        return not_valid(self.values["valid_until_s"])
+
     def row(self) -> dict[str, Any]:
         """Status, reason and every response by the name of its column."""
         return {"status": self.status.kind.value, "reason": self.status.reason, **self.responses}
@@ -83,6 +90,7 @@ class Summary(Numbers):
                 "status": self.status.kind.value,
                 "where": self.status.where,
                 "reason": self.status.reason,
+                "valid": not self.not_valid,
                 "criteria": _of(self.values, TRAIN),
                 **_of(self.values, COLLISION),
                 "interfaces": [i.as_dict() for i in self.interfaces],
@@ -145,7 +153,8 @@ def summary_of(measured: Measured) -> Summary:
     whole = Numbers({q.name: q.value(measured) for q in (*TRAIN, *COLLISION)})
     columns = columns_of(chain)
     responses = dict(zip(columns, _responses(whole, balance, interfaces, vehicles), strict=True))
-    limits = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
+    found = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
+    limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
     status = _status(measured, interfaces, balance, limits)
     said = (*remarks(chain), *remarks_of(measured))
     return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
@@ -157,7 +166,7 @@ def _responses(
     """Every number that has a column, in the order of the columns."""
     values = [*_shown(whole, (*TRAIN, *COLLISION)), *_shown(balance, BALANCE)]
     for i in interfaces:
-        values += _shown(i, INTERFACE)
+        values += [i.values[q.name] for q in of_interfaces(i.draws)]
         values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
     for v in vehicles:
         values += _shown(v, VEHICLE)
@@ -174,6 +183,7 @@ def _interface(side: Side) -> InterfaceMetrics:
             for s, stroke, energy in side.stages
         ),
         beyond_curve=side.end_time < np.inf,
+        draws=side.interface.draws,
     )
 
 
@@ -206,8 +216,8 @@ def _status(
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
     if ended:
-        valid = f"; not valid from {measured.valid_until:.4g} s on"
-        return Status(Kind.CURVE_ENDED, tuple(i.name for i in ended), ", ".join(_ended(i) for i in ended) + valid + cut)
+        detail = f"{', '.join(map(_ended, ended))}; {not_valid(tally.valid_until)}"
+        return Status(Kind.CURVE_ENDED, tuple(i.name for i in ended), detail + cut)
     if spent:
         where, said = zip(*spent, strict=True)
         more = f"; {Kind.LIMIT}: {passed}" if passed else ""

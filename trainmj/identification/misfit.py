@@ -17,7 +17,7 @@ from trainmj.cases.runner import rows_of
 from trainmj.cases.store import Store, key_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.envelope import Array
-from trainmj.collision.status import FAILED
+from trainmj.collision.status import UNUSABLE
 from trainmj.identification.plan import Identification, at_step
 from trainmj.identification.unknowns import Point
 from trainmj.scenario import Scenario
@@ -55,7 +55,8 @@ class Trials:
             places: of the cases that are simulated, m of them; all if None.
 
         Returns:
-            (n_trial, m, n_column) responses; NaN in a case that breaks a rule or is unstable, or lacks the response.
+            (n_trial, m, n_column) responses; NaN in a case that breaks a rule, is unstable or not valid, or lacks the
+            response.
         """
         cases = self.cases if places is None else [self.cases[k] for k in places]
         fine = {} if step is None else at_step(self.scenario, step)
@@ -80,7 +81,7 @@ class Trials:
     def _responses(self, rows: Sequence[Mapping[str, Any]]) -> Array:
         """The responses (m, n_column) of one trial."""
         found = np.array([[row.get(column, np.nan) for column in self.columns] for row in rows])
-        found[[row["status"] in FAILED for row in rows]] = np.nan
+        found[[row["status"] in UNUSABLE for row in rows]] = np.nan
         return np.where(np.isfinite(found), found, np.nan)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store
-from trainmj.collision.status import FAILED
+from trainmj.collision.status import UNUSABLE
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, remove_own, staged
@@ -116,13 +116,13 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
 
 
 def _check_start(plan: Identification, threads: int) -> None:
-    """Refuse start values that cannot be simulated in every case, and targets that come to no number there."""
+    """Refuse start values without usable numbers in every case, and targets that come to no number there."""
     changes = plan.unknowns.changes(plan.unknowns.start().value)
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     made = ({**changes, **case} for case in cases)
     rows = [row for _, row, _ in sorted(Local(plan.scenario, threads)(enumerate(made)), key=lambda case: case.key)]
     for case, row in zip(cases, rows, strict=True):
-        if row["status"] in FAILED:
+        if row["status"] in UNUSABLE:
             raise InputError(f"start values, the case {dict(case)}: {row['status']}: {row['reason']}")
     for k, target in zip(plan.fitted.case, plan.fitted.target, strict=True):
         wanted = plan.targets[target]

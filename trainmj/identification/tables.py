@@ -88,7 +88,8 @@ def fit(found: Found, role: str) -> Table:
     note = "Outside: beyond the tolerance, or the bar on each value where there is one."
     lost = [f"{row['target']} ({row['without_number']})" for row in rows if row["without_number"]]
     if lost:
-        note += f" Values without a number, in cases that are refused, unstable or end too early: {', '.join(lost)}."
+        note += " Values without a number, in cases that are refused, unstable, not valid or end too early: "
+        note += f"{', '.join(lost)}."
     return _table(columns, rows, ROLES[role], note)
 
 

@@ -71,7 +71,7 @@ def console_table(table: Table) -> Grid:
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
     whole = console_table(table)
-    if _width(console, whole) <= console.width:
+    if _width(console, whole) <= console.width or all(column.text for column in table.columns):  # words can be broken
         console.print(whole)
         return
     parts = [[0]]

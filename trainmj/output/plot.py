@@ -60,6 +60,14 @@ def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any
     return _merged(named, more)
 
 
+def shaded(start: float, end: float, said: str) -> dict[str, Any]:
+    """Entries of a layout that shade a plot from a value of x to another one, and say why."""
+    part = {"x0": float(f"{start:.7g}"), "x1": float(f"{end:.7g}"), "y0": 0, "y1": 1, "yref": "paper"}
+    look = {"type": "rect", "fillcolor": "#22262e", "opacity": 0.12, "layer": "below", "line": {"width": 0}}
+    named = {"text": plain(said), "textposition": "top left", "font": {"size": 11}}
+    return {"shapes": [part | look | {"label": named}]}
+
+
 def line(
     name: str,
     x: npt.ArrayLike,

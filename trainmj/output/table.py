@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 _SIGNS = {"pass": "✓", "fail": "✗", "warn": "!", "none": "–"}
@@ -104,3 +104,7 @@ class Table:
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(f"row {number} of the table has {len(row)} cells for {len(self.columns)} columns")
+
+    def marked(self, mark: str) -> Table:
+        """The same with a mark beside its title, such as "not valid after 0.213 s"; itself where that is empty."""
+        return replace(self, title=f"{self.title or self.columns[0].name}: {mark}") if mark else self

@@ -133,12 +133,8 @@ def _devices(collisions: Collisions, factor: str) -> Figure:
 
 def compression(result: Result, k: int) -> Array:
     """Compression of an interface's devices over time, empty strokes not counted [m]; at the front one train's."""
-    interface = result.chain.interfaces[k]
-    stages = interface.devices[0].stages
-    if len(interface.devices) == 1 and len(stages) == 1:
-        return np.asarray(np.maximum(0.0, result.stroke[:, k]))
-    side = interface.side_history(np.maximum(0.0, result.stroke[:, k]), 0)
-    return np.array([sum(stage.stroke(u) for stage in stages) for u in side])
+    stages = result.chain.interfaces[k].devices[0].stages
+    return np.array([sum(stage.stroke(u) for stage in stages) for u in result.of_device("stroke", k, 0)])
 
 
 def _vehicles(collisions: Collisions, factor: str) -> Figure:

@@ -162,7 +162,7 @@ def compare_scenarios(scenarios: Sequence[Result]) -> Comparison:
     rows = []
     for chain in (result.chain for result in scenarios):
         masses = chain.mass[: chain.n_moving] / TONNE
-        rows.append((masses[0], masses[1], masses.sum(), float(chain.speed[0]) / KM_H, chain.rail_friction))
+        rows.append((masses[0], masses[1], masses.sum(), float(chain.speed[0]) / KM_H, chain.vehicles[0].rail_friction))
     return compare("2", {OURS: pd.DataFrame(rows, columns=published("2").columns[1:])})
 
 

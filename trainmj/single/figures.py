@@ -27,7 +27,8 @@ def collision(result: Result, width: Width = "page") -> Figure:
     with styled(width):
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
         # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
-        title = f"{result.scenario.heading}\n{result.scenario.subject}".replace("$", r"\$")
+        lines = (result.scenario.heading, result.scenario.subject, result.not_valid and f"Grey: {result.not_valid}")
+        title = "\n".join(filter(None, lines)).replace("$", r"\$")
         figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
         own, partner = range(chain.n_moving), range(chain.n_moving, len(chain.vehicles))
         front = chain.interfaces[chain.front]
@@ -45,6 +46,8 @@ def collision(result: Result, width: Width = "page") -> Figure:
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
         for axis in axes:
             axis.set_xlim(0, result.time[-1])
+            if result.not_valid:
+                axis.axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
         for axis in axes[2:] if width == "page" else axes[3:]:
             axis.set_xlabel("Time (s)")
     return figure

@@ -44,7 +44,7 @@ def write_run(
         (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
         result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
         for file, parts in (("interfaces.csv", summary.interfaces), ("vehicles.csv", summary.vehicles)):
-            rows = pd.DataFrame([part.as_row() for part in parts])
+            rows = pd.DataFrame([part.as_row() | {"valid_until_s": summary.valid_until_s} for part in parts])
             rows.to_csv(stage / file, index=False, float_format="%.9g")
         save(figures.collision(result, width), stage / "collision", formats)
         (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")

@@ -11,7 +11,7 @@ from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.table import judged
+from trainmj.output.table import failed, judged
 from trainmj.scenario import to_yaml
 from trainmj.scenario.trains import RIGID_WALL
 from trainmj.single import tables
@@ -81,6 +81,9 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     kept = sum(c.kept for c in limits)
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
     b = summary.balance
+    invalid = failed(summary.not_valid) if summary.not_valid else None
+    if invalid:
+        section.facts({"NOT VALID": failed(f"after {summary.valid_until_s:.4g} s: {tables.why_not_valid(summary)}")})
     section.cards(
         Card(
             "Status",
@@ -93,17 +96,23 @@ def _add_outcome(section: Section, summary: Summary) -> None:
             "Limits",
             f"{kept} of {len(limits)}" if limits else "none",
             "kept" if limits else "stated",
-            verdict=judged(kept == len(limits), "all are kept", "not all are kept") if limits else None,
+            verdict=(invalid or judged(kept == len(limits), "all are kept", "not all are kept")) if limits else None,
         ),
-        Card("TS", f"{summary.TS_mm:.1f}", "mm", "compression along the moving train, no empty strokes"),
-        Card("TAMA", f"{summary.TAMA_g:.3f}", "g", "mean of its peak device accelerations"),
-        Card("Largest peak", f"{worst.peak_device_acceleration_g:.3f}", "g", f"device acceleration of {worst.name}"),
-        Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact"),
+        Card("TS", f"{summary.TS_mm:.1f}", "mm", "compression along the moving train, no empty strokes", invalid),
+        Card("TAMA", f"{summary.TAMA_g:.3f}", "g", "mean of its peak device accelerations", invalid),
+        Card(
+            "Largest peak",
+            f"{worst.peak_device_acceleration_g:.3f}",
+            "g",
+            f"device acceleration of {worst.name}",
+            invalid,
+        ),
+        Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact", invalid),
     )
     if summary.status.detail:
         section.text(f"Status: {summary.status}.")
     if limits:
-        section.table(tables.limits(limits))
+        section.table(tables.limits(limits).marked(summary.not_valid))
         section.text(
             "The limits are the scenario's: those of responses for the moving train, those of strokes for every "
             "device that has one. The clauses of EN 15227 are not checked, and no compliance is claimed."
@@ -113,16 +122,22 @@ def _add_outcome(section: Section, summary: Summary) -> None:
 def _add_scenario(section: Section, result: Result) -> None:
     scenario, chain = result.scenario, result.chain
     c, s = scenario.collision, scenario.simulation
+    partner = f"{c.partner_speed_km_h:g} km/h" if c.partner_speed_km_h else "standing"
+    obstacle = scenario.obstacles.get(c.partner)
+    if c.partner == RIGID_WALL:
+        struck = "rigid wall"
+    elif obstacle is None:
+        struck = f"{c.partner}, {partner}, struck at its {c.partner_end}"
+    else:
+        struck = f"{c.partner}, fixed obstacle" if obstacle.fixed else f"{c.partner}, free obstacle, {partner}"
     if scenario.notes:
         section.text(scenario.notes)
     section.facts(
         {
             "Train": f"{c.train}, {c.speed_km_h:g} km/h",
-            "Partner": "rigid wall"
-            if c.partner == RIGID_WALL
-            else f"{c.partner}, {c.partner_speed_km_h:g} km/h, struck at its {c.partner_end}",
+            "Partner": struck,
             "Gap at the start": f"{c.gap_mm:g} mm",
-            "Rail friction": f"{c.rail_friction:g} (Coulomb, every vehicle)",
+            "Grade": f"{c.grade_per_mille:g} per mille, positive uphill along the motion",
             "Step": f"{s.step_ms:g} ms ({s.integrator}), recorded every {s.record_every_ms:g} ms",
             "Time limit": f"{s.time_limit_s:g} s",
         }

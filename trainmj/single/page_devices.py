@@ -1,119 +1,114 @@
-"""Devices with their curves, and the path that the collision took on them."""
+"""Devices with the force over their stroke, and the path that the collision took on it."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from pydantic import BaseModel
 
-from trainmj.collision.chain import Chain, Interface, name_of_side, places_of_sides
-from trainmj.collision.device import Array, Device
+from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import Trace, axes, line
+from trainmj.output.plot import GREY, Trace, axes, line
 from trainmj.output.style import PALETTE
 from trainmj.scenario.curves import Curve
-from trainmj.scenario.devices import DeviceSpec, StagedDevice
+from trainmj.scenario.devices import AnyDevice, StagedDevice
+from trainmj.single.devices import Drawn, Place, curves, pulled, table, users
 from trainmj.single.page_histories import MOST_LINES
 from trainmj.units import KJ, KN, MM, MS, unit_of, words
 
 _MOST_POINTS = 1500  # of a path
+_LIGHT, _DARK = "#b4bac4", "#7a808a"
 
 
 def add_devices(section: Section, result: Result) -> None:
-    """Put each device's curve, and the paths taken on it, into a section."""
+    """Put each device, its force over its stroke and the paths taken on it, into a section."""
     chain = result.chain
+    used = users(chain)
+    section.table(table(result.scenario, chain))
     section.text(
-        "Grey: the envelope, along which a device crushes. In colour: stroke and force of the collision, one point for "
-        f"every record ({chain.record_interval / MS:.3g} ms); a shorter event, such as a shear-off, may "
-        "fall between two of them. Paths of the partner: click their names."
+        "Grey: force over stroke of a new device, pressed (solid) and let go (dotted) at rest; darker, where the force "
+        "depends on the rate, at the largest rate that it sees as the sides close. In colour: stroke and force of the "
+        f"collision, one point for every record ({chain.record_interval / MS:.3g} ms); a shorter event, such as a "
+        "shear-off, may fall between two of them. Negative: force and extension of an interface that is pulled. Paths "
+        "of the partner: click their names."
     )
-    users = _users(chain)
-    for name, places in users.items():
+    if result.not_valid:
+        section.text(f"Dotted paths: {result.not_valid}.")
+    for name, places in used.items():
         section.plot(
-            [_envelope(result, places), *_paths(result, places)],
+            [*_curves(result, places), *_paths(result, places)],
             axes("Stroke", "mm", "Force", "kN"),
             title=f"Device {name}",
             note=_words(result.scenario.devices[name], places),
             height=420,
             half=True,
         )
-    unused = [name for name in result.scenario.devices if name not in users]
+    unused = [name for name in result.scenario.devices if name not in used]
     if unused:
         section.text(f"Devices of the scenario that this collision does not use: {', '.join(unused)}.")
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where a device stands."""
-
-    interface: Interface  # at which interface
-    index: int  # of the interface
-    side: int  # 0 on its left, 1 on its right
-
-    @property
-    def device(self) -> Device:
-        """What stands there."""
-        return self.interface.devices[self.side]
-
-    def largest(self, result: Result) -> float:
-        """Largest stroke [m]."""
-        return self.interface.side_largest(max(0.0, float(result.tally.stroke_max[self.index])), self.side)
-
-    def path(self, result: Result) -> tuple[Array, Array]:
-        """Strokes [mm] and forces [kN] while the interface is pressed."""
-        u, f = result.stroke[:, self.index], result.force[:, self.index]
-        moved = np.append(True, np.hypot(np.diff(u) / 1e-5, np.diff(f) / 10.0) > 1.0)  # more than 0.01 mm or 10 N
-        rows = np.flatnonzero((u > 0.0) & moved)
-        rows = rows[:: -(-max(1, rows.size) // _MOST_POINTS)]
-        return self.interface.side_history(u, self.side)[rows] / MM, f[rows] / KN
+def _curves(result: Result, places: list[Place]) -> list[Trace]:
+    """Force over stroke up to a little beyond the largest stroke, in and out, and of the draw gear."""
+    _, strokes, _ = (np.concatenate(values) for values in zip(*(_path(result, p) for p in places), strict=True))
+    reached, out = (float(way.max(initial=0.0)) * MM for way in (strokes, -strokes))
+    drawn = list(curves(result.chain, places, reached))
+    drawn += [pulled(place.interface, out) for place in places if place.device.pull and place.interface.draws][:1]
+    return [trace for one in drawn for trace in _both_ways(one)]
 
 
-def _users(chain: Chain) -> dict[str, list[Place]]:
-    """Where each device stands, the front first; if both sides of the front are equal, one stands for both."""
-    found: dict[str, list[Place]] = {}
-    for k, side in places_of_sides(chain):
-        place = Place(chain.interfaces[k], k, side)
-        found.setdefault(place.device.name, []).append(place)
-    return found
+def _both_ways(drawn: Drawn) -> list[Trace]:
+    """Pressed, and let go again."""
+    colour = _DARK if drawn.name.startswith("at ") and drawn.name != "at rest" else _LIGHT
+    (u, f), (back, falling) = drawn.parts
+    return [
+        line(drawn.name, u, f, "kN", colour, width=4, mode="lines"),
+        line(f"{drawn.name}, let go", back, falling, "kN", colour, width=2, line={"dash": "dot"}, showlegend=False),
+    ]
 
 
-def _envelope(result: Result, places: list[Place]) -> Trace:
-    """The curve up to a little beyond the largest stroke and the limits."""
-    device = places[0].device
-    e = device.envelope
-    reached = max(place.largest(result) for place in places)
-    limits = [s.start + s.limit for s in device.stages if np.isfinite(s.limit)]
-    last = max(1.15 * max([reached, *limits]), float(e.stroke[1]))
-    inner = e.stroke < last
-    u = np.append(e.stroke[inner], last)
-    f = np.append(e.force[inner], e.force_at(last))
-    return line("envelope", u / MM, f / KN, "kN", "#b4bac4", width=4, mode="lines")
+def _stroke(result: Result, place: Place) -> Array:
+    """(n_sample,) stroke of a device; negative, that of its interface where its draw gear is pulled [m]."""
+    whole = result.stroke[:, place.index]
+    own = result.of_device("stroke", place.index, place.side)
+    return np.where(whole < 0.0, whole if place.device.pull else 0.0, own)
+
+
+def _path(result: Result, place: Place) -> tuple[Array, Array, Array]:
+    """Times [s], strokes [mm] and forces [kN] while a device carries force."""
+    u, f = _stroke(result, place), result.force[:, place.index]
+    moved = np.append(True, np.hypot(np.diff(u) / 1e-5, np.diff(f) / 10.0) > 1.0)  # more than 0.01 mm or 10 N
+    rows = np.flatnonzero(((u > 0.0) | ((f < 0.0) & (u < 0.0))) & moved)
+    rows = rows[:: -(-max(1, rows.size) // _MOST_POINTS)]
+    return result.time[rows], u[rows] / MM, f[rows] / KN
 
 
 def _paths(result: Result, places: list[Place]) -> list[Trace]:
     """Force over stroke at the places nearest to the front; those of the partner are hidden at first."""
-    traces = []
+    traces, until = [], result.tally.valid_until
     for n, place in enumerate(places[: 2 * MOST_LINES]):
-        name = name_of_side(place.interface, place.side)
         more: Trace = {"visible": "legendonly"} if place.index > result.chain.front else {}
-        traces.append(line(name, *place.path(result), "kN", PALETTE[n % len(PALETTE)], width=1.3, **more))
+        time, u, f = _path(result, place)
+        valid, colour = time <= until, PALETTE[n % len(PALETTE)]
+        traces.append(line(place.name, u[valid], f[valid], "kN", colour, width=1.3, **more))
+        if not valid.all():
+            name = f"{place.name}, {result.not_valid}"
+            traces.append(line(name, u[~valid], f[~valid], "kN", GREY, width=1.3, line={"dash": "dot"}, **more))
     return traces
 
 
-def _words(spec: DeviceSpec, places: list[Place]) -> str:
+def _words(spec: AnyDevice, places: list[Place]) -> str:
     """Constants, stages with their limits, and where the device stands."""
     parts = []
     if isinstance(spec, StagedDevice):
         parts += [f"{name}: {_values(stage)}" for name, stage in spec.stages.items() if _values(stage)]
     parts += [_values(spec)]
     device = places[0].device
-    last = device.stages[-1]
-    if np.isfinite(last.limit):
-        parts.append(f"{device.envelope.energy(last.start + last.limit) / KJ:.1f} kJ up to the last limit")
-    parts.append("at " + ", ".join(p.interface.name for p in places[:4]) + (" and more" if len(places) > 4 else ""))
-    return "; ".join(parts) + "."
+    limited = [s.start + s.limit for s in device.stages if np.isfinite(s.limit)]
+    if limited:
+        parts.append(f"{device.envelope.energy(limited[-1]) / KJ:.1f} kJ at rest up to the last limit")
+    parts.append("at " + ", ".join(p.name for p in places[:4]) + (" and more" if len(places) > 4 else ""))
+    return "; ".join(filter(None, parts)) + "."
 
 
 def _values(part: BaseModel) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from trainmj.collision.chain import Chain, places_of_sides
+from trainmj.collision.chain import Brake, Chain, places_of_sides
+from trainmj.collision.envelope import Array
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade
-from trainmj.output.style import BLUE, PURPLE, YELLOW
+from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade, shaded
+from trainmj.output.style import BLUE, GREEN, PURPLE, SKY, YELLOW
 from trainmj.single.figures import OF_INTERFACES
 from trainmj.units import KJ, MS
 
@@ -31,22 +32,27 @@ def add_histories(section: Section, result: Result) -> None:
         "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        _plot(section, axis + more, _vehicle_lines(result, name, step), axis, HISTORIES[name].shown)
+        _plot(section, result, axis + more, _vehicle_lines(result, name, step), axis, HISTORIES[name].shown)
     for name, title in OF_INTERFACES.items():
         traces = _interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        _plot(section, title, traces, title, HISTORIES[name].shown, " ".join(notes))
-    note = "Stacked; elastic energy is the rest of the kinetic energy at the start."
-    _plot(section, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
+        _plot(section, result, title, traces, title, HISTORIES[name].shown, " ".join(notes))
+    note = "Stacked; what the devices still hold is the rest of the kinetic energy at the start."
+    if chain.grade:
+        note += " What a grade gives comes on top."
+    _plot(section, result, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
     left_out = len(chain.interfaces) - len(joints)
     if left_out:
         section.text(f"{left_out} interfaces and their vehicles further from the impact are not drawn.")
 
 
-def _plot(section: Section, title: str, traces: list[Trace], axis: str, unit: str, note: str = "") -> None:
-    """A plot over time, all lines read out at once."""
-    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"})
+def _plot(
+    section: Section, result: Result, title: str, traces: list[Trace], axis: str, unit: str, note: str = ""
+) -> None:
+    """A plot over time, all lines read out at once; shaded where it is not valid."""
+    shade_ = shaded(result.tally.valid_until, float(result.time[-1]), "not valid") if result.not_valid else {}
+    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, **shade_)
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
 
 
@@ -83,19 +89,35 @@ def _interface_lines(result: Result, history: str, step: int, joints: list[int])
 
 
 def _balance_lines(result: Result, step: int) -> list[Trace]:
-    """Kinetic energy, absorbed energy, work of the rails over the distance travelled, and the elastic rest [kJ]."""
+    """Kinetic and absorbed energy, work of rails and brakes over the way, of the grade, and the rest [kJ]."""
     chain = result.chain
-    way = np.vstack([np.zeros(len(chain.vehicles)), np.cumsum(np.abs(np.diff(result.position, axis=0)), axis=0)])
+    way = np.vstack([np.zeros(len(chain.vehicles)), np.abs(np.diff(result.position, axis=0))])
     kinetic = 0.5 * np.sum(chain.mass * result.velocity**2, axis=1)
     absorbed = np.sum(result.energy, axis=1)
-    rails = np.sum(chain.friction * way, axis=1)
-    elastic = np.maximum(0.0, kinetic[0] - kinetic - absorbed - rails)
+    rails = np.cumsum(np.sum(chain.friction * way, axis=1))
+    brakes = np.cumsum(np.sum(_braking(result) * way, axis=1))
+    grade = -np.sum(chain.grade_force * (result.position - result.position[0]), axis=1)
+    held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - rails - brakes - grade)
     return [
         line(name, result.time[::step], values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")
         for name, values, colour in (
             ("absorbed by the devices", absorbed, BLUE),
             ("by the rails", rails, GREY),
-            ("elastic, in the devices", elastic, PURPLE),
+            ("by the brakes", brakes, GREEN),
+            ("by the grade", np.maximum(0.0, grade), SKY),
+            ("elastic or gas, in the devices", held, PURPLE),
             ("kinetic", kinetic, YELLOW),
         )
+        if values.any()
     ]
+
+
+def _braking(result: Result) -> Array:
+    """(n_sample, n_vehicle) brake force that there is [N], as the mean between a record and the one before."""
+    brakes = [v.brake or Brake(0.0) for v in result.chain.vehicles]
+    time = result.time - 0.5 * result.chain.record_interval
+    rising = [
+        np.clip((time - b.delay) / b.rise, 0.0, 1.0) if b.rise > 0.0 else (time >= b.delay).astype(float)
+        for b in brakes
+    ]
+    return np.stack([np.minimum(b.force * part, b.most) for b, part in zip(brakes, rising, strict=True)], axis=1)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.table import Table as Grid
 from rich.text import Text
 
 from trainmj.collision.chain import Chain, largest_step
@@ -14,9 +15,13 @@ from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
+from trainmj.output.text_plot import Line, text_plot
 from trainmj.scenario import Scenario
-from trainmj.single import tables
+from trainmj.single import devices, tables
 from trainmj.units import MS, rounded_down
+
+_MOST_CURVES = 4  # devices that are drawn
+_CURVE_WIDTH, _CURVE_ROWS = 38, 8
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
@@ -27,12 +32,14 @@ def print_summary(result: Result, summary: Summary) -> None:
     console = new_console()
     _print_head(console, result.scenario)
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
+    _print_not_valid(console, summary)
+    mark = f" ({summary.not_valid})" if summary.not_valid else ""
     for quantity in TRAIN:
         value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
-        console.print(f"{quantity.heading}: {value}, {quantity.meaning}")
+        console.print(f"{quantity.heading}: {value}{mark}, {quantity.meaning}")
     limits = summary.limits
     for table in (
-        *([tables.limits(limits)] if limits else []),
+        *([tables.limits(limits).marked(summary.not_valid)] if limits else []),
         tables.interfaces(summary),
         tables.vehicles(summary),
         tables.energy(summary),
@@ -41,6 +48,17 @@ def print_summary(result: Result, summary: Summary) -> None:
         console.print()
         print_table(console, table)
     _print_notes(console, result.scenario, summary.remarks)
+
+
+def _print_not_valid(console: Console, summary: Summary) -> None:
+    """Which numbers are not valid, and what to do about it."""
+    if summary.not_valid:
+        console.print(
+            Text(
+                f"{summary.not_valid.replace('not valid', 'NOT VALID')}: {tables.why_not_valid(summary)}",
+                style="bold reverse",
+            )
+        )
 
 
 def _print_head(console: Console, scenario: Scenario) -> None:
@@ -58,9 +76,10 @@ def _print_notes(console: Console, scenario: Scenario, found: Iterable[str]) -> 
 def print_convergence(convergence: Convergence) -> None:
     """What halving the step changes, and the error of the scenario's own step."""
     console = new_console()
+    first = convergence.summaries[0]
     for table in tables.convergence(convergence):
         console.print()
-        print_table(console, table)
+        print_table(console, table.marked(first.not_valid))
     last = convergence.step_ms[-1]
     console.print()
     console.print(
@@ -71,6 +90,33 @@ def print_convergence(convergence: Convergence) -> None:
     )
 
 
+def _print_curves(console: Console, chain: Chain) -> None:
+    """Force over stroke of the first devices, two side by side."""
+    users = devices.users(chain)
+    console.print()
+    console.print("Force (kN) over stroke (mm): * loading and . unloading at rest; + and - at a rate", style="bold")
+    plots = [Text(_curve(chain, name, users[name])) for name in list(users)[:_MOST_CURVES]]
+    for pair in zip(plots[::2], [*plots[1::2], *[Text()] * (len(plots) % 2)], strict=True):
+        grid = Grid.grid(padding=(0, 2, 0, 0))
+        grid.add_row(*pair)
+        console.print(grid, soft_wrap=True)
+    left_out = list(users)[_MOST_CURVES:]
+    if left_out:
+        console.print(Text(f"Not drawn: {', '.join(left_out)}; the report of a run draws all."))
+
+
+def _curve(chain: Chain, name: str, places: list[devices.Place]) -> str:
+    """Force over stroke of a device in plain characters."""
+    drawn = list(devices.curves(chain, places))
+    lines = [
+        Line(sign, u, f)
+        for one, signs in zip(drawn, ("*.", "+-"), strict=False)
+        for sign, (u, f) in zip(signs, one.parts, strict=True)
+    ]
+    title = ", + ".join([name, *(one.name for one in drawn[1:])])
+    return text_plot(title, lines, "mm", _CURVE_WIDTH, _CURVE_ROWS)
+
+
 def print_chain(scenario: Scenario, chain: Chain) -> None:
     """What would run: vehicles, interfaces and step."""
     console = new_console()
@@ -78,7 +124,12 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.vehicles_of(chain))
     console.print()
     print_table(console, tables.interfaces_of(chain))
-    _print_notes(console, scenario, remarks(chain))
+    console.print()
+    print_table(console, devices.table(scenario, chain))
+    _print_curves(console, chain)
+    _print_notes(console, scenario, (*remarks(chain), *devices.narrow(chain)))
+    if chain.grade:
+        console.print(f"Grade {chain.grade * 1e3:g} per mille, positive uphill along the motion.")
     largest = rounded_down(largest_step(chain) / MS, 3)
     console.print(
         f"Step {chain.step / MS:g} ms ({chain.integrator}), stable up to {largest} ms; "

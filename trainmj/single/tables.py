@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.collision.chain import Chain, Interface, largest_step
-from trainmj.collision.device import Device
+from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step
+from trainmj.collision.device import CAR_BODY
 from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, VEHICLE, Quantity
 from trainmj.collision.records import InterfaceMetrics, StageUse
@@ -17,12 +17,17 @@ from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
 from trainmj.collision.summary import UNSTABLE, Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
-from trainmj.units import KM_H, KN_PER_MM, KN_S_PER_M, MM, MS, TONNE, against
+from trainmj.units import KM_H, KN, MS, TONNE, against
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
 
 _SEEN = 5e-4  # g: half a digit of the table
+_INDENT = "\u00a0\u00a0"  # before what is part of the row above
+_ALWAYS = ("kinetic_start_kJ", "kinetic_end_kJ", "elastic_kJ", "absorbed_kJ", "friction_kJ")
+_PARTS = ("crushed_kJ", "frictional_kJ", "viscous_kJ")
+"""Rows of the balance that are always there, and those of what is absorbed, if it is more than one."""
+
 _MOMENTUM = 1e-9  # momentum is kept to round-off; a larger error, relative to the sum of |m v|, is a fault
 
 
@@ -33,11 +38,28 @@ def outcome(status: Status) -> Verdict:
     return (warned if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed)(status.kind)
 
 
+def why_not_valid(summary: Summary) -> str:
+    """Why numbers are not valid, which ones, and the cure."""
+    ended = dict.fromkeys(f"{i.device} at {i.name}" for i in summary.interfaces if i.beyond_curve)
+    return (
+        f"the curve of {', '.join(ended)} ended, and nothing is stated behind it. From then on its last force is only "
+        "held, and no force, stroke, acceleration, speed or energy is valid; nor is any number that depends on them. "
+        "Cure: a longer curve, or beyond: car_body, stop or hold."
+    )
+
+
 def limits(criteria: Sequence[Criterion]) -> Table:
     """The limits of the scenario beside what was found."""
     heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%"), *worded("verdict")]
     rows = [
-        (c.title, c.where, f"{c.text} {c.unit}", f"{c.limit:.12g} {c.unit}", against(c.used, 100, 0), judged(c.kept))
+        (
+            c.title,
+            c.where,
+            f"{c.text} {c.unit}",
+            f"{c.limit:.12g} {c.unit}",
+            against(c.used, 100, 0),
+            judged(c.kept) if c.valid else failed("not valid"),
+        )
         for c in criteria
     ]
     return Table(heads, rows)
@@ -46,31 +68,43 @@ def limits(criteria: Sequence[Criterion]) -> Table:
 def interfaces(summary: Summary) -> Table:
     """Every interface and the stages of its devices, from the front backwards, the moving train first."""
     rows: list[tuple[Any, ...]] = []
-    blank = [""] * (len(INTERFACE) - 1)
+    draws = any(i.draws for i in summary.interfaces)
+    shown = [q for q in INTERFACE if q.name != "peak_pull_kN" or draws]
+    cells: dict[str, Any]
     for i in summary.interfaces:
-        stages = i.stages if len(i.stages) > 1 else ()
-        stroke, *others = i.values.values()
-        own = i.stages[0].limit_mm if len(i.stages) == 1 else None
-        rows.append((i.name, i.device, STAGE.text(stroke, own), *others, _end(i)))
-        rows += [(f"\u00a0\u00a0{s.name}", "", STAGE.text(s.stroke_mm, s.limit_mm), *blank, _limit(s)) for s in stages]
-    return Table(
-        [*worded("Interface", "device"), *_columns(INTERFACE), Column("limit", "mm", text=True)],
+        used = _used(i)
+        stages = used if len(used) > 1 else ()
+        own = used[0].limit_mm if len(used) == 1 else None
+        cells = {**i.values, "stroke_mm": STAGE.text(i.stroke_mm, own)}
+        rows.append((i.name, i.device, *(cells[q.name] for q in shown), _end(i)))
+        for s in stages:
+            cells = {"stroke_mm": STAGE.text(s.stroke_mm, s.limit_mm), "energy_kJ": s.energy_kJ}
+            rows.append((f"{_INDENT}{s.name}", "", *(cells.get(q.name, "") for q in shown), _limit(s)))
+    table = Table(
+        [*worded("Interface", "device"), *_columns(shown), Column("limit", "mm", text=True)],
         rows,
         "Interfaces",
         "At the front: one train's side. From the front backwards, the moving train first.",
     )
+    return table.marked(summary.not_valid)
 
 
 def _end(interface: InterfaceMetrics) -> Verdict | str:
     """Whether the curve or the only stage's limit was passed; the limits of several stages stand in their rows."""
     if interface.beyond_curve:
-        return failed("past the curve")
-    return _limit(interface.stages[0]) if len(interface.stages) == 1 else ""
+        return failed("curve ended")
+    used = _used(interface)
+    return _limit(used[0]) if len(used) == 1 else ""
+
+
+def _used(interface: InterfaceMetrics) -> tuple[StageUse, ...]:
+    """Its stages, without a car body that nothing reached."""
+    return tuple(stage for stage in interface.stages if stage.name != CAR_BODY or stage.stroke_mm > 0.0)
 
 
 def _limit(stage: StageUse) -> Verdict | str:
     if stage.limit_mm is None:
-        return ""
+        return failed("crushed") if stage.collapsed else ""
     limit = f"{stage.limit_mm:.12g}"
     return failed(f"> {limit}") if stage.exhausted else passed(f"≤ {limit}")
 
@@ -85,12 +119,13 @@ def vehicles(summary: Summary) -> Table:
         note += " A CFC 60 peak above the total peak is the filter's overshoot, no acceleration that was there."
     if any(np.isnan(list(v.values.values())).any() for v in summary.vehicles):
         note += " Missing values need records closer together (record_every_ms), or a collision that is not cut off."
-    return Table(
+    table = Table(
         [*worded("Vehicle", "type"), *_columns(VEHICLE)],
         [(v.name, v.kind, *v.values.values()) for v in summary.vehicles],
         "Vehicles",
         note,
     )
+    return table.marked(summary.not_valid)
 
 
 def _columns(quantities: Iterable[Quantity[Any]]) -> list[Column]:
@@ -101,11 +136,17 @@ def _columns(quantities: Iterable[Quantity[Any]]) -> list[Column]:
 
 
 def energy(summary: Summary) -> Table:
-    """Where the kinetic energy went."""
+    """Where the kinetic energy went; what no device or vehicle of the collision has is left out."""
     values = summary.balance.values
     start = values["kinetic_start_kJ"]
-    rows = [(q.heading, values[q.name], 100 * values[q.name] / start) for q in BALANCE if q.unit == "kJ"]
-    return Table([*worded("Energy"), Column("", "kJ", 1), Column("share", "%", 2)], rows)
+    several = sum(values[name] != 0.0 for name in _PARTS) > 1
+    rows = [
+        (f"{_INDENT * (q.name in _PARTS)}{q.heading}", values[q.name], 100 * values[q.name] / start)
+        for q in BALANCE
+        if q.unit == "kJ" and (q.name in _ALWAYS or (values[q.name] != 0.0 and (several or q.name not in _PARTS)))
+    ]
+    table = Table([*worded("Energy"), Column("", "kJ", 1), Column("share", "%", 2)], rows)
+    return table.marked(summary.not_valid)
 
 
 def checks(result: Result, summary: Summary) -> Table:
@@ -118,9 +159,11 @@ def checks(result: Result, summary: Summary) -> Table:
         ("momentum balance", b.momentum_error, _MOMENTUM),
     )
     stable, end, last = f"{against(largest, step, -3)} ms", summary.duration_s, chain.time_limit
+    valid = min(result.tally.valid_until, end)
     rows = [
         *((name, against(abs(e), most, -2), f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
         ("step, against the largest stable one", f"{step:.12g} ms", stable, judged(step <= largest)),
+        ("valid until, of the time simulated", f"{valid:.4g} s", f"{end:.4g} s", judged(not summary.not_valid)),
         ("end, before the time limit", f"{end:.3f} s", f"{last:g} s", judged(result.tally.over)),
     ]
     return Table(
@@ -132,37 +175,29 @@ def checks(result: Result, summary: Summary) -> Table:
 
 
 def vehicles_of(chain: Chain) -> Table:
-    """The vehicles as they stand along the track."""
-    measures = [Column(name, unit, ".6g") for name, unit in (("mass", "t"), ("length", "m"), ("speed", "km/h"))]
+    """The vehicles as they stand along the track, with what holds them there."""
+    measures = [("mass", "t"), ("length", "m"), ("speed", "km/h"), ("rail friction", "")]
+    braked = any(v.brake for v in chain.vehicles)
+    if braked:
+        measures += [("brake force", "kN"), ("brake after", "s"), ("brake rise", "s"), ("adhesion", "kN")]
+
+    def brake(v: Vehicle) -> tuple[float | None, ...]:
+        b = v.brake
+        return (None,) * 4 if b is None else (b.force / KN, b.delay, b.rise, b.most / KN)
+
     return Table(
-        [*worded("Vehicle", "type"), *measures],
-        [(v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H) for v in chain.vehicles],
+        [*worded("Vehicle", "type"), *(Column(name, unit, ".6g") for name, unit in measures)],
+        [
+            (v.name, v.kind, v.mass / TONNE, v.length, v.speed / KM_H, v.rail_friction, *(brake(v) if braked else ()))
+            for v in chain.vehicles
+        ],
         "Vehicles along the track",
     )
 
 
 def interfaces_of(chain: Chain) -> Table:
     """The interfaces with their devices."""
-    constants = [Column("stiffness", "kN/mm", ".6g"), Column("dashpot", "kN s/m", ".6g"), Column("points")]
-    return Table(
-        [*worded("Interface", "device"), *constants, *worded("stages (limit mm)")],
-        [
-            (
-                i.name,
-                _devices(i),
-                i.envelope.stiffness / KN_PER_MM,
-                i.envelope.damping / KN_S_PER_M,
-                i.envelope.stroke.size,
-                " + ".join(dict.fromkeys(_stages(device) for device in i.devices)),
-            )
-            for i in chain.interfaces
-        ],
-        "Interfaces",
-    )
-
-
-def _stages(device: Device) -> str:
-    return "; ".join(f"{s.name} ({s.limit / MM:g})" if s.limit < np.inf else s.name for s in device.stages)
+    return Table(worded("Interface", "device"), [(i.name, _devices(i)) for i in chain.interfaces], "Interfaces")
 
 
 def _devices(interface: Interface) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.status import FAILED
+from trainmj.collision.status import UNUSABLE
 from trainmj.doe import (
     Ranking,
     Weights,
@@ -118,7 +118,10 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
     import pandas as pd
 
     found = simulator.at(chosen.points, study.scenario.with_values(study.spec.check.set))
-    values = np.stack([as_it_stands, chosen.responses[0], found.responses[0]], axis=1).tolist()
+    (status,), (reason,) = found.status, found.reason
+    usable = status not in UNUSABLE
+    simulated = found.responses[0] if usable else np.full(len(study.responses), np.nan)
+    values = np.stack([as_it_stands, chosen.responses[0], simulated], axis=1).tolist()
     rows: list[dict[str, Any]] = []
     for response, (before, predicted, simulated) in zip(study.responses, values, strict=True):
         limits = [limit for limit in study.limits if limit.response == response]
@@ -136,8 +139,7 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
             }
         )
     table = pd.DataFrame(rows).drop(columns="limits")
-    (status,), (reason,) = found.status, found.reason
-    kept = status not in FAILED and all(row["kept"] is not False for row in rows)
+    kept = usable and all(row["kept"] is not False for row in rows)
     changed = study.spec.set | study.spec.check.set
     facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed}
     return Output(None, {"10_check": table}, facts, {"10_check": partial(figures.check, study, table)})

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trainmj.cases.table import STATUS
-from trainmj.collision.status import FAILED
+from trainmj.collision.status import UNUSABLE
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.study.plan import Study
@@ -35,11 +35,11 @@ class Designs:
 
     @property
     def failed(self) -> NDArray[np.bool_]:
-        """Whether each design has no usable responses: refused, unstable, or without one of them, (n,)."""
-        return np.isin(self.status, FAILED) | ~np.isfinite(self.responses).all(axis=1)
+        """Whether each design has no usable responses: refused, unstable, not valid, or without one of them, (n,)."""
+        return np.isin(self.status, UNUSABLE) | ~np.isfinite(self.responses).all(axis=1)
 
     def usable(self) -> tuple[FloatArray, FloatArray]:
-        """Points (n, d) and responses (n, r) of the simulations that did not fail.
+        """Points (n, d) and responses (n, r) of the simulations whose responses may be used.
 
         Raises:
             InputError: if there are fewer than three of them.
@@ -49,12 +49,12 @@ class Designs:
             return np.asfortranarray(self.points[good]), np.asfortranarray(self.responses[good])
         if good.all():
             raise InputError(f"the design has {len(self)} points, too few to go on: give three or more")
-        said = f"only {int(good.sum())} of the {len(self)} cases of the design could be computed, too few to go on"
+        said = f"only {int(good.sum())} of the {len(self)} cases of the design can be used, too few to go on"
         raise InputError(f"{said}; the first that failed is {self.first_failure}")
 
     @property
     def first_failure(self) -> str | None:
-        """Status and reason of the first simulation that failed, and what it has no number for."""
+        """Status and reason of the first simulation that cannot be used, and what it has no number for."""
         failed = np.flatnonzero(self.failed)
         if not failed.size:
             return None
@@ -62,7 +62,7 @@ class Designs:
         lost = [
             r.name for r, value in zip(self.study.responses, self.responses[k], strict=True) if not np.isfinite(value)
         ]
-        without = "" if self.status[k] in FAILED else f"{', '.join(lost)} came to no number"
+        without = "" if self.status[k] in UNUSABLE else f"{', '.join(lost)} came to no number"
         return f"{self.status[k]}: {'; '.join(filter(None, (self.reason[k], without)))}".rstrip(": ")
 
     def table(self) -> pd.DataFrame:

@@ -109,9 +109,8 @@ def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
 
 def _bars(axes: Axes, names: Sequence[str], values: FloatArray, colour: str, said: Callable[[float], str]) -> None:
     place = np.arange(len(names))[::-1]
-    values = np.nan_to_num(values)
-    bars = axes.barh(place, values, height=0.6, color=colour)
-    axes.bar_label(bars, [said(v) for v in values], padding=3, fontsize=7)
+    bars = axes.barh(place, np.nan_to_num(values), height=0.6, color=colour)
+    axes.bar_label(bars, [said(v) if np.isfinite(v) else "-" for v in values], padding=3, fontsize=7)
     axes.set_yticks(place, names)
     axes.margins(x=0.2)
     axes.locator_params(axis="x", nbins=5)

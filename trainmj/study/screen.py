@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.status import Status
 from rich.text import Text
 
+from trainmj.collision.status import UNUSABLE
 from trainmj.output.console import new_console, print_table
 from trainmj.output.table import Table, Verdict
 from trainmj.study import tables
@@ -97,7 +98,9 @@ def print_study(result: StudyResult) -> None:
     show(tables.weights(summary))
     show(tables.decision(summary), tables.notes_on_decision(summary))
     show(tables.check(summary))
-    if not summary["check"]["kept"] and summary["constraints"]:
+    if summary["check"]["status"] in UNUSABLE:
+        console.print("The chosen design has no numbers that may be used when simulated: see the status of the check.")
+    elif not summary["check"]["kept"] and summary["constraints"]:
         console.print(
             "The chosen design does not keep its limits when simulated: give the constraint a margin, add points to "
             "the design, or decide on the simulator's front."

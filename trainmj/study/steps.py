@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from trainmj.collision.status import FAILED, PAST_LIMITS
+from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE
 from trainmj.doe import (
     Design,
     Lattice,
@@ -41,14 +41,16 @@ def as_it_stands(study: Study, simulator: Simulator) -> Output[FloatArray]:
         raise InputError(f"the scenario as it stands is {row['status']}: {row['reason']}")
     table = pd.DataFrame({"response": list(row), "value": [str(value) for value in row.values()]})
     tables = {"00_as_it_stands": table}
-    return Output(read_as_it_stands(study, tables), tables, {"status": row["status"], "set": study.spec.set}, {})
+    facts = {"status": row["status"], "reason": row["reason"], "set": study.spec.set}
+    return Output(read_as_it_stands(study, tables), tables, facts, {})
 
 
 def read_as_it_stands(study: Study, tables: Tables) -> FloatArray:
-    """The study's responses (r,) among all of those of the scenario."""
+    """The study's responses (r,) among all of those of the scenario; nan where they are not valid."""
     table = tables["00_as_it_stands"]
     found = dict(zip(table["response"], table["value"], strict=True))
-    return np.array([float(found[r.column]) for r in study.responses])
+    usable = found["status"] not in UNUSABLE
+    return np.array([float(found[r.column]) if usable else np.nan for r in study.responses])
 
 
 def design(study: Study) -> Output[FloatArray]:
@@ -99,6 +101,7 @@ def simulations(study: Study, points: FloatArray, simulator: Simulator) -> Outpu
     facts = {
         "n": len(found),
         "failed": int((~good).sum()),
+        "not_valid": sum(status in NOT_VALID for status in found.status),
         "first_failure": found.first_failure,
         "past_limits": sum(status in PAST_LIMITS for status in found.status),
     }

@@ -59,7 +59,8 @@ def responses_of(study: Study) -> Table:
 def design(summary: Summary) -> dict[str, Any]:
     """How the design was made, how well it fills the space, and how its simulations went."""
     made, done = summary["design"], summary["simulations"]
-    n, failed = done["n"], done["failed"]
+    n, failed, invalid = done["n"], done["failed"], done["not_valid"]
+    left_out = f"{failed} of {n} are left out, {failed - invalid} failed and {invalid} not valid; the first is "
     return {
         "Design": made["method"],
         "Points": f"{made['n']}" + ("" if made["seed"] is None else f", seed {made['seed']}"),
@@ -67,9 +68,7 @@ def design(summary: Summary) -> dict[str, Any]:
         "phi_p": number(made["phi_p"]),
         "Centred discrepancy": number(made["centred_discrepancy"]),
         "Distinct values": ", ".join(f"{k} of {f}" for f, k in zip(summary["factors"], made["levels"], strict=True)),
-        "Simulated": judged(
-            failed == 0, f"all {n}", f"{failed} of {n} failed and were left out; the first is {done['first_failure']}"
-        ),
+        "Simulated": judged(failed == 0, f"all {n}", f"{left_out}{done['first_failure']}"),
         "Past a limit": warned(f"{done['past_limits']} of {n}") if done["past_limits"] else passed("none"),
     }
 
@@ -117,8 +116,9 @@ def fronts(summary: Summary) -> Table:
 def notes_on_fronts(summary: Summary) -> Iterator[str]:
     """How the searches went, and what the surrogates' front is worth."""
     for where, front in searches(summary).items():
+        left_out = f" ({front['failed']} failed or not valid)" if front["failed"] else ""
         yield (
-            f"Search on the {where}: {front['evaluations']} evaluations, {front['points']} on the front; "
+            f"Search on the {where}: {front['evaluations']} evaluations{left_out}, {front['points']} on the front; "
             f"{front['status']}."
         )
     if "fronts_compared" in summary:
@@ -176,14 +176,14 @@ def check(summary: Summary) -> Table:
     for row in found["rows"]:
         limit = row["limit"].replace(f"{row['response']} ", "").replace("<=", "≤").replace(">=", "≥")
         rows.append(row | {"limit": limit, "kept": judged(row["kept"])})
-        if row.get("limits"):
+        if row.get("limits") and row["simulated"] is not None:
             rows[-1]["simulated"] = max((against(row["simulated"], value, -5) for value in row["limits"]), key=len)
-    status = f"{found['status']} {found['reason']}".strip()
+    status, stands = (f"{s['status']} {s['reason']}".strip() for s in (found, summary["as_it_stands"]))
     as_it_stands, simulated = summary["as_it_stands"].get("set", {}), found.get("set", {})
     apart = " trainmj run on the scenario sets none of this, so its numbers differ." if as_it_stands else ""
     note = (
         f"As it stands: the scenario{_with(as_it_stands)}. Simulated: the chosen design{_with(simulated)}.{apart} "
-        f"Error: predicted less simulated. Status of the check: {status}."
+        f"Error: predicted less simulated. Status as it stands: {stands}; of the check: {status}."
     )
     return table_of(rows, shown, "The chosen design, simulated", note)
 

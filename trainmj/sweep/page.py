@@ -13,7 +13,7 @@ from trainmj.cases.origin import versions_in
 from trainmj.cases.reader import read_sweep
 from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import FAILED, MEANING, PAST_LIMITS, Kind
+from trainmj.collision.status import FAILED, MEANING, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.errors import InputError
 from trainmj.files.text import from_json
 from trainmj.output.blocks import Card, Section
@@ -40,7 +40,12 @@ class Swept:
 
     @property
     def usable(self) -> pd.DataFrame:
-        """The cases that could be computed."""
+        """The cases whose responses may be used."""
+        return self.table[~self.table["status"].isin(UNUSABLE)]
+
+    @property
+    def computed(self) -> pd.DataFrame:
+        """The cases that could be computed, valid or not."""
         return self.table[~self.table["status"].isin(FAILED)]
 
 
@@ -62,9 +67,10 @@ def page_of_folder(folder: Path) -> Page:
     )
     _add_outcome(page.section("Outcome"), sweep)
     section = page.section("Responses over what was varied")
-    if len(sweep.usable) and sweep.responses:
-        add_responses(section, sweep.usable, sweep.factors, sweep.responses)
-        add_effects(page.section("Main effects"), sweep.usable, sweep.factors, sweep.responses)
+    if len(sweep.computed) and sweep.responses:
+        add_responses(section, sweep.computed, sweep.factors, sweep.responses)
+        if len(sweep.usable):
+            add_effects(page.section("Main effects"), sweep.usable, sweep.factors, sweep.responses)
     else:
         section.text("No case could be computed.")
     _add_failures(page.section("Failures and limits"), sweep)
@@ -99,12 +105,19 @@ def _commands(sweep: Swept, folder: str) -> str:
 
 def _add_outcome(section: Section, sweep: Swept) -> None:
     counts = {Kind(str(kind)): int(count) for kind, count in sweep.table["status"].value_counts().items()}
-    bad, past = (sum(counts.get(kind, 0) for kind in kinds) for kinds in (FAILED, PAST_LIMITS))
+    bad, invalid, past = (sum(counts.get(kind, 0) for kind in kinds) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
     n = len(sweep.table)
     all_there = passed("all finished") if n == sweep.planned else warned("unfinished: the same command goes on")
     section.cards(
         Card("Cases", str(n), f"of {sweep.planned}", verdict=all_there),
         Card("Failed", str(bad), "cases", "refused or unstable", verdict=judged(bad == 0, "none", "see below")),
+        Card(
+            "Not valid",
+            str(invalid),
+            "cases",
+            "a curve ended behind which nothing is stated",
+            verdict=judged(invalid == 0, "none", "see below"),
+        ),
         Card(
             "Past a limit",
             str(past),
@@ -129,6 +142,7 @@ def _add_failures(section: Section, sweep: Swept) -> None:
     add_map(section, sweep.table, sweep.factors)
     for kinds, verdict, title in (
         (FAILED, failed, "Failed cases"),
+        (NOT_VALID, failed, "Not valid: a curve ended behind which nothing is stated"),
         (PAST_LIMITS, failed, "Limits passed"),
         ((Kind.TIME_LIMIT,), warned, "Cut off by the time limit"),
         ((Kind.NO_CONTACT,), warned, "No contact"),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import PAST_LIMITS, Kind
+from trainmj.collision.status import NOT_VALID, PAST_LIMITS, Kind
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
@@ -28,7 +28,7 @@ _BINS = 8  # of a factor with more levels, in main effects
 _WANTED = {"TS_mm": 1, "TAMA_g": 1, "stroke_mm": 4, "peak_device_acceleration_g": 2}
 """Quantities that are drawn if there are many responses, and of how many places, those nearest to the impact first."""
 
-_NEVER_DRAWN = ("duration_s", "energy_error", "momentum_error")
+_NEVER_DRAWN = ("duration_s", "valid_until_s", "energy_error", "momentum_error")
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,11 @@ def add_responses(
     """A plot of each response over the factor with most levels; the others tell lines or colours apart."""
     drawn = _thinned(table)
     if table["status"].isin(PAST_LIMITS).any():
-        section.text("Hollow points passed a limit or the end of a device's curve.")
+        section.text("Hollow points passed a limit.")
+    if table["status"].isin(NOT_VALID).any():
+        section.text(
+            "Crosses are not valid: a curve ended behind which nothing is stated. Main effects leave them out."
+        )
     if len(drawn) < len(table):
         section.text(f"{len(drawn)} of {len(table)} cases are drawn.")
     first, *others = _most_levels_first(factors)
@@ -147,8 +151,9 @@ def _lines(groups: dict[str, pd.DataFrame], first: Factor, response: Response) -
 
 
 def _symbols(table: pd.DataFrame) -> list[str]:
-    """Hollow for a case that passed a limit or the end of a curve."""
-    return ["circle-open" if status in PAST_LIMITS else "circle" for status in table["status"]]
+    """Hollow for a case that passed a limit, a cross for one that is not valid."""
+    signs = dict.fromkeys(PAST_LIMITS, "circle-open") | dict.fromkeys(NOT_VALID, "x")
+    return [signs.get(status, "circle") for status in table["status"]]
 
 
 def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response) -> Trace:
@@ -175,7 +180,7 @@ def add_effects(
     """How far the mean of a response moves as one factor goes through its levels, whatever the others are."""
     effects = {(f.name, r.name): _effect(table, f, r.name) for f in factors for r in responses}
     section.text(
-        "The mean of a response over all computed cases at each level of one factor"
+        "The mean of a response over all cases with valid numbers, at each level of one factor"
         f" (of more than {_BINS} levels: in {_BINS} classes of as many cases). The table shows the largest of these "
         "means less the smallest. If cases are missing or the design is not balanced, the effects of factors mix."
     )
@@ -217,6 +222,7 @@ def _span(means: Array) -> float | None:
 
 LOOK = {
     Kind.OVER: (PALETTE[0], "circle"),
+    Kind.CURVE_ENDED: ("#22262e", "diamond"),
     Kind.EXHAUSTED: (PALETTE[1], "triangle-up"),
     Kind.LIMIT: (PALETTE[1], "triangle-down"),
     Kind.TIME_LIMIT: (PALETTE[4], "square"),

@@ -20,7 +20,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, matching, no_number
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
-from trainmj.collision.status import FAILED, PAST_LIMITS
+from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, own_files, remove_own
@@ -46,7 +46,9 @@ class SweepResult:
         computed: how many were computed now; the others were there.
         failed: how many of all are refused or unstable.
         first_failure: number, status and reason of the first of these; empty if there is none.
-        past_limits: how many of all passed a limit, or the end of a device's curve.
+        not_valid: how many of all have numbers that are not valid, as a curve ended behind which nothing is stated.
+        first_not_valid: likewise.
+        past_limits: how many of all passed a limit, with valid numbers.
         first_past_limits: likewise.
         seconds: wall time [s].
     """
@@ -56,6 +58,8 @@ class SweepResult:
     computed: int
     failed: int
     first_failure: str
+    not_valid: int
+    first_not_valid: str
     past_limits: int
     first_past_limits: str
     seconds: float
@@ -109,10 +113,10 @@ def run_sweep(
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
-            failed, past_limits = (_said(store.ended(kinds)) for kinds in (FAILED, PAST_LIMITS))
+            failed, invalid, past = (_said(store.ended(kinds)) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
-    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *past_limits, seconds)
+    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, seconds)
 
 
 def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
