@@ -33,7 +33,11 @@ class Block:
     def commands(self) -> list[list[str]]:
         """The words of each `trainmj` command in it."""
         lines = self.text.splitlines() if self.language == "sh" else []
-        return [shlex.split(line.split(" > ")[0], comments=True)[1:] for line in lines if line.startswith("trainmj ")]
+        return [
+            shlex.split(re.split(r" > | \|\| ", line)[0], comments=True)[1:]
+            for line in lines
+            if line.startswith("trainmj ")
+        ]
 
 
 def read(page: str) -> str:

@@ -256,7 +256,8 @@ def test_the_devices_of_the_page_of_laws_are_accepted(block):
             "trains": {"t": {"vehicles": 2, "mass_t": 40, "front": name, "coupler": name}},
             "collision": {"train": "t", "speed_km_h": 5, "partner": "rigid_wall"},
         }
-        assert not trainmj.summarise(trainmj.run(trainmj.Scenario.from_values(values))).status.failed
+        summary = trainmj.summarise(trainmj.run(trainmj.Scenario.from_values(values)))
+        assert summary.status.kind in ("over", "time limit", "stroke exhausted"), name
 
 
 def test_exact_numbers_of_the_page_of_laws_are_those_that_are_checked():
