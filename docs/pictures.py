@@ -5,50 +5,72 @@ The film needs OSMesa and the picture of a report needs Chromium; the others nee
 
 from __future__ import annotations
 
+import copy
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "osmesa")
 
 import numpy as np
+from matplotlib.axes import Axes
 from PIL import Image
 
 import trainmj
-from trainmj.collision.device import Device, Envelope, in_series
+from trainmj.collision.chain import Element, meet
+from trainmj.collision.device import Device
+from trainmj.collision.envelope import Array
+from trainmj.collision.press import force_along
 from trainmj.output import style
 from trainmj.output.style import save
 
 FOLDER = Path(__file__).resolve().parent / "images"
 
+FRICTION_GEAR: dict[str, Any] = {
+    "kind": "hysteresis",
+    "empty_stroke_mm": 50,
+    "loading": {"stroke_mm": [0, 90], "force_kN": [240, 2553]},
+    "unloading": {"stroke_mm": [0, 90], "force_kN": [50, 306.5]},
+    "transition_stiffness_kN_per_mm": 250,
+    "beyond": "stop",
+}
+GAS_BUFFER: dict[str, Any] = {
+    "kind": "gas_hydraulic",
+    "stroke_mm": 100,
+    "orifice_kN_s2_per_m2": 40,
+    "gas": {"force_kN": 50, "length_mm": 120, "exponent": 1.3, "preload_stiffness_kN_per_mm": 100},
+    "rebound_orifice_kN_s2_per_m2": 400,
+    "beyond": {"kind": "stop", "stiffness_kN_per_mm": 100},
+}
+"""As in docs/scenario-files.md."""
 
-def law_loop() -> None:
-    """Loading, unloading and reloading of one device, without and with a dashpot."""
-    turns = [(0, 60), (60, 46), (46, 95), (95, 72)]
-    stroke = np.concatenate([np.linspace(*turn, 500) for turn in turns]) * 1e-3
-    rate = np.repeat([1.0, -1.0, 1.0, -1.0], 500)
+
+def law_crush() -> None:
+    """Loading, unloading and reloading of a crushed device, without and with a dashpot."""
+    spec = {"curve": {"stroke_mm": [0, 40, 120], "force_kN": [0, 600, 800]}, "stiffness_kN_per_mm": 40}
     with style.styled():
         picture = style.figure(height=64)
         panels = picture.subplots(1, 2, sharey=True)
-        for axes, damping in zip(panels, (0.0, 1.2e5), strict=True):
-            envelope = Envelope(np.array([0, 0.04, 0.12]), np.array([0, 6e5, 8e5]), stiffness=4e7, damping=damping)
-            plastic, force = 0.0, []
-            for u, v in zip(stroke, rate, strict=True):
-                f, plastic = envelope.respond(float(u), float(v), plastic)
-                force.append(f / 1e3)
-            axes.plot(envelope.stroke * 1e3, envelope.force / 1e3, color=style.GREY, ls="--", label="envelope")
-            axes.plot(stroke * 1e3, force, color=style.BLUE, label="force")
-            axes.set_title("no dashpot" if damping == 0 else f"c = {damping / 1e3:g} kN s/m, 1 m/s")
+        for axes, damping in zip(panels, (0, 120), strict=True):
+            tube = _device(spec | {"damping_kN_s_per_m": damping})
+            axes.plot(
+                tube.envelope.stroke * 1e3, tube.envelope.force / 1e3, color=style.GREY, ls="--", label="envelope"
+            )
+            _loop(axes, tube, [0, 60, 46, 95, 72], 1.0, color=style.BLUE, label="force")
+            axes.set_title("no dashpot" if damping == 0 else f"c = {damping:g} kN s/m, 1 m/s")
             axes.set_xlabel("stroke u (mm)")
-            axes.annotate("uₚ", (plastic * 1e3, 0), (plastic * 1e3 + 12, 90), arrowprops={"arrowstyle": "->"})
+            axes.annotate("uₚ", (76.4, 0), (88, 90), arrowprops={"arrowstyle": "->"})
             axes.set_ylim(0, 850)
-        panels[0].annotate("slope K", (54, 400), (66, 300), arrowprops={"arrowstyle": "->"})
+        panels[0].annotate("slope K", (54, 360), (64, 240), arrowprops={"arrowstyle": "->"})
         panels[0].set_ylabel("force (kN)")
         panels[0].legend(loc="upper left")
-    save(picture, FOLDER / "law_loop", ["svg"])
+    save(picture, FOLDER / "law_crush", ["svg"])
 
 
 def law_stages() -> None:
@@ -64,7 +86,7 @@ def law_stages() -> None:
             "stroke_limit_mm": 265,
         },
     }
-    envelope = _device("two_stages", {"stages": stages, "stiffness_kN_per_mm": 300}).envelope
+    envelope = _device({"stages": stages, "stiffness_kN_per_mm": 300, "beyond": "hold"}).envelope
     with style.styled():
         picture = style.figure(height=72)
         axes = picture.subplots()
@@ -88,27 +110,159 @@ def law_stages() -> None:
     save(picture, FOLDER / "law_stages", ["svg"])
 
 
+def law_beyond() -> None:
+    """What follows at the end of a curve, as `beyond` states it."""
+    spec = {"curve": {"stroke_mm": [0, 40, 150], "force_kN": [0, 600, 800]}, "stiffness_kN_per_mm": 50}
+    ends = {"hold, or nothing stated": "hold", "car_body": "car_body", "stop": "stop"}
+    with style.styled():
+        picture = style.figure(height=64)
+        axes = picture.subplots()
+        for (label, beyond), line in zip(ends.items(), (":", "-", "--"), strict=True):
+            _loop(axes, _device(spec | {"beyond": beyond}), [0, 260], ls=line, label=f"beyond: {label}")
+        axes.axvline(150, color=style.GREY, lw=0.8)
+        axes.text(152, 60, "end of the curve", fontsize=7)
+        axes.axhline(2000, color=style.GREY, lw=0.8)
+        axes.text(2, 2030, "collapse force", va="bottom", fontsize=7)
+        axes.set(xlabel="stroke (mm)", ylabel="force (kN)", xlim=(0, 260), ylim=(0, 2600))
+        axes.legend(loc="center left", bbox_to_anchor=(0.02, 0.58))
+    save(picture, FOLDER / "law_beyond", ["svg"])
+
+
+def law_rate() -> None:
+    """The crush force at several speeds: by the formula of Cowper and Symonds, and by curves."""
+    spec = {"curve": {"stroke_mm": [0, 10, 80], "force_kN": [0, 900, 900]}, "stiffness_kN_per_mm": 100}
+    at = [
+        {"speed_m_per_s": v, "curve": {"stroke_mm": [0, 10, 80], "force_kN": [0, f, f]}}
+        for v, f in ((2, 980), (5, 1050))
+    ]
+    with style.styled():
+        picture = style.figure(height=64)
+        panels = picture.subplots(1, 2, sharey=True)
+        for axes, rate, title in (
+            (panels[0], {"C_m_per_s": 20, "P": 5}, "C = 20 m/s, P = 5"),
+            (panels[1], {"curves": at}, "curves at 2 and 5 m/s"),
+        ):
+            tube = _device(spec | {"rate": rate, "beyond": "hold"})
+            for speed, line in ((0.0, "-"), (1.0, "--"), (5.0, "-."), (10.0, ":")):
+                _loop(axes, tube, [0, 40, 30, 60, 40], speed, ls=line, label=f"{speed:g} m/s" if speed else "at rest")
+            axes.set(title=title, xlabel="stroke (mm)", ylim=(0, 2300))
+            axes.legend(loc="upper left", ncols=2)
+        panels[0].set_ylabel("force (kN)")
+    save(picture, FOLDER / "law_rate", ["svg"])
+
+
+def law_hysteresis() -> None:
+    """A friction draft gear in its slack, inwards, outwards and in again."""
+    gear = _device(FRICTION_GEAR)
+    with style.styled():
+        picture = style.figure(height=68)
+        axes = picture.subplots()
+        for key, line in (("loading", "--"), ("unloading", ":")):
+            curve = FRICTION_GEAR[key]
+            u = np.array(curve["stroke_mm"]) + FRICTION_GEAR["empty_stroke_mm"]
+            axes.plot(u, curve["force_kN"], color=style.GREY, ls=line, label=key)
+        _loop(axes, gear, [0, 100, 80, 125, 118, 130, 0], color=style.BLUE, label="force")
+        axes.annotate("transition stiffness", (99.0, 1150), (56, 1500), arrowprops={"arrowstyle": "->"})
+        axes.annotate("empty stroke", (25, 20), (25, 300), ha="center", arrowprops={"arrowstyle": "->"})
+        axes.set(xlabel="stroke (mm)", ylabel="force (kN)", xlim=(0, 145), ylim=(0, 2700))
+        axes.legend(loc="upper left")
+    save(picture, FOLDER / "law_hysteresis", ["svg"])
+
+
+def law_hydraulic() -> None:
+    """Oil through a metered orifice at three speeds; oil and gas, in and out again."""
+    stop = {"kind": "stop", "stiffness_kN_per_mm": 100}
+    metering = {"stroke_mm": [0, 50, 105], "orifice_kN_s2_per_m2": [20, 40, 200]}
+    oil = _device({"kind": "hydraulic", "stroke_mm": 105, "metering": metering, "beyond": stop})
+    gas = _device(GAS_BUFFER)
+    with style.styled():
+        picture = style.figure(height=64)
+        left, right = picture.subplots(1, 2)
+        for speed, line in ((1.0, "-"), (2.0, "--"), (3.0, ":")):
+            _loop(left, oil, [0, 108, 0], speed, ls=line, label=f"{speed:g} m/s")
+        left.set(title="hydraulic, metered", xlabel="stroke (mm)", ylabel="force (kN)", ylim=(0, 2200))
+        for speed, line in ((0.01, "-"), (0.3, "--"), (1.0, "-."), (2.0, ":")):
+            _loop(right, gas, [0, 90, 0], speed, ls=line, label=f"{speed:g} m/s")
+        right.set(title="gas_hydraulic, in and out", xlabel="stroke (mm)", ylim=(0, 650))
+        for axes in (left, right):
+            axes.legend(loc="upper left")
+    save(picture, FOLDER / "law_hydraulic", ["svg"])
+
+
+def law_pull() -> None:
+    """A coupling that is pressed, drawn apart through its slack, and broken."""
+    spec = {
+        "curve": {"stroke_mm": [0, 20, 100], "force_kN": [0, 500, 500]},
+        "stiffness_kN_per_mm": 50,
+        "pull": {"stiffness_kN_per_mm": 50, "slack_mm": 10, "breaking_force_kN": 600},
+    }
+    strokes = _ways([0, 30, 0, -18, -5, -40])
+    force = sum(force_along(element, strokes * 1e-3)[0] for element in meet(_device(spec)))
+    with style.styled():
+        picture = style.figure(height=64)
+        axes = picture.subplots()
+        axes.plot(strokes, force / 1e3, color=style.BLUE)
+        axes.axhline(0, color="0.3", lw=0.8)
+        axes.axvline(0, color="0.3", lw=0.8)
+        axes.annotate("slack_mm", (-5, 0), (-5, 160), ha="center", arrowprops={"arrowstyle": "->"})
+        axes.annotate("breaking_force_kN: no force from here on", (-22, -600), (-38, -700))
+        axes.set(xlabel="stroke of the interface (mm); apart where negative", ylabel="force (kN)", ylim=(-760, 620))
+    save(picture, FOLDER / "law_pull", ["svg"])
+
+
 def law_series() -> None:
-    """Two devices in series: force over the stroke of the pair and of each side."""
-    flat = {"stiffness_kN_per_mm": 100}
-    left = _device("left", {"curve": {"stroke_mm": [0, 40, 200], "force_kN": [0, 600, 600]}, **flat})
+    """Two devices in series, pressed, released and pressed again."""
+    left = _device({"curve": {"stroke_mm": [0, 40, 200], "force_kN": [0, 600, 600]}, "stiffness_kN_per_mm": 40})
     right = _device(
-        "right", {"curve": {"stroke_mm": [0, 40, 120, 140, 300], "force_kN": [0, 400, 400, 900, 900]}, **flat}
+        {"curve": {"stroke_mm": [0, 40, 120, 140, 300], "force_kN": [0, 400, 400, 900, 900]}, "stiffness_kN_per_mm": 40}
     )
-    pair, of_left = in_series(left, right)
+    strokes = _ways([0, 110, 95, 280, 255])
+    force, sides = force_along(meet(left, right)[0], strokes * 1e-3)
     with style.styled():
         picture = style.figure(height=64)
         one, both = picture.subplots(1, 2, sharey=True)
-        one.plot(left.envelope.stroke * 1e3, left.envelope.force / 1e3, color=style.BLUE, label="left")
-        one.plot(right.envelope.stroke * 1e3, right.envelope.force / 1e3, color=style.ORANGE, ls="--", label="right")
-        one.set(title="each alone", xlabel="stroke (mm)", ylabel="force (kN)", xlim=(0, 330))
-        both.plot(pair.stroke * 1e3, pair.force / 1e3, color="0.2", label="pair")
-        both.plot(of_left * 1e3, pair.force / 1e3, color=style.BLUE, label="left device")
-        both.plot((pair.stroke - of_left) * 1e3, pair.force / 1e3, color=style.ORANGE, ls="--", label="right device")
-        both.set(title="in series: equal force, strokes added", xlabel="stroke (mm)", xlim=(0, 420))
+        for axes, paths in (
+            (one, [(left.envelope.stroke, left.envelope.force), (right.envelope.stroke, right.envelope.force)]),
+            (both, [(sides[:, 0], force), (sides[:, 1], force)]),
+        ):
+            for (u, f), colour, line, label in zip(
+                paths, (style.BLUE, style.ORANGE), ("-", "--"), ("left device", "right device"), strict=True
+            ):
+                axes.plot(u * 1e3, f / 1e3, color=colour, ls=line, label=label)
+        both.plot(strokes, force / 1e3, color="0.2", lw=0.9, label="pair")
+        one.set(title="curves", xlabel="stroke (mm)", ylabel="force (kN)", xlim=(0, 330))
+        both.set(title="in series: equal force, strokes added", xlabel="stroke (mm)", xlim=(0, 300))
         for axes in (one, both):
-            axes.legend(loc="lower right")
+            axes.set_ylim(0, 1250)
+            axes.legend(loc="upper left")
     save(picture, FOLDER / "law_series", ["svg"])
+
+
+def law_paths() -> None:
+    """A front of two B-type ends of which one has stronger bolts, around where the weaker ones shear."""
+    scenario = trainmj.load("b_type").values()
+    near = scenario["devices"]["front"]
+    far = copy.deepcopy(near)
+    far["stages"]["coupler"]["shear_off"]["force_kN"] = 1260
+    left, right = (_device(spec, scenario["curves"]) for spec in (near, far))
+    strokes = _ways([0, 900], 9000)
+    ways = {
+        "two paths, as computed": meet(left, right, coupled=False),
+        "one path, for comparison": (Element((left.law, right.law), starts=(0.0, 0.0)),),
+    }
+    with style.styled():
+        picture = style.figure(height=68)
+        axes = picture.subplots()
+        for (label, elements), line in zip(ways.items(), ("-", ":"), strict=True):
+            force = np.sum([force_along(element, strokes * 1e-3)[0] for element in elements], axis=0)
+            axes.plot(strokes, force / 1e3, ls=line, label=label)
+        axes.annotate("the weaker bolts shear", (707, 1200), (640, 1400), arrowprops={"arrowstyle": "->"})
+        axes.annotate(
+            "the anti-climbers\nmeet at 2 x 375 mm", (750.5, 400), (775, 320), arrowprops={"arrowstyle": "->"}
+        )
+        axes.set(xlabel="closing of the front (mm)", ylabel="force (kN)", xlim=(620, 850), ylim=(0, 1700))
+        axes.legend(loc="upper right")
+    save(picture, FOLDER / "law_paths", ["svg"])
 
 
 def b_type_devices() -> None:
@@ -119,7 +273,7 @@ def b_type_devices() -> None:
         axes = picture.subplots()
         looks = zip(scenario.devices, style.PALETTE, ("-", "--", ":", "-."), strict=False)
         for name, colour, line in looks:
-            envelope = _device(name, scenario.values()["devices"][name], scenario.values()["curves"]).envelope
+            envelope = _device(scenario.values()["devices"][name], scenario.values()["curves"]).envelope
             axes.plot(envelope.stroke * 1e3, envelope.force / 1e3, color=colour, ls=line, label=name)
         axes.set(xlabel="stroke (mm)", ylabel="force (kN)", xlim=(0, 700), ylim=(0, 1400))
         axes.legend(loc="lower right")
@@ -162,15 +316,27 @@ def report() -> None:
         _smaller(shot, FOLDER / "report.png", 1180)
 
 
-def _device(name: str, spec: dict[str, object], curves: dict[str, object] | None = None) -> Device:
+def _device(spec: Mapping[str, Any], curves: Mapping[str, Any] | None = None) -> Device:
     """The device of a scenario, which needs a vehicle and a wall around it."""
     values = {
         "curves": curves or {},
-        "devices": {name: spec},
-        "trains": {"one": {"vehicles": 1, "mass_t": 30, "front": name}},
-        "collision": {"train": "one", "speed_km_h": 10, "partner": "rigid_wall"},
+        "devices": {"device": spec},
+        "trains": {"one": {"vehicles": 1, "mass_t": 100, "front": "device"}},
+        "collision": {"train": "one", "speed_km_h": 1, "partner": "rigid_wall"},
     }
     return trainmj.line_up(trainmj.Scenario.from_values(values)).interfaces[0].devices[0]
+
+
+def _ways(turns: Sequence[float], points: int = 600) -> Array:
+    """Strokes from each turn to the next."""
+    return np.concatenate([np.linspace(*ends, points) for ends in pairwise(turns)])
+
+
+def _loop(axes: Axes, device: Device, turns: Sequence[float], speed: float = 0.0, **look: Any) -> None:
+    """Draw the force of a device from each stroke [mm] to the next at a speed [m/s]."""
+    strokes = _ways(turns)
+    force, _ = force_along(Element((device.law,)), strokes * 1e-3, speed)
+    axes.plot(strokes, force / 1e3, **look)
 
 
 def _trainmj(*words: str) -> None:
@@ -185,7 +351,24 @@ def _smaller(source: Path, target: Path, width: int) -> None:
         flat.quantize(128, dither=Image.Dither.NONE).save(target, optimize=True)
 
 
-PICTURES = {f.__name__: f for f in (law_loop, law_stages, law_series, b_type_devices, b_type, crash, report)}
+PICTURES = {
+    f.__name__: f
+    for f in (
+        law_crush,
+        law_stages,
+        law_beyond,
+        law_rate,
+        law_hysteresis,
+        law_hydraulic,
+        law_pull,
+        law_series,
+        law_paths,
+        b_type_devices,
+        b_type,
+        crash,
+        report,
+    )
+}
 
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)

@@ -6,6 +6,8 @@ a newcomer would in a fresh clone, takes minutes: `pytest -m as_written`, which 
 
 from __future__ import annotations
 
+import csv
+import json
 import os
 import re
 import shutil
@@ -24,6 +26,7 @@ import trainmj
 from trainmj.cli import main
 from trainmj.files.yaml import parse
 from trainmj.paper.reproduce import reproduce
+from trainmj.verification import kinds
 
 NOT_RUN = {
     ("docs/identification.md", "takes a quarter of an hour"): 1,
@@ -73,7 +76,7 @@ def test_python_blocks_are_whole():
     for block in EVERY:
         if block.language == "python":
             compile(block.text, block.page, "exec")
-            assert "import " in block.text, f"{block.page}: a block that cannot be pasted: {block.text}"
+            assert block.title or "import " in block.text, f"{block.page}: a block that cannot be pasted: {block.text}"
 
 
 def test_the_python_of_the_readme_runs(python, tmp_path):
@@ -194,6 +197,104 @@ def test_the_architecture_names_what_is_there():
         assert all(hasattr(home, word) for word in rest[:1]), name
     for file in (name for name in said if name.startswith("collision/") or "/__init__" in name):
         assert (ROOT / "trainmj" / file).exists(), file
+
+
+@pytest.mark.thorough
+def test_a_device_law_is_added_as_the_architecture_says(tmp_path):
+    """Breaks if a kind needs a file that the page does not name, or the law that it shows is wrong."""
+    package = tmp_path / "trainmj"
+    shutil.copytree(ROOT / "trainmj", package, ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in ("mjcf", "scenarios", "docs"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    page = "docs/architecture.md"
+    (package / "collision" / "law" / "damper.py").write_text(file_block(page, "damper.py"), encoding="utf-8")
+    devices = package / "scenario" / "devices.py"
+    before, union, after = devices.read_text(encoding="utf-8").partition("DeviceSpec = Annotated[\n    ")
+    text = f"{before}{file_block(page, 'devices.py')}\n\n{union}DamperDevice | {after}"
+    devices.write_text(text, encoding="utf-8")
+    (tmp_path / "damper.yaml").write_text(file_block(page, "damper.yaml"), encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1"}
+
+    def python(*words: str) -> str:
+        command = [sys.executable, *words]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def trainmj_(*words: str) -> str:
+        return python("-m", "trainmj", *words)
+
+    assert "buffer" in trainmj_("check", "damper.yaml")
+    plain = json.loads(trainmj_("run", "damper.yaml", "--json"))
+    (device,) = plain["interfaces"]
+    m, c, k, v, stroke = 40e3, 200e3, 100e6, 1.0, 0.1
+    last = v - c / m * stroke  # the speed falls in proportion to the stroke
+    assert plain["status"] == "over"
+    assert device["stroke_mm"] == pytest.approx((stroke + last * (m / k) ** 0.5) * 1e3, rel=1e-5)
+    assert device["peak_force_kN"] == pytest.approx(last * (m * k) ** 0.5 / 1e3, rel=1e-4)
+    assert device["energy_kJ"] == pytest.approx(0.5 * m * (v**2 - last**2) / 1e3, rel=1e-4)
+    assert plain["balance"]["viscous_kJ"] == pytest.approx(device["energy_kJ"])
+    trainmj_("sweep", "damper.yaml", "--vary", "devices.buffer.damping_kN_s_per_m=100,200", "--out", "sweep")
+    with (tmp_path / "sweep" / "results.csv").open(encoding="utf-8") as file:
+        strokes = [float(row["stroke_M1_wall_mm"]) for row in csv.DictReader(file)]
+    assert strokes == pytest.approx([115, 110], rel=1e-5)
+    assert "damping_kN_s_per_m" in trainmj_("schema")
+    code = "import sys; sys.path.insert(0, 'docs/hooks'); import fields; print(fields.scenario_page())"
+    assert "| `kind` | `damper` |" in python("-c", code)
+
+
+LAWS = [block for block in EVERY if block.page == "docs/device-law.md" and block.language == "yaml"]
+
+
+@pytest.mark.parametrize("block", LAWS, ids=range(len(LAWS)))
+def test_the_devices_of_the_page_of_laws_are_accepted(block):
+    """Breaks if the page shows a key that is refused, or a device that does not run."""
+    devices = parse(block.text, block.page).values["devices"]
+    for name in devices:
+        values = {
+            "devices": devices,
+            "trains": {"t": {"vehicles": 2, "mass_t": 40, "front": name, "coupler": name}},
+            "collision": {"train": "t", "speed_km_h": 5, "partner": "rigid_wall"},
+        }
+        assert not trainmj.summarise(trainmj.run(trainmj.Scenario.from_values(values))).status.failed
+
+
+def test_exact_numbers_of_the_page_of_laws_are_those_that_are_checked():
+    """Breaks if the page promises another outcome than the formula gives, in the digits that it shows."""
+    exact = {abs(e.exact) for e in kinds.cases()}
+    cells = [line.split("|") for line in read("docs/device-law.md").splitlines() if line.startswith("| ")]
+    shown = [c[-3] for c in cells if len(c) > 4 and re.fullmatch(r" [\d.]+ (mm|s|m/s|kN|kJ) ", c[-3])]
+    assert len(shown) > 20
+    for cell in shown:
+        value = float(cell.split()[0])
+        assert any(value == pytest.approx(e, rel=1e-6) for e in exact), cell
+
+
+RECIPES = [
+    ("gas.yaml", {}, "over", {"stroke_M1_M2_M1_mm": "89.1 mm"}),
+    ("gas.yaml", {"speed_km_h": 15}, "over", {"stroke_M1_M2_M2_mm": "51.9 mm"}),
+    ("shunting.yaml", {}, "time limit", {"stroke_S1_M1_mm": "64.6 mm"}),
+    ("parked.yaml", {}, "over", {"TS_mm": "1469.8 mm"}),
+    ("lorry.yaml", {}, "time limit", {"stroke_S1_M1_mm": "3247 mm", "stroke_S1_M1_partner_mm": "171 mm"}),
+    ("stop.yaml", {}, "over", {"stroke_M1_wall_partner_mm": "777 mm", "force_M1_wall_kN": "282 kN"}),
+    ("metro8.yaml", {}, "curve ended", {"stroke_M1_M2_mm": "1950 mm", "peak_device_M1_g": "1.78 g"}),
+    ("metro8_body.yaml", {}, "stroke exhausted", {"stroke_M1_M2_mm": "651.5 mm", "peak_device_M1_g": "4.16 g"}),
+]
+
+
+@pytest.mark.parametrize(("title", "changes", "status", "told"), RECIPES)
+def test_a_recipe_ends_as_told(title, changes, status, told, tmp_path):
+    """Breaks if a recipe does not run, or the page tells another outcome."""
+    for block in blocks("docs/recipes.md"):
+        if block.title:
+            (tmp_path / block.title).write_text(block.text, encoding="utf-8")
+    summary = trainmj.summarise(trainmj.run(trainmj.load(tmp_path / title, changes)))
+    assert summary.status.kind == status
+    page = " ".join(read("docs/recipes.md").split())
+    for column, said in told.items():
+        digits = len(said.split()[0].partition(".")[2])
+        assert f"{summary.responses[column]:.{digits}f} {said.split()[1]}" == said
+        assert said in page
 
 
 # every page as written

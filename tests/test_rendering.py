@@ -19,11 +19,12 @@ from trainmj.cli import main
 from trainmj.collision import simulation
 from trainmj.collision.lineup import line_up
 from trainmj.collision.summary import summarise
+from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import EngineError, InputError, OutputError
-from trainmj.scenario import load
+from trainmj.scenario import Scenario, load
 from trainmj.view import film, offscreen, parts
 from trainmj.view.scene import visible
-from trainmj.view.wear import DeviceShapes, Wear, colour, largest_energy
+from trainmj.view.shapes import DeviceShapes, colour, largest_energy
 
 SMALL = (192, 108)
 
@@ -45,9 +46,13 @@ def saved(standard_result, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def worn(standard_result) -> Wear:
-    wear = Wear(standard_result.chain)
-    for stroke, energy in zip(standard_result.stroke, standard_result.energy, strict=True):
-        wear.update(stroke, energy)
+    return worn_by(standard_result)
+
+
+def worn_by(result) -> Wear:
+    wear = Wear(result.chain)
+    for sample in range(len(result.time)):
+        wear.update(seen_at(result, sample))
     return wear
 
 
@@ -60,26 +65,25 @@ def test_total_compression_ends_where_the_summary_says(worn, standard_summary):
 
 def test_energies_of_devices_are_those_of_the_summary(worn, standard_result, standard_summary):
     front = standard_result.chain.front
-    assert worn.energy[front, 0].sum() / 1e3 == pytest.approx(standard_summary.interfaces[0].energy_kJ, rel=1e-3)
-    assert worn.energy[front, 0] == pytest.approx(worn.energy[front, 1])
-    assert worn.energy[front - 1, 0].sum() / 1e3 == pytest.approx(standard_summary.interfaces[1].energy_kJ, rel=1e-3)
+    left, right = worn.worn[front, 0].energy, worn.worn[front, 1].energy
+    assert worn.energy(front) / 1e3 == pytest.approx(standard_summary.interfaces[0].energy_kJ, rel=1e-3)
+    assert left == pytest.approx(right)
+    assert worn.energy(front - 1) / 1e3 == pytest.approx(standard_summary.interfaces[1].energy_kJ, rel=1e-3)
 
 
 def test_stages_of_a_device_share_its_energy_as_their_strokes_tell(worn, standard_result):
     """The coupler takes what lies below its part of the curve, the anti-climber the rest."""
     interface = standard_result.chain.interfaces[standard_result.chain.front]
-    coupler, _ = interface.devices[0].stages
+    coupler, *_ = interface.devices[0].stages
     below = interface.devices[0].envelope.energy(coupler.end)
-    assert worn.energy[standard_result.chain.front, 0][0] == pytest.approx(below, rel=0.03)
+    assert worn.worn[standard_result.chain.front, 0].energy[0] == pytest.approx(below, rel=0.03)
 
 
 def test_sides_of_an_unequal_front_share_its_energy_as_the_summary_says():
     result = simulation.run(load("wagon_80t"))
-    wear = Wear(result.chain)
-    for stroke, energy in zip(result.stroke, result.energy, strict=True):
-        wear.update(stroke, energy)
+    wear = worn_by(result)
     sides = [i.energy_kJ for i in summarise(result).interfaces if i.name.startswith("S1-M1")]
-    found = [wear.energy[result.chain.front, side].sum() / 1e3 for side in (0, 1)]
+    found = [wear.worn[result.chain.front, side].energy.sum() / 1e3 for side in (0, 1)]
     assert sum(found) == pytest.approx(sum(sides), rel=1e-3)
     assert found == pytest.approx(sides, rel=1e-3)
 
@@ -124,8 +128,8 @@ def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
     tube = model.geom("M1 front coupler tube").id
     at_rest = 2 * model.geom_size[tube, 1]
     coupler = chain.interfaces[chain.front].devices[0].stages[0]
-    for sample, (stroke, energy) in enumerate(zip(standard_result.stroke, standard_result.energy, strict=True)):
-        wear.update(stroke, energy)
+    for sample in range(len(standard_result.time)):
+        wear.update(seen_at(standard_result, sample))
         if sample % 50:
             continue
         devices.show(wear)
@@ -137,12 +141,128 @@ def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
                 half = [model.geom(f"{end} coupler head").size[0] for end in (left, right)]
                 assert a.xpos[0] + half[0] == pytest.approx(b.xpos[0] - half[1], abs=1e-9)
         shorter = at_rest - 2 * model.geom_size[tube, 1]
-        assert shorter == pytest.approx(min(wear.crushed[chain.front] / 2, coupler.end), abs=1e-9)
+        assert shorter == pytest.approx(min(wear.shown(chain.front, 0), coupler.end), abs=1e-9)
     assert shorter == pytest.approx(coupler.end), "sheared off at the end of its stage"
     energy = 255 * model.geom_rgba[tube, :3]
     assert energy == pytest.approx(
-        255 * colour(wear.energy[chain.front, 0][0] / largest_energy(standard_result)), abs=1
+        255 * colour(wear.worn[chain.front, 0].energy[0] / largest_energy(standard_result)), abs=1
     )
+
+
+DRAWN = {
+    "curves": {"tube": {"stroke_mm": [0, 1, 300], "force_kN": [0, 900, 900]}},
+    "devices": {
+        "tube": {"curve": "tube", "stiffness_kN_per_mm": 300, "beyond": "car_body"},
+        "oil": {
+            "kind": "gas_hydraulic",
+            "stroke_mm": 400,
+            "orifice_kN_s2_per_m2": 20,
+            "gas": {"force_kN": 50, "length_mm": 480, "exponent": 1.3, "preload_stiffness_kN_per_mm": 100},
+            "rebound_orifice_kN_s2_per_m2": 400,
+            "beyond": {"kind": "stop", "stiffness_kN_per_mm": 100},
+        },
+        "gear": {
+            "kind": "hysteresis",
+            "loading": {"stroke_mm": [0, 100], "force_kN": [50, 1000]},
+            "unloading": {"stroke_mm": [0, 100], "force_kN": [10, 200]},
+            "transition_stiffness_kN_per_mm": 250,
+            "beyond": {"kind": "stop"},
+            "pull": {"stiffness_kN_per_mm": 5, "slack_mm": 20},
+        },
+    },
+    "trains": {
+        "train": {"vehicles": 2, "mass_t": 36, "length_m": 20, "front": "tube", "rear": "oil", "coupler": "gear"},
+        "loco": {"vehicles": 1, "mass_t": 80, "length_m": 17, "front": "oil", "drawing": "locomotive"},
+        "wagons": {"vehicles": 2, "mass_t": 20, "length_m": 14, "front": "oil", "coupler": "gear", "drawing": "wagon"},
+    },
+    "obstacles": {
+        "lorry": {"mass_t": 15, "length_m": 8, "front": "tube", "rail_friction": 0.3},
+        "stop": {"fixed": True, "front": "oil"},
+    },
+    "collision": {"train": "train", "speed_km_h": 36, "partner": "loco"},
+    "simulation": {"time_limit_s": 0.6},
+}
+
+
+def drawn(partner: str, **more):
+    return simulation.run(Scenario.from_values(DRAWN).with_values({"collision.partner": partner, **more}))
+
+
+@pytest.mark.parametrize("partner", ["train", "loco", "wagons", "lorry", "stop"])
+def test_every_drawing_stands_where_it_is_struck(partner, tmp_path):
+    """Breaks if a train or obstacle is not drawn, or its device does not reach to the place of contact."""
+    result = drawn(partner)
+    chain = result.chain
+    model = visible(chain).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    (struck,) = (end for end in parts.ends(chain) if (end.interface, end.side) == (chain.front, 1))
+    reach = [data.geom(part.name).xpos[0] - 0.5 * (part.end - part.start) for part in struck.parts]
+    assert min(reach) == pytest.approx(0.0, abs=1e-9)
+    film.render(result, tmp_path / "a.png", "front", size=SMALL, at=0.0, smooth=False)
+    picture = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), dtype=int)
+    assert (np.abs(picture - (205, 141, 0)).sum(axis=2) < 110).sum() > 20, "in the colour of partners"
+
+
+def test_drawings_differ(tmp_path):
+    """Breaks if a locomotive, a wagon or a lorry looks like a passenger car."""
+    seen = set()
+    for partner in ("train", "loco", "wagons", "lorry"):
+        chain = line_up(Scenario.from_values(DRAWN).with_values({"collision.partner": partner}))
+        model = visible(chain).compile()
+        shapes = [model.geom(g).name for g in range(model.ngeom) if model.geom(g).name.startswith("S1 ")]
+        seen.add(frozenset((name, int(model.mesh_vertnum[model.geom(name).dataid[0]])) for name in shapes))
+    assert len(seen) == 4
+
+
+def test_what_recovers_comes_back_and_what_was_crushed_stays_short():
+    """Breaks if a film shows a buffer that has come back as crushed, or a crush tube as new."""
+    result = drawn("loco")
+    wear, chain = worn_by(result), result.chain
+    assert result.stroke[-1, chain.front] < -0.1, "they are apart"
+    assert result.of_device("stroke", chain.front, 1).max() > 0.2
+    assert wear.shown(chain.front, 1) < 0.02
+    left = result.of_device("stroke", chain.front, 0)
+    assert left.max() - 0.01 < wear.shown(chain.front, 0) <= left.max()
+
+
+def test_a_draw_gear_holds_couplers_together_until_it_breaks():
+    """Breaks if a film shows a gap between coupled vehicles, or none where the gear has broken."""
+    for force, together in ((1e4, True), (60.0, False)):
+        path = "devices.gear.pull.breaking_force_kN"
+        result = drawn("wagons", **{path: force})
+        wear = Wear(result.chain)
+        k = next(k for k, i in enumerate(result.chain.interfaces) if i.name == "S1-S2")
+        lowest = int(result.stroke[:, k].argmin())
+        for sample in range(lowest + 1):
+            wear.update(seen_at(result, sample))
+        assert result.stroke[lowest, k] < -0.021
+        gap = 2 * wear.shown(k, 0) - result.stroke[lowest, k]
+        assert (abs(gap) < 1e-9) == together
+
+
+def test_a_car_body_gives_way_at_its_own_end_and_takes_the_colour():
+    """Breaks if car bodies run into each other, or the energy of a body is shown on its anti-climbers."""
+    result = drawn("lorry", **{"collision.speed_km_h": 80, "trains.train.mass_t": 80})
+    chain, full = result.chain, largest_energy(result)
+    model = visible(chain).compile()
+    shapes, wear = DeviceShapes(model, chain, full), worn_by(result)
+    (end,) = (end for end in parts.ends(chain) if (end.interface, end.side) == (chain.front, 0))
+    skin = model.geom(f"{end.body.name} skin")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    before = _corners(model, data, skin.id)[:, 0].max()
+    moved = shapes.show(wear)
+    given = wear.worn[chain.front, 0].used[-1]
+    assert given > 0.05
+    assert int(skin.dataid[0]) in moved
+    assert before - _corners(model, data, skin.id)[:, 0].max() == pytest.approx(
+        end.body.shorter(wear.shown(chain.front, 0)), abs=1e-5
+    )
+    assert 0.8 * given < end.body.shorter(wear.shown(chain.front, 0)) <= given
+    share = wear.worn[chain.front, 0].energy[-1] / full
+    assert model.geom_rgba[skin.id, :3] == pytest.approx(colour(share), abs=1e-6)
+    assert shapes.show(wear) == [], "nothing has moved since"
 
 
 # pictures

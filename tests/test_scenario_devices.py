@@ -6,10 +6,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
 from trainmj.collision.lineup import line_up
+from trainmj.collision.press import force_along
 from trainmj.errors import InputError
 from trainmj.files.yaml import parse
 from trainmj.scenario import Scenario, from_yaml, load, schema, shipped, to_yaml
@@ -437,3 +439,29 @@ def test_every_kind_of_device_is_tried_here(good):
 def test_what_only_unused_devices_state_changes_nothing(good):
     """Breaks if a device that the collision does not use stops it."""
     assert len(line_up(good.with_values({"devices.a.rate": None})).vehicles) == 4
+
+
+def test_curves_at_speeds_begin_behind_the_empty_stroke_and_end_in_the_shear_off():
+    """Breaks if a device that is quick has force before it engages, or its bolts hold longer or shear at less."""
+    values = {
+        "devices": {
+            "d": {
+                "curve": {"stroke_mm": [0, 100, 300], "force_kN": [100, 500, 500]},
+                "stiffness_kN_per_mm": 1000,
+                "empty_stroke_mm": 50,
+                "shear_off": {"force_kN": 900, "ramp_mm": 5},
+                "beyond": "hold",
+                "rate": {"curves": [{"speed_m_per_s": 2, "curve": {"stroke_mm": [0, 300], "force_kN": [300, 800]}}]},
+            }
+        },
+        "trains": {"t": {"vehicles": 1, "mass_t": 30, "front": "d"}},
+        "collision": {"train": "t", "speed_km_h": 7.2, "partner": "rigid_wall"},
+    }
+    (element,) = line_up(Scenario.from_values(values)).interfaces[0].elements
+    strokes = np.linspace(0.0, 0.37, 3701)
+    at_rest, half, quick = (force_along(element, strokes, speed)[0] / 1e3 for speed in (0.0, 1.0, 2.0))
+    for stroke_mm, slow, fast in ((20, 0, 0), (49, 0, 0), (150, 500, 300 + 500 / 3), (352.5, 700, 850), (355, 900, 900)):
+        k = round(stroke_mm * 10)
+        assert at_rest[k] == pytest.approx(slow, abs=1.0)
+        assert quick[k] == pytest.approx(fast, abs=1.0)
+        assert half[k] == pytest.approx((slow + fast) / 2, abs=1.0)

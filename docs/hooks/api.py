@@ -40,7 +40,14 @@ _GROUPS = {
 
 _FURTHER = {
     "Films": ["trainmj.view.film.render"],
-    "Devices": [f"trainmj.collision.device.{name}" for name in ("Envelope", "Device", "in_series")],
+    "Devices": [
+        "trainmj.collision.device.Device",
+        "trainmj.collision.kind.Law",
+        "trainmj.collision.envelope.Envelope",
+        "trainmj.collision.chain.Element",
+        "trainmj.collision.press.press",
+        "trainmj.collision.press.force_along",
+    ],
 }
 
 

@@ -10,14 +10,15 @@ from twins import AREA_KJ, KNOWN, plan, rows, scenario, values
 
 from trainmj import run_cases
 from trainmj.collision.lineup import line_up
-from trainmj.identification import Found, identify
+from trainmj.collision.status import FAILED
+from trainmj.identification import Found, identify, targets_of
 from trainmj.identification.file import SetPart
 from trainmj.identification.page import page_of
 from trainmj.identification.screen import print_found
 from trainmj.identification.sought import Unknown
 from trainmj.identification.uncertainty import Uncertainty, uncertainty
 from trainmj.identification.unknowns import Unknowns
-from trainmj.scenario import load
+from trainmj.scenario import Scenario, load, save
 
 
 def found_by(folder: Path, given: dict[str, Any]) -> Found:
@@ -63,12 +64,88 @@ def test_a_curve_sought_whole_comes_back_from_a_cold_start(tmp_path):
     assert found.parameters["high_95"].notna().all()
 
 
+EVERY_KIND: dict[str, Any] = {
+    "curves": {"load": {"stroke_mm": [0, 20, 50, 90], "force_kN": [50, 250, 500, 1000]}},
+    "devices": {
+        "front": {
+            "kind": "hydraulic",
+            "stroke_mm": 400,
+            "orifice_kN_s2_per_m2": 150,
+            "beyond": {"kind": "stop", "stiffness_kN_per_mm": 50},
+        },
+        "gear": {
+            "kind": "hysteresis",
+            "loading": "load",
+            "unloading": {"stroke_mm": [0, 90], "force_kN": [10, 200]},
+            "transition_stiffness_kN_per_mm": 200,
+            "beyond": {"kind": "stop"},
+        },
+        "tube": {
+            "curve": {"stroke_mm": [0, 1, 500], "force_kN": [0, 400, 400]},
+            "stiffness_kN_per_mm": 200,
+            "rate": {"C_m_per_s": 20, "P": 5},
+            "beyond": "hold",
+        },
+    },
+    "trains": {
+        "t": {"vehicles": 3, "mass_t": 30, "front": "front", "coupler": "gear"},
+        "struck": {"vehicles": 1, "mass_t": 40, "front": "tube", "brakes": {"force_kN": 40}},
+    },
+    "collision": {"train": "t", "speed_km_h": 14, "partner": "struck"},
+    "simulation": {"step_ms": 0.2, "time_limit_s": 0.5},
+}
+"""A train with an oil buffer and friction gears runs into a braked vehicle whose tube is stronger when it is quick."""
+
+
+def test_values_of_devices_of_every_kind_come_back(tmp_path):
+    """Breaks if an orifice, a loading curve, a rate or a brake cannot be sought by its path."""
+    known = {"orifice": 150.0, "C": 20.0, "brake": 40.0, "load_20mm": 250.0, "load_50mm": 500.0}
+    responses = [
+        "stroke_S1_M1_mm",
+        "stroke_S1_M1_partner_mm",
+        "stroke_M1_M2_mm",
+        "energy_M1_M2_kJ",
+        "stroke_M2_M3_mm",
+        "peak_device_M2_g",
+        "peak_device_M3_g",
+        "final_speed_S1_km_h",
+        "final_speed_M1_km_h",
+    ]
+    cases = [{"collision.speed_km_h": speed} for speed in (8.0, 11.0, 14.0)]
+    table = run_cases(Scenario.from_values(EVERY_KIND), cases, threads=1).to_dict("records")
+    assert all(row["status"] not in FAILED for row in table)
+    given = {
+        "scenario": "every.yaml",
+        "parameters": {
+            "orifice": {"sets": "devices.front.orifice_kN_s2_per_m2", "bounds": [50, 400], "start": 100},
+            "C": {"sets": "devices.tube.rate.C_m_per_s", "bounds": [5, 80], "start": 40, "scale": "log"},
+            "brake": {"sets": "trains.struck.brakes.force_kN", "bounds": [0, 100], "start": 20},
+            "load": {"curve": "curves.load"},
+        },
+        "targets": {f"t{k}": {"response": name, "tolerance": "1 %"} for k, name in enumerate(responses)},
+        "data": {
+            "tests": {
+                "rows": table,
+                "cases": {"collision.speed_km_h": "collision.speed_km_h"},
+                "values": {f"t{k}": name for k, name in enumerate(responses)},
+            }
+        },
+        "method": {"seed": 1, "explore": {"trials": 60, "start": "middle"}, "refine": {"iterations": 20}},
+    }
+    save(Scenario.from_values(EVERY_KIND), tmp_path / "every.yaml")
+    found = identify(targets_of(given, tmp_path), tmp_path / "out", threads=1, figures=())
+    for name, value in zip(found.plan.unknowns.names, found.point.value, strict=True):
+        assert value == pytest.approx(known[name], rel=5e-3), name
+    unit = {p.name: p.unit for p in found.plan.unknowns.parameters}
+    assert unit["orifice"] == "kN s2/m2"
+
+
 def test_the_scenario_written_is_the_one_reported(tmp_path):
     """trainmj run found.yaml gives what the tables of the identification say."""
     found = found_by(tmp_path, values(method__refine={"iterations": 2}))
     read = load(tmp_path / "out" / "found.yaml")
     for mine, theirs in zip(line_up(read).interfaces, line_up(found.scenario).interfaces, strict=True):
-        assert mine.devices[0].is_like(theirs.devices[0])
+        assert all(one.is_like(other) for one, other in zip(mine.devices, theirs.devices, strict=True))
     cases = found.residuals[found.residuals["target"] == "s12"]
     again = run_cases(read, cases[["mass_t", "speed_km_h"]], threads=1)
     np.testing.assert_array_equal(again["stroke_M1_M2_mm"], cases["found"])

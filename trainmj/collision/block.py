@@ -92,6 +92,12 @@ class Layout:
         """(..., n_element) view of a field of the records of elements in blocks (..., size)."""
         return block[..., self._elements + field : self._curves : N_ELEMENT]
 
+    def dissipated(self, block: Array) -> Array:
+        """(n_interface,) energy lost in all elements of each interface [J], in a block (size,)."""
+        lost = self.element(block, Field.DISSIPATED) * self.element(block, Field.TIMES)
+        first = (self.joint(block, Joint.FIRST) - self._elements) / N_ELEMENT
+        return np.asarray(np.add.reduceat(lost, first.astype(int)))
+
     def ring(self, block: Array) -> Array:
         """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
         return block[..., self._ring :].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
@@ -193,11 +199,19 @@ class Tallied:
     meaning: str  # in words
 
 
-TALLY = tuple(
-    Tallied(("element_" if fields is Field else "") + field.name.lower(), over, field.unit, field.meaning)
-    for fields, over in ((Head, ()), (Car, ("vehicle",)), (Joint, ("interface",)), (Field, ("element",)))
-    for field in fields
-    if field.tallied
+TALLY = (
+    *(
+        Tallied(("element_" if fields is Field else "") + field.name.lower(), over, field.unit, field.meaning)
+        for fields, over in ((Head, ()), (Car, ("vehicle",)), (Joint, ("interface",)), (Field, ("element",)))
+        for field in fields
+        if field.tallied
+    ),
+    Tallied(
+        "dissipated",
+        ("interface",),
+        "J",
+        "energy lost in all its elements, added up from their laws and not from the work",
+    ),
 )
 """Every tallied field: the header's, the vehicles', the interfaces', the elements'."""
 
@@ -232,4 +246,5 @@ class Tally:
         values |= {f.name.lower(): layout.car(block, f).copy() for f in Car if f.tallied}
         values |= {f.name.lower(): layout.joint(block, f).copy() for f in Joint if f.tallied}
         values |= {f"element_{f.name.lower()}": layout.element(block, f).copy() for f in Field if f.tallied}
+        values["dissipated"] = layout.dissipated(block)
         return cls(**values)

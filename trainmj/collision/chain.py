@@ -51,6 +51,7 @@ class Vehicle:
     speed: float  # initial speed along +x [m/s]
     rail_friction: float = 0.0  # Coulomb coefficient
     brake: Brake | None = None
+    drawing: str = "passenger"  # what pictures show it as
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +121,11 @@ class Interface:
     def unequal_sides(self) -> bool:
         """Whether both sides bring devices, and these differ."""
         return len(self.devices) == 2 and not self.devices[0].is_like(self.devices[1])
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether one device stands between two vehicles, so that each side has half of its stroke."""
+        return not self.two_sided and self.right != WALL
 
     @property
     def equal_sides(self) -> bool:
@@ -193,6 +199,7 @@ class Chain:
         grade: of the track, as the part of the weight that it takes; positive uphill along +x.
         refined: whether steps are made smaller at narrow parts of curves.
         limits: largest values that the scenario allows the moving train, by quantity or column of a response.
+        obstacle: what stands fixed at the wall, as a vehicle; for pictures.
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -206,6 +213,7 @@ class Chain:
     grade: float = 0.0
     refined: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
+    obstacle: Vehicle | None = None
 
     @property
     def front(self) -> int:
@@ -277,6 +285,11 @@ class Chain:
     def closing_speed(self) -> float:
         """Largest difference of the initial speeds [m/s]."""
         return float(np.ptp(self.speed)) if self.interfaces[-1].right != WALL else float(np.abs(self.speed).max())
+
+    @property
+    def stand_in_speed(self) -> float:
+        """Speed at which what stands in for an orifice has its force [m/s]: half of the largest difference."""
+        return 0.5 * self.closing_speed
 
 
 def places_of_sides(chain: Chain) -> list[tuple[int, int]]:

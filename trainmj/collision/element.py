@@ -29,40 +29,35 @@ _SMALL = 1e-13  # strokes [m]
 
 
 @inlined
-def advance(
-    s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float
-) -> tuple[float, float, float, float]:
+def advance(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
     """Bring an element to the stroke and rate of its interface.
 
     Returns:
-        Its force, positive where it pushes; the energy lost, and the part of it lost by speed; the largest force on
-        the way.
+        Its force, positive where it pushes; the largest force on the way.
     """
     if s[e + ELEMENT.BROKEN] != 0.0:
-        return 0.0, 0.0, 0.0, 0.0
-    sign, share, times = s[e + ELEMENT.SIGN], s[e + ELEMENT.SHARE], s[e + ELEMENT.TIMES]
+        return 0.0, 0.0
+    sign, share = s[e + ELEMENT.SIGN], s[e + ELEMENT.SHARE]
     own, own_rate = share * (sign * stroke - s[e + ELEMENT.START]), share * sign * rate
     before, from_ = s[e + ELEMENT.FORCE], s[e + ELEMENT.STROKE]
-    kind = s[e + ELEMENT.KIND]
-    if kind == CRUSH:  # the most common one, without a call
+    if s[e + ELEMENT.PEAK] != 0.0:
         s[e + ELEMENT.PEAK] = 0.0
-        force, first, second, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
-        _settle(s, e, own, force, first, second, lost, viscous, time)
+    if s[e + ELEMENT.KIND] == CRUSH:  # the most common one, without a call
+        force, first, _, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
+        _settle(s, e, own, force, first, lost, viscous, time)
     else:
-        lost, viscous = _any_other(s, e, own, own_rate, elapsed, time)
-    force = s[e + ELEMENT.FORCE]
+        lost = _any_other(s, e, own, own_rate, elapsed, time)
+        force = s[e + ELEMENT.FORCE]
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
         s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = 0.0, s[e + ELEMENT.BREAK]
-        s[e + ELEMENT.DISSIPATED] -= lost
-        lost, viscous = _broken(s, e, before) + 0.5 * before * (own - from_), 0.0
-        s[e + ELEMENT.DISSIPATED] += lost
+        s[e + ELEMENT.DISSIPATED] += _broken(s, e, before) + 0.5 * before * (own - from_) - lost
         force = 0.0
-    return sign * force, lost * times, viscous * times, s[e + ELEMENT.PEAK]
+    return sign * force, s[e + ELEMENT.PEAK]
 
 
-def _any_other(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
-    """Bring any element to a stroke and rate; energy lost, and the part of it lost by speed."""
+def _any_other(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+    """Bring any element to a stroke and rate; energy lost."""
     if s[e + ELEMENT.KIND] == SERIES:
         return _march(s, e, stroke, elapsed, time)
     return _move(s, e, stroke, rate, elapsed, time)
@@ -76,7 +71,7 @@ def _apart(typing_context: Any, s: Any, e: Any, stroke: Any, rate: Any, elapsed:
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return noinline(context, builder, _any_other, signature, args)
 
-    return types.UniTuple(types.float64, 2)(*arguments), codegen
+    return types.float64(*arguments), codegen
 
 
 @overload(_any_other, strict=False)
@@ -86,28 +81,20 @@ def _called(s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> 
 
 
 @register_jitable
-def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
-    """Bring one law to a stroke and rate; energy lost, and the part of it lost by speed."""
-    s[e + ELEMENT.PEAK] = 0.0
+def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+    """Bring one law to a stroke and rate; energy lost."""
     force, first, second, lost, viscous = respond(s[e + ELEMENT.KIND], s, e, stroke, rate, elapsed)
-    _settle(s, e, stroke, force, first, second, lost, viscous, time)
-    return lost, viscous
+    s[e + ELEMENT.STATE_1] = second
+    _settle(s, e, stroke, force, first, lost, viscous, time)
+    return lost
 
 
 @inlined
 def _settle(
-    s: Any,
-    e: int,
-    stroke: float,
-    force: float,
-    first: float,
-    second: float,
-    lost: float,
-    viscous: float,
-    time: float,
+    s: Any, e: int, stroke: float, force: float, state: float, lost: float, viscous: float, time: float
 ) -> None:
     """Keep what a law has answered."""
-    s[e + ELEMENT.STATE_0], s[e + ELEMENT.STATE_1] = first, second
+    s[e + ELEMENT.STATE_0] = state
     s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE] = stroke, force
     s[e + ELEMENT.DISSIPATED] += lost
     s[e + ELEMENT.VISCOUS] += viscous
@@ -118,8 +105,8 @@ def _settle(
 
 
 @register_jitable
-def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> tuple[float, float]:
-    """Bring two laws in series to a stroke of the pair; energy lost, and the part of it lost by speed."""
+def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> float:
+    """Bring two laws in series to a stroke of the pair; energy lost."""
     a, b = e + N_ELEMENT, e + 2 * N_ELEMENT
     todo = closing - s[e + ELEMENT.STROKE]
     whole = abs(todo)
@@ -150,14 +137,14 @@ def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> tuple
     s[e + ELEMENT.STROKE_MAX] = max(s[e + ELEMENT.STROKE_MAX], closing)
     s[e + ELEMENT.DISSIPATED] += lost
     s[e + ELEMENT.VISCOUS] += viscous
-    return lost, viscous
+    return lost
 
 
 @register_jitable
 def _room(s: Any, e: int) -> float:
-    """From the stroke of a law to the next point of its curve."""
-    curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] + 2 * _SMALL
-    return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke)) - s[e + ELEMENT.STROKE]
+    """From the stroke of a law to the next point of its curve, which moves with what the car body gives way."""
+    curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] - s[e + ELEMENT.STATE_1]
+    return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke + 2 * _SMALL)) - stroke
 
 
 @register_jitable
@@ -302,7 +289,7 @@ def narrowest(s: Any, e: int, stroke: float, rate: float, reach: float) -> float
         return found
     laws = (e + N_ELEMENT, e + 2 * N_ELEMENT) if s[e + ELEMENT.KIND] == SERIES else (e, e)
     for law in laws:
-        at = s[law + ELEMENT.STROKE] if s[e + ELEMENT.KIND] == SERIES else own
+        at = (s[law + ELEMENT.STROKE] if s[e + ELEMENT.KIND] == SERIES else own) - s[law + ELEMENT.STATE_1]
         curve = int(s[law + ELEMENT.CURVE])
         here = curve + 3 * segment(s, curve, int(s[law + ELEMENT.SEGMENT]), at)
         while s[here + 3] != math.inf and s[here] < at + share * reach:

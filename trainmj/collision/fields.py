@@ -69,6 +69,8 @@ class Car(_Field):
     FRICTION_WORK = "J", "work done against rail friction", True
     BRAKE_WORK = "J", "work done against the brake", True
     GRADE_WORK = "J", "work done against the grade", True
+    DEVICE_FORCE = "N", "largest |force| by the devices alone"
+    TOTAL_FORCE = "N", "largest |force|"
     DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
     TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction, brake and grade included", True
     UNSEEN_PEAK = "m/s2", "largest |acceleration| by the devices at a peak of a curve between two steps", True
@@ -85,8 +87,6 @@ class Joint(_Field):
     COUNT = "1", "its elements"
     STROKE = "m", "stroke at the last evaluation", True
     FORCE = "N", "force; negative where it pulls", True
-    WORK = "J", "work done on the interface", True
-    DISSIPATED = "J", "energy lost in all its elements, added up from their laws and not from the work", True
     STROKE_MAX = "m", "largest stroke", True
     STROKE_MAX_TIME = "s", "time of the largest stroke", True
     FORCE_MAX = "N", "largest force", True
@@ -108,7 +108,7 @@ class Element(_Field):
     KIND = "1", "code of its law; -1 for two in series"
     SIGN = "1", "1 where it pushes, -1 where it pulls"
     SHARE = "1", "part of the stroke that it takes: a half where it stands for two equal devices in series"
-    TIMES = "1", "devices that it stands for: 1 / SHARE"
+    TIMES = "1", "devices that it stands for, 1 / SHARE; 0 for a law in series, whose pair stands for it"
     START = "m", "stroke of the interface at which it engages"
     BREAK = "N", "force at which it breaks for good"
     BROKEN = "1", "1 when it has"

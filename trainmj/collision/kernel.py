@@ -229,29 +229,26 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
     m = int(s[HEAD.N_INTERFACE])
     cars, joints = N_HEAD, N_HEAD + N_CAR * n
     active = peaked = False
+    approach = STILL_SPEED if s[HEAD.ROLLING] != 0.0 else APPROACH_SPEED
     wall = 0.0
     for k in range(m):
         j = joints + N_JOINT * k
         left, right = int(s[j + JOINT.LEFT]), int(s[j + JOINT.RIGHT])
         u = qpos[left] - (qpos[right] if right >= 0 else 0.0)  # the wall stands at 0
         rate = qvel[left] - (qvel[right] if right >= 0 else 0.0)
-        force = lost = viscous = peak = 0.0
+        force = 0.0
         e = int(s[j + JOINT.FIRST])
         for _ in range(int(s[j + JOINT.COUNT])):
-            one, one_lost, one_viscous, one_peak = advance(s, e, u, rate, elapsed, time)
+            one, one_peak = advance(s, e, u, rate, elapsed, time)
             force += one
-            lost += one_lost
-            viscous += one_viscous
             if s[e + ELEMENT.SIGN] < 0.0:
-                s[j + JOINT.PULL_MAX] = max(s[j + JOINT.PULL_MAX], one_peak)
+                s[j + JOINT.PULL_MAX] = max(s[j + JOINT.PULL_MAX], one_peak, -one)
+                if s[e + ELEMENT.BROKEN] == 0.0 and rate < -APPROACH_SPEED:
+                    active = True  # what is pulled apart comes taut
             elif one_peak > one:
-                peak += one_peak - one
-            if s[e + ELEMENT.SIGN] < 0.0 and s[e + ELEMENT.BROKEN] == 0.0 and rate < -APPROACH_SPEED:
-                active = True  # what is pulled apart comes taut
+                s[j + JOINT.ABOVE] += one_peak - one
+                peaked = True
             e += int(s[e + ELEMENT.NEXT])
-        s[j + JOINT.ABOVE] = peak
-        if peak > 0.0:
-            peaked = True
         if force != 0.0:
             active = True
             if s[j + JOINT.FIRST_FORCE_TIME] < 0.0:
@@ -259,12 +256,8 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
             s[j + JOINT.LAST_FORCE_TIME] = time
             if force > s[j + JOINT.FORCE_MAX]:
                 s[j + JOINT.FORCE_MAX] = force
-            if -force > s[j + JOINT.PULL_MAX]:
-                s[j + JOINT.PULL_MAX] = -force
         before = s[j + JOINT.FORCE]
-        s[j + JOINT.DISSIPATED] += lost
-        s[j + JOINT.WORK] += 0.5 * (force + before) * (u - s[j + JOINT.STROKE])
-        if rate > (STILL_SPEED if s[HEAD.ROLLING] != 0.0 else APPROACH_SPEED):
+        if rate > approach:
             active = True
         if right < 0:
             wall -= before * elapsed
@@ -292,6 +285,7 @@ def _vehicles(
     meeting = cars + N_CAR * n + N_JOINT * int(s[HEAD.FRONT])
     touching = s[meeting + JOINT.FORCE] > 0.0
     first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
+    rolling = s[HEAD.ROLLING] != 0.0
     impulse = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
@@ -304,45 +298,53 @@ def _vehicles(
             s[c + CAR.SPEED_LAST] = v
             if first:
                 s[c + CAR.SPEED_FIRST] = v
-        grade = s[c + CAR.GRADE]
-        rail, braking, work = s[c + CAR.FRICTION_LIMIT], s[c + CAR.BRAKING], 0.0
-        held = s[c + CAR.FRICTION]
-        mean = 0.5 * held * (s[c + CAR.SPEED] + v) * elapsed
-        if braking > 0.0:
-            work = mean * braking / (rail + braking)
-            s[c + CAR.BRAKE_WORK] -= work
-        s[c + CAR.FRICTION_WORK] -= mean - work
-        if grade != 0.0:
+        limit, held = s[c + CAR.FRICTION_LIMIT], s[c + CAR.FRICTION]
+        work = 0.5 * held * (s[c + CAR.SPEED] + v) * elapsed
+        grade = 0.0
+        if rolling:
+            grade = s[c + CAR.GRADE]
             s[c + CAR.GRADE_WORK] -= 0.5 * grade * (s[c + CAR.SPEED] + v) * elapsed
+            braking = s[c + CAR.BRAKING]
+            if braking > 0.0:  # rail and brake share the work
+                braked = work * braking / (limit + braking)
+                s[c + CAR.BRAKE_WORK] -= braked
+                work -= braked
+            braking = _braking(s, c, time)
+            s[c + CAR.BRAKING] = braking
+            limit += braking
+        s[c + CAR.FRICTION_WORK] -= work
         if i + 1 == n:
             impulse += wall
         impulse += (held + grade) * elapsed
-        if s[c + CAR.BRAKE] > 0.0:
-            rise, since = s[c + CAR.BRAKE_RISE], time - s[c + CAR.BRAKE_DELAY]
-            part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
-            braking = min(part * s[c + CAR.BRAKE], s[c + CAR.BRAKE_MOST])
-            s[c + CAR.BRAKING] = braking
         # the friction that would stop the vehicle within this step, within what rail and brake can give
-        limit = rail + braking
         friction = min(limit, max(-limit, -(mass * v / step + net + grade)))
-        out[i] += net + friction + grade
+        whole = net + friction + grade
+        out[i] += whole
         s[c + CAR.SPEED] = v
         s[c + CAR.FRICTION] = friction
-        device = abs(net) / mass
-        if device > s[c + CAR.DEVICE_PEAK]:
-            s[c + CAR.DEVICE_PEAK] = device
-        total = abs(net + friction + grade) / mass
-        if total > s[c + CAR.TOTAL_PEAK]:
-            s[c + CAR.TOTAL_PEAK] = total
+        if abs(net) > s[c + CAR.DEVICE_FORCE]:
+            s[c + CAR.DEVICE_FORCE] = abs(net)
+            s[c + CAR.DEVICE_PEAK] = abs(net) / mass
+        if abs(whole) > s[c + CAR.TOTAL_FORCE]:
+            s[c + CAR.TOTAL_FORCE] = abs(whole)
+            s[c + CAR.TOTAL_PEAK] = abs(whole) / mass
         if abs(v) > STILL_SPEED or abs(net + grade) > limit:
             still = False
-        if s[HEAD.ROLLING] != 0.0:
-            accelerated = (net + friction + grade) / mass
+        if rolling:
+            accelerated = whole / mass
             if i > 0 and accelerated_behind > accelerated and (speed_behind > STILL_SPEED or v < -STILL_SPEED):
                 closing = True
             speed_behind, accelerated_behind = v, accelerated
     s[HEAD.IMPULSE] += impulse
     return still, closing
+
+
+@register_jitable
+def _braking(s: Any, c: int, time: float) -> float:
+    """What the brake of a vehicle can give at a time [N]."""
+    rise, since = s[c + CAR.BRAKE_RISE], time - s[c + CAR.BRAKE_DELAY]
+    part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
+    return min(part * s[c + CAR.BRAKE], s[c + CAR.BRAKE_MOST])
 
 
 @register_jitable
@@ -355,6 +357,7 @@ def _peaks(s: Any, n: int, inertia: Any) -> None:
         above = s[j + JOINT.ABOVE]
         if above <= 0.0:
             continue
+        s[j + JOINT.ABOVE] = 0.0
         force = s[j + JOINT.FORCE] + above
         s[j + JOINT.UNSEEN_FORCE] = max(s[j + JOINT.UNSEEN_FORCE], force)
         if s[HEAD.REFINES] != 0.0:
@@ -371,6 +374,8 @@ def _peaks(s: Any, n: int, inertia: Any) -> None:
                 total = abs(net + s[c + CAR.FRICTION] + s[c + CAR.GRADE]) / inertia[i]
                 s[c + CAR.DEVICE_PEAK] = max(s[c + CAR.DEVICE_PEAK], device)
                 s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
+                s[c + CAR.DEVICE_FORCE] = max(s[c + CAR.DEVICE_FORCE], device * inertia[i])
+                s[c + CAR.TOTAL_FORCE] = max(s[c + CAR.TOTAL_FORCE], total * inertia[i])
 
 
 @register_jitable
@@ -406,7 +411,7 @@ def _sensor(offsets: Offsets) -> Any:
         for k in range(m):
             j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + N_JOINT * k
             out[k] = s[j + JOINT.FORCE]
-            out[m + k] = s[j + JOINT.DISSIPATED]
+            out[m + k] = 0.0
             e = int(s[j + JOINT.FIRST])
             left, right, left_energy, right_energy = 0.0, 0.0, 0.0, 0.0
             for n in range(int(s[j + JOINT.COUNT])):
@@ -417,6 +422,7 @@ def _sensor(offsets: Offsets) -> Any:
                 if s[e + ELEMENT.SIGN] > 0.0 and (n == 0 or own > 0.0):
                     left = s[a + ELEMENT.STROKE] + (s[a + ELEMENT.START] if in_series else 0.0)
                     right = s[b + ELEMENT.STROKE] + (s[b + ELEMENT.START] if in_series else 0.0) if both else 0.0
+                out[m + k] += s[e + ELEMENT.TIMES] * s[e + ELEMENT.DISSIPATED]
                 left_energy += s[a + ELEMENT.DISSIPATED]
                 right_energy += s[b + ELEMENT.DISSIPATED] if both else 0.0
                 e += int(s[e + ELEMENT.NEXT])

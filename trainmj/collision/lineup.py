@@ -32,23 +32,27 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     devices = {name: KINDS[spec.law].device(name, spec, scenario) for name, spec in scenario.devices.items()}
     moving = scenario.trains[c.train].cars()
     n = len(moving)
-    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c) for i, car in enumerate(moving)][::-1]
+    drawn: str = scenario.trains[c.train].drawing
+    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn) for i, car in enumerate(moving)][::-1]
     interfaces = [
         _coupled(f"M{i + 1}-M{i + 2}", n - i - 2, [devices[name] for name in (car.coupler or ())][::-1])
         for i, car in enumerate(moving[:-1])
     ][::-1]
     near = devices[str(scenario.trains[c.train].front)]
     obstacle = scenario.obstacles.get(c.partner)
+    fixed = None
     if c.partner == RIGID_WALL:
         interfaces.append(Interface("M1-wall", n - 1, WALL, meet(near, coupled=False), (near,)))
     elif obstacle is not None and obstacle.fixed:
         far = devices[obstacle.front]
         interfaces.append(_front("M1-wall", n - 1, WALL, near, far))
+        fixed = Vehicle("wall", c.partner, math.inf, obstacle.length_m, 0.0, drawing=obstacle.drawn)
     else:
         struck, cars = _partner(scenario)
         far = devices[struck]
         interfaces.append(_front("S1-M1", n - 1, n, near, far))
-        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c) for i, car in enumerate(cars)]
+        drawn = scenario.trains[c.partner].drawing if obstacle is None else obstacle.drawn
+        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn) for i, car in enumerate(cars)]
         interfaces += [
             _coupled(f"S{i + 1}-S{i + 2}", n + i, [devices[name] for name in (car.coupler or ())])
             for i, car in enumerate(cars[:-1])
@@ -65,6 +69,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         s.integrator,
         grade=c.grade_per_mille * 1e-3,
         limits=scenario.limits,
+        obstacle=fixed,
     )
     check_step(chain)
     scenario.refuse(_limits(chain))
@@ -97,7 +102,7 @@ def _partner(scenario: Scenario) -> tuple[str, list[Car]]:
     return str(getattr(partner, c.partner_end)), cars
 
 
-def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision) -> Vehicle:
+def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str) -> Vehicle:
     assert car.mass_t is not None  # held by the rules of a scenario
     brake = None
     if car.brakes is not None:
@@ -105,7 +110,7 @@ def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision) -> Ve
         most = math.inf if b.adhesion is None else b.adhesion * car.mass_t * TONNE * G
         brake = Brake(b.whole_kN(car.mass_t) * KN, b.delay_s, b.rise_s, most)
     friction = collision.rail_friction if car.rail_friction is None else car.rail_friction
-    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H, friction, brake)
+    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H, friction, brake, drawing)
 
 
 def _front(name: str, left: int, right: int, near: Device, far: Device) -> Interface:

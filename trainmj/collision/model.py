@@ -7,6 +7,7 @@ the two sides touch, so a tendon's length is the stroke of its interface.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -83,6 +84,8 @@ def spec(
         base = _options_of(base)
     if bare:
         base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    if not stand_in:  # nothing in it has a spring of MuJoCo's, and to look for some takes time
+        base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SPRING)
     base.option.timestep = chain.step
     base.option.integrator = _INTEGRATORS[chain.integrator]
     base.nuserdata = 0 if stand_in else (layout or Layout.of(chain)).size
@@ -97,7 +100,7 @@ def spec(
         if interface.right != WALL:
             tendon.wrap_joint(chain.vehicles[interface.right].name, -1.0)
         if stand_in:
-            stiffness, force = stand_in_of(interface)
+            stiffness, force = stand_in_of(interface, chain.stand_in_speed)
             tendon.stiffness[0] = stiffness
             tendon.springyield = force / stiffness
             tendon.springlength[:] = -_NEVER, 0.0
@@ -105,13 +108,15 @@ def spec(
     return base
 
 
-def stand_in_of(interface: Interface) -> tuple[float, float]:
+@lru_cache(maxsize=128)
+def stand_in_of(interface: Interface, speed: float) -> tuple[float, float]:
     """Unloading stiffness [N/m] and one force [N] that absorbs as much as an interface does up to its stroke limit.
 
-    That is the mean force of first loading at rest, up to where the first of its stages reaches its limit, or up to the
-    end of a curve.
+    That is the mean force of first loading, up to where the first of its stages reaches its limit, or up to the end of
+    a curve: at rest, but at a speed [m/s] where an orifice resists that alone.
     """
-    path = press(interface)
+    hydraulic = any(law.kind.name == "hydraulic" for element in interface.elements for law in element.laws)
+    path = press(interface, speed=speed if hydraulic else 0.0)
     ends = [float(path.stroke[-1])]
     for side, device in enumerate(interface.devices):
         limit = min((stage.start + stage.limit for stage in device.stages), default=np.inf)

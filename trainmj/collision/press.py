@@ -34,19 +34,20 @@ class Path:
         return float(np.interp(stroke, self.stroke, work_along(self.stroke, self.force)))
 
 
-def press(interface: Interface, end: float | None = None) -> Path:
-    """Press an interface at rest.
+def press(interface: Interface, end: float | None = None, speed: float = 0.0) -> Path:
+    """Press an interface at rest, or at a speed.
 
     Args:
         interface: whose elements act side by side.
         end: stroke up to which [m]; by default where the curves of its devices have ended.
+        speed: at which [m/s].
     """
     ends = [float(device.envelope.stroke[-1]) for device in interface.devices]
     end = end or (sum(ends) if len(ends) > 1 else ends[0])
     strokes = np.linspace(0.0, end, _POINTS)
     force, sides = np.zeros(_POINTS), np.zeros((_POINTS, 2))
     for n, element in enumerate(e for e in interface.elements if e.sign > 0):
-        forces, own = force_along(element, strokes)
+        forces, own = force_along(element, strokes, speed)
         force += forces
         engaged = (strokes > element.start) if n else np.ones(_POINTS, dtype=bool)
         sides[engaged] = (own + np.resize(element.starts, 2))[engaged]

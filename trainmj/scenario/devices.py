@@ -101,9 +101,9 @@ class AnyDevice(Part):
         """The stiffness of what lies beyond its end, if that states none [kN/mm]."""
         return None
 
-    @abstractmethod
     def own_curves(self) -> Iterator[tuple[Place, CurveRef]]:
-        """The curves of its kind, each with its place below the device."""
+        """The curves of its kind, each with its place below the device; none by default."""
+        return iter(())
 
     def curves(self) -> Iterator[tuple[Place, CurveRef]]:
         """Every curve, each with its place below the device."""
@@ -302,10 +302,6 @@ class Hydraulic(RecoveringDevice):
     preload_stiffness_kN_per_mm: Stiffness | None = Field(
         default=None, description="along which the preload is reached [kN/mm]; compulsory with a preload"
     )
-
-    def own_curves(self) -> Iterator[tuple[Place, CurveRef]]:
-        """None."""
-        return iter(())
 
     def orifice_points(self) -> tuple[list[float], list[float]]:
         """Strokes [mm] and orifice constants there [kN s2/m2]; a constant one at both ends of the stroke."""

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
+from trainmj.collision.wear import Wear, seen_at
 from trainmj.output.blocks import Section, as_json
 from trainmj.output.plot import VIRIDIS, numbers
 from trainmj.units import KJ, KM_H, MM
@@ -37,27 +38,29 @@ def add_animation(section: Section, result: Result) -> None:
 def animation_data(result: Result) -> dict[str, Any]:
     """What the script needs: names, and strokes, energies, speeds and the place of the impact at evenly spaced times.
 
-    An interface has a stroke as a whole, and stroke and energy of each device: at the front one of either train.
+    An interface has a stroke as a whole, and stroke and energy of each device, one or one of each side.
     """
     chain = result.chain
     n = len(chain.vehicles)
     cars = range(max(0, chain.n_moving - _MOST_CARS), min(n, chain.n_moving + _MOST_CARS))
     joints = [k for k, i in enumerate(chain.interfaces) if i.left in cars and (i.right < 0 or i.right in cars)]
     frames = np.unique(np.linspace(0, len(result.time) - 1, _FRAMES).round().astype(int))
-    devices = [_devices(result, k) for k in joints]
+    every = _devices(result, frames)
+    devices = [every[k] for k in joints]
     most = max(float(np.nan_to_num(energy).max(initial=0.0)) for sides in devices for _, energy in sides)
     return {
         "time": numbers(result.time[frames]),
         "vehicles": [chain.vehicles[i].name for i in cars],
+        "drawings": [chain.vehicles[i].drawing for i in cars],
         "moving": chain.n_moving - cars.start,
         "valid_until": result.tally.valid_until if result.not_valid else None,
         "wall": chain.interfaces[chain.front].right < 0,
+        "obstacle": chain.obstacle.drawing if chain.obstacle is not None else "",
         "interfaces": [chain.interfaces[k].name for k in joints],
         "front": joints.index(chain.front),
         "stroke": [numbers(result.stroke[frames, k] / MM) for k in joints],
         "devices": [
-            [{"stroke": numbers(stroke[frames]), "energy": numbers(energy[frames], 4)} for stroke, energy in sides]
-            for sides in devices
+            [{"stroke": numbers(stroke), "energy": numbers(energy, 4)} for stroke, energy in sides] for sides in devices
         ],
         "largest_energy": float(f"{max(most, 1e-6):.4g}"),
         "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
@@ -66,14 +69,22 @@ def animation_data(result: Result) -> dict[str, Any]:
     }
 
 
-def _devices(result: Result, k: int) -> list[tuple[Array, Array]]:
-    """For each device of an interface, (n_sample,) strokes, as far as it is pressed [mm], and energies [kJ]."""
-    interface = result.chain.interfaces[k]
-    recorded = [0] * len(interface.devices) if interface.equal_sides else range(len(interface.devices))
-    return [
-        (np.maximum(0.0, result.of_device("stroke", k, side)) / MM, result.of_device("energy", k, side) / KJ)
-        for side in recorded
-    ]
+def _devices(result: Result, frames: Array) -> list[list[tuple[Array, Array]]]:
+    """Of each device of each interface, (n_frame,) strokes, the permanent set at least [mm], and energies [kJ].
+
+    A stroke is negative where a draw gear holds vehicles together that are drawn apart.
+    """
+    chain, wear = result.chain, Wear(result.chain)
+    places = [(k, side) for k, interface in enumerate(chain.interfaces) for side in range(len(interface.devices))]
+    shown = np.empty((len(result.time), len(places)))
+    for sample in range(len(result.time)):
+        wear.update(seen_at(result, sample))
+        shown[sample] = [wear.shown(k, side) for k, side in places]
+    found: list[list[tuple[Array, Array]]] = [[] for _ in chain.interfaces]
+    for (k, side), stroke in zip(places, shown[frames].T, strict=True):
+        both = 2.0 if chain.interfaces[k].is_shared else 1.0
+        found[k].append((both * stroke / MM, result.of_device("energy", k, side)[frames] / KJ))
+    return found
 
 
 def _impact(chain: Chain, position: Array) -> Array:

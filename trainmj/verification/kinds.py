@@ -28,8 +28,8 @@ class Exact:
         values: the scenario, as its YAML file gives it.
         quantity: what is known, and where: ``stroke_mm front`` (both sides together), ``stroke_mm moving`` and
             ``struck`` (sides of the front), ``stroke_mm M1-M2``, ``force_kN``, ``pull_kN`` (largest), ``speed_m_s M1``
-            (at the end), ``travel_m M1``, ``lost_kJ all`` (in all devices, at the end), ``time_s end``,
-            ``time_s front`` (of the largest stroke there).
+            (at the end), ``travel_m M1``, ``lost_kJ all`` (in all devices, at the end), ``stands_s M1`` (when it
+            has come to rest), ``time_s front`` (of the largest stroke there).
         exact: its value.
     """
 
@@ -423,7 +423,7 @@ def constant_brake() -> Iterator[Exact]:
     collision = {"gap_mm": 1e6, "rail_friction": 0.008, "grade_per_mille": -5.0}
     values = scenario({"d": SOFT}, 33.0, v, collision, train, time_limit_s=30.0, step_ms=0.1)
     name = "Brake after a delay, downhill"
-    yield Exact(name, values, "time_s end", delay + v1 / hard)
+    yield Exact(name, values, "stands_s M1", delay + v1 / hard)
     yield Exact(name, values, "travel_m M1", (v + v1) / 2 * delay + v1**2 / (2 * hard))
 
 
@@ -435,7 +435,7 @@ def rising_brake() -> Iterator[Exact]:
     v1 = v - a * rise / 2
     travel = v * (delay + rise) - a * rise**2 / 6 + v1**2 / (2 * a)
     name = "Brake that rises"
-    yield Exact(name, values, "time_s end", delay + rise + v1 / a)
+    yield Exact(name, values, "stands_s M1", delay + rise + v1 / a)
     yield Exact(name, values, "travel_m M1", travel)
 
 

@@ -43,6 +43,7 @@ class Director:
         lengths = np.array([v.length for v in chain.vehicles])
         self._left = float(position[:, 0].min() - lengths[: chain.n_moving].sum() - _AROUND)
         beyond = lengths[chain.n_moving :].sum() + (2.0 if self._wall else 0.0)
+        beyond += chain.obstacle.length if chain.obstacle is not None else 0.0
         self._right = float(position[:, -1].max() + beyond + _AROUND)
         self._middle = np.median(self._meeting(position))
 

@@ -14,6 +14,7 @@ from PIL.Image import Image
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.result import Result
+from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN
 from trainmj.view.cameras import CAMERAS, Camera, Director
@@ -21,7 +22,7 @@ from trainmj.view.files import FILMS, STILLS, write_film, write_still
 from trainmj.view.offscreen import canvas
 from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
-from trainmj.view.wear import DeviceShapes, Wear, largest_energy
+from trainmj.view.shapes import DeviceShapes, largest_energy
 
 _FARTHEST = 1e6  # from the start [m]
 _LARGEST = 7680, 4320  # most pixels of a picture, wide and high
@@ -150,12 +151,12 @@ def _draw(
     with canvas(model, *size, samples=4 if smooth else 0) as draw:
         for n, sample in enumerate(shown):
             for k in range(shown[n - 1] + 1 if n else 0, sample + 1):
-                wear.update(result.stroke[k], result.energy[k])
-            devices.show(wear)
+                wear.update(seen_at(result, k))
+            moved = devices.show(wear)
             data.qpos[:] = result.position[sample]
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
-            picture = draw(data, director.views(result.position[sample]))
+            picture = draw(data, director.views(result.position[sample]), moved)
             labels = _labels(chain, director, data, wear, full) if director.strip else []
             rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
             yield overlay.write(picture, float(result.time[sample]), rows, labels)
@@ -182,7 +183,7 @@ def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, f
     order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + int(names[i].text[1:]) % 10))
     names = [names[i] for i in order if len(names) <= _MOST_NAMES or i in ends or int(names[i].text[1:]) % 5 == 0]
     tails = middles + np.array([v.length for v in chain.vehicles]) / 2
-    energies = [float(wear.energy[k, 0].sum()) for k in range(len(chain.interfaces))]
+    energies = [wear.energy(k) for k in range(len(chain.interfaces))]
     few = len(chain.vehicles) <= _MOST_NUMBERS
     return names + [
         Label(f"{energy / KJ:.0f}" if few else "", x, min(1.0, energy / full) if full > 0 else 0.0)

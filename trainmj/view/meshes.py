@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,11 +50,28 @@ def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) 
     return Mesh(corners, np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))], dtype=np.int32))
 
 
-def wheel(x: float, y: float) -> Mesh:
+def _strut(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], thick: float) -> Mesh:
+    """A bar from a height at one place along the track to another height at another place [m]."""
+    (first, last), flip = sorted(zip(x, z, strict=True)), 0.5 * thick
+    bar = box((first[0], last[0]), y, (-flip, flip))
+    along = (bar.vertices[:, 0] - first[0]) / (last[0] - first[0])
+    bar.vertices[:, 2] += first[1] + along * (last[1] - first[1])
+    return bar
+
+
+def _sheared(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], lean: float) -> Mesh:
+    """A box whose front, at the larger x, is farther forward at the bottom by so much [m]."""
+    block = box(x, y, z)
+    bottom = (block.vertices[:, 0] == x[1]) & (block.vertices[:, 2] == z[0])
+    block.vertices[bottom, 0] += lean
+    return block
+
+
+def wheel(x: float, y: float, radius: float = _RADIUS) -> Mesh:
     """A wheel that stands on the rail."""
     n = _CORNERS
     angle = 2 * np.pi * np.arange(n) / n
-    rim = np.stack([x + _RADIUS * np.cos(angle), np.full(n, y), _RADIUS * (1 + np.sin(angle))], axis=1)
+    rim = np.stack([x + radius * np.cos(angle), np.full(n, y), radius * (1 + np.sin(angle))], axis=1)
     vertices = np.concatenate([rim + np.array([0.0, side * _TREAD / 2, 0.0]) for side in (-1, 1)])
     k, m = np.arange(n), (np.arange(n) + 1) % n
     faces = [np.stack([m + n, m, k], 1), np.stack([k + n, m + n, k], 1)]
@@ -90,13 +108,121 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
         "lamp": [],
     }
     for direction in cabs:
-        panel = partial(_front_panel, front if direction > 0 else rear, direction, nose)
-        pieces["window"].append(panel(_WINDSCREEN))
-        pieces["livery"] += map(panel, _APRON)
-        for y in _LAMPS:
-            corners = [(y - 0.17, 1.5), (y + 0.17, 1.5), (y + 0.17, 1.64), (y - 0.17, 1.64)]
-            pieces["lamp"].append(panel(corners, out=0.035))
+        _add_face(pieces, front if direction > 0 else rear, direction, nose, "livery")
     return {name: joined(parts) for name, parts in pieces.items() if parts}
+
+
+def _add_face(pieces: dict[str, list[Mesh]], end: float, direction: int, length: float, apron: str) -> None:
+    """Windscreen, apron of a material and lamps on the front of a cab."""
+    panel = partial(_front_panel, end, direction, length)
+    pieces["window"].append(panel(_WINDSCREEN))
+    pieces[apron] += map(panel, _APRON)
+    for y in _LAMPS:
+        corners = [(y - 0.17, 1.5), (y + 0.17, 1.5), (y + 0.17, 1.64), (y - 0.17, 1.64)]
+        pieces["lamp"].append(panel(corners, out=0.035))
+
+
+def locomotive(rear: float, front: float) -> dict[str, Mesh]:
+    """An electric locomotive with a cab at each end, by material."""
+    length, middle = front - rear, (rear + front) / 2
+    nose = min(_NOSE, length / 4)
+    grilles = np.linspace(rear + nose + 1.6, front - nose - 1.6, 6 if length > 10 else 0)
+    arm = min(1.4, length / 8)
+    pieces: dict[str, list[Mesh]] = {
+        "livery": [_loft(_nose(rear, -1, nose)[::-1] + _nose(front, 1, nose))],
+        "window": [_both(x - 0.35, x + 0.35, (2.1, 2.8)) for x in (rear + nose + 0.5, front - nose - 0.5)],
+        "shell": [_both(rear + nose, front - nose, (1.16, 1.4), -0.004)],
+        "roof": [
+            box((rear + nose + 0.8, front - nose - 0.8), (-0.8, 0.8), (3.7, 3.9)),
+            *(_both(x - 0.45, x + 0.45, (2.2, 2.8)) for x in grilles),
+        ],
+        "bogie": [
+            *_bogies(rear, front),
+            *(_strut((middle, middle + side * arm), (-0.5, -0.42), (3.9, 4.9), 0.08) for side in (-1, 1)),
+            *(_strut((middle, middle + side * arm), (0.42, 0.5), (3.9, 4.9), 0.08) for side in (-1, 1)),
+            *(
+                box((middle + side * arm - 0.2, middle + side * arm + 0.2), (-0.85, 0.85), (4.88, 4.95))
+                for side in (-1, 1)
+            ),
+        ],
+        "shade": [_shadow(rear, front)],
+        "lamp": [],
+    }
+    for end, direction in ((rear, -1), (front, 1)):
+        _add_face(pieces, end, direction, nose, "shell")
+    return {name: joined(parts) for name, parts in pieces.items()}
+
+
+def lorry(rear: float, front: float) -> dict[str, Mesh]:
+    """A lorry that stands along the track, its box to the rear and its cab in front, by material."""
+    length = front - rear
+    cab = min(2.0, 0.35 * length)
+    back = front - cab - min(0.25, 0.1 * length)  # of the box
+    reach = min(_RADIUS, length / 8)
+    wheels = [
+        wheel(x, y, reach) for x in (rear + 1.9 * reach, rear + 4.1 * reach, front - 0.5 * cab) for y in (-1.0, 1.0)
+    ]
+    return {
+        "livery": box((rear, back), (-1.25, 1.25), (0.95, 3.6)),
+        "shell": joined(
+            [
+                box((front - cab, front), (-1.2, 1.2), (0.75, 1.75)),
+                _sheared((front - cab, front - 0.3 * cab), (-1.2, 1.2), (1.75, 2.75), 0.3 * cab),
+            ]
+        ),
+        "window": joined(
+            [
+                _sheared((front - 0.3 * cab, front - 0.28 * cab), (-1.05, 1.05), (1.8, 2.6), 0.25 * cab),
+                *(box((front - 0.75 * cab, front - 0.3 * cab), (y - 0.02, y + 0.02), (1.85, 2.5)) for y in (-1.2, 1.2)),
+            ]
+        ),
+        "lamp": joined([box((front - 0.02, front + 0.03), (y - 0.17, y + 0.17), (0.95, 1.15)) for y in (-0.9, 0.9)]),
+        "bogie": joined([*wheels, box((rear, front - 0.1), (-0.5, 0.5), (0.6, 0.95))]),
+        "shade": _shadow(rear, front),
+    }
+
+
+def buffer_stop(rear: float, front: float) -> dict[str, Mesh]:
+    """A buffer stop: a striped beam across the track, held by struts from behind, by material."""
+    back = min(front, rear + 3.2)
+    beam = rear, rear + min(0.3, 0.3 * (back - rear))
+    edges = np.linspace(-1.4, 1.4, 8)
+    stripes = [box(beam, (a, b), (0.5, 1.35)) for a, b in pairwise(edges)]
+    return {
+        "livery": joined(stripes[::2]),
+        "shell": joined(stripes[1::2]),
+        "steel": joined(
+            [
+                *(box((rear, front), (y - 0.12, y + 0.12), (0.0, 0.22)) for y in (-0.75, 0.75)),
+                *(box((beam[0] + 0.02, beam[1] - 0.02), (y - 0.12, y + 0.12), (0.2, 0.5)) for y in (-0.75, 0.75)),
+                *(_strut((beam[1], back), (y - 0.1, y + 0.1), (1.05, 0.1), 0.2) for y in (-0.75, 0.75)),
+                box((back - 0.2, back), (-1.2, 1.2), (0.02, 0.25)),
+            ]
+        ),
+        "shade": _shadow(rear, back),
+    }
+
+
+def cut(mesh: Mesh, x: float, direction: int) -> tuple[Mesh | None, Mesh | None]:
+    """The parts of a mesh up to a plane across the track and beyond it, seen in a direction along the track."""
+    found: list[Mesh | None] = []
+    for way in (-direction, direction):
+        ahead = way * (mesh.vertices[:, 0] - x) > 0.0
+        inside = ahead[mesh.faces].all(axis=1)
+        corners = [mesh.vertices[mesh.faces[inside]].reshape(-1, 3)]
+        for face in mesh.faces[ahead[mesh.faces].any(axis=1) & ~inside]:
+            points = []
+            for a, b in zip(face, np.roll(face, -1), strict=True):
+                start, end = mesh.vertices[a], mesh.vertices[b]
+                if ahead[a]:
+                    points.append(start)
+                if ahead[a] != ahead[b]:
+                    points.append(start + (x - start[0]) / (end[0] - start[0]) * (end - start))
+            corners += [np.array([points[0], points[k], points[k + 1]]) for k in range(1, len(points) - 1)]
+        vertices = np.concatenate(corners)
+        faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+        found.append(Mesh(vertices, faces) if len(faces) else None)
+    return found[0], found[1]
 
 
 def wagon(rear: float, front: float) -> dict[str, Mesh]:

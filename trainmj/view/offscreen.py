@@ -37,7 +37,7 @@ class View:
 @contextmanager
 def canvas(
     model: mujoco.MjModel, width: int, height: int, samples: int = 0
-) -> Iterator[Callable[[mujoco.MjData, Sequence[View]], Picture]]:
+) -> Iterator[Callable[[mujoco.MjData, Sequence[View], Sequence[int]], Picture]]:
     """A picture in memory on which MuJoCo draws a model, in one thread.
 
     Args:
@@ -47,7 +47,8 @@ def canvas(
         samples: for each pixel; 0 is fastest, 4 smooths edges.
 
     Yields:
-        The function that draws the model as it stands, seen by one or several cameras.
+        The function that draws the model as it stands, seen by one or several cameras; it is told which meshes have
+        changed since the last picture.
 
     Raises:
         EngineError: if the library that draws is missing.
@@ -63,7 +64,9 @@ def canvas(
     option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
     option.flags[mujoco.mjtVisFlag.mjVIS_TENDON] = 0
 
-    def draw(data: mujoco.MjData, views: Sequence[View]) -> Picture:
+    def draw(data: mujoco.MjData, views: Sequence[View], changed: Sequence[int]) -> Picture:
+        for mesh in changed:
+            mujoco.mjr_uploadMesh(model, context, mesh)
         picture = np.empty((height, width, 3), dtype=np.uint8)
         mujoco.mjv_updateScene(model, data, option, None, camera, mujoco.mjtCatBit.mjCAT_ALL, scene)
         for view in views:

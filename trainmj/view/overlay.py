@@ -13,7 +13,7 @@ from PIL.ImageDraw import Draw, ImageDraw
 from PIL.ImageFont import FreeTypeFont, truetype
 
 from trainmj.view.offscreen import Picture
-from trainmj.view.wear import colour
+from trainmj.view.shapes import colour
 
 _INK, _SOFT, _PAPER = (25, 30, 36), (84, 92, 101), (255, 255, 255)
 

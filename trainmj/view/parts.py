@@ -7,13 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trainmj.collision.chain import WALL, Chain, Interface
-from trainmj.collision.device import Device
+from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
+from trainmj.collision.device import CAR_BODY, Device, Stage
 
 _HEAD, _ROD = 0.20, 0.10  # lengths of a coupler's head and of the rod behind it [m]
 _RINGS = 6  # folds that are drawn on a crush tube
 _LEAST = 0.25  # room that any device has [m]
 _SHORTEST = 0.03  # length of a fully crushed tube [m]
+_END = 0.1  # of half a vehicle: the part of its body that gives way, in front of the wheels
+_CRUMPLED = 0.8  # of the end of a car body, at most
+
+SKIN = "skin"
+"""The last word of names of geoms that take the colour of the energy a car body has absorbed."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,7 @@ _COUPLER_ROD, _COUPLER_HEAD = Shape((0.07,), "steel"), Shape((0.21, 0.19), "stee
 _TUBE, _RING = Shape((0.13, 0.11), "device"), Shape((0.155, 0.135), "device")
 _PLATE, _TOOTH = Shape((0.30, 0.20), "steel"), Shape((0.30, 0.025), "steel")
 _BELLOWS = Shape((0.62, 1.02), "gangway")
+_SIDE_WALL, _SIDE = Shape((1.25, 1.5), "device"), (0.0, 2.1)  # of a lorry
 
 
 @dataclass(frozen=True)
@@ -55,9 +61,10 @@ class Part:
     zone: Zone  # that moves it
 
     def placed(self, stroke: float) -> tuple[float, float]:
-        """Begin and end [m] when the device is compressed by a stroke [m]."""
+        """Begin and end [m] when the device is compressed by a stroke [m], or drawn out where that is negative."""
         zone = self.zone
-        u = min(max(0.0, stroke - zone.begin_at), zone.end_at - zone.begin_at)
+        least = min(0.0, stroke) if zone.begin_at == 0.0 else 0.0
+        u = min(max(least, stroke - zone.begin_at), zone.end_at - zone.begin_at)
         beyond = max(0.0, stroke - zone.end_at)
         room = zone.end - zone.start - _SHORTEST
         shorter, pushed = min(u, room), max(0.0, u - room) + beyond
@@ -70,22 +77,50 @@ class Part:
 
 
 @dataclass(frozen=True)
+class Body:
+    """The end of a car body that gives way behind its device, in a vehicle's own direction."""
+
+    name: str  # with which those of its geoms begin
+    start: float  # from the middle of the vehicle [m]
+    end: float  # [m]
+    begin_at: float  # stroke, as it is shown, at which it begins to give way [m]
+
+    def shorter(self, stroke: float) -> float:
+        """By how much it is shorter at a stroke [m]."""
+        return min(max(0.0, stroke - self.begin_at), _CRUMPLED * (self.end - self.start))
+
+
+@dataclass(frozen=True)
 class End:
     """One end of a vehicle with the device that it carries there."""
 
-    vehicle: int  # index in the chain
+    vehicle: int  # index in the chain, or WALL for what stands fixed at the wall
     direction: int  # 1 if the end faces +x, -1 if it faces -x
     interface: int  # index of the interface
     side: int  # 0 on the left of the interface, 1 on the right
     parts: tuple[Part, ...]  # what is drawn of the device
+    body: Body | None = None  # of the vehicle, if it gives way behind the device
 
 
 def ends(chain: Chain) -> Iterator[End]:
-    """The ends of all vehicles that carry a device, along +x."""
+    """The ends of all vehicles that carry a device, along +x, and that of what stands fixed at the wall."""
     for k, interface in enumerate(chain.interfaces):
-        yield End(interface.left, 1, k, 0, _parts(chain, interface.left, 1, interface))
-        if interface.right != WALL:
-            yield End(interface.right, -1, k, 1, _parts(chain, interface.right, -1, interface))
+        yield _end(chain, k, interface, 0)
+        if interface.right != WALL or chain.obstacle is not None:
+            yield _end(chain, k, interface, 1)
+
+
+def bearer(chain: Chain, vehicle: int) -> Vehicle:
+    """The vehicle of an index, or what stands fixed at the wall."""
+    if vehicle != WALL:
+        return chain.vehicles[vehicle]
+    assert chain.obstacle is not None
+    return chain.obstacle
+
+
+def middle_of(chain: Chain, vehicle: int) -> float:
+    """Where the middle of a vehicle is in its own frame [m]; what stands at the wall has that of the track."""
+    return 0.5 * bearer(chain, vehicle).length if vehicle == WALL else 0.0
 
 
 def device_of(interface: Interface, side: int) -> Device:
@@ -93,31 +128,51 @@ def device_of(interface: Interface, side: int) -> Device:
     return interface.devices[min(side, len(interface.devices) - 1)]
 
 
-def is_shared(interface: Interface) -> bool:
-    """Whether one device stands between two vehicles, so that each side shows half of it."""
-    return len(interface.devices) == 1 and interface.right != WALL
-
-
 def setback(chain: Chain, vehicle: int, direction: int) -> float:
     """From the face of a vehicle's coupler back to its body [m], at the end that faces +x (1) or -x (-1)."""
     k = vehicle if direction > 0 else vehicle - 1
-    if not 0 <= k < len(chain.interfaces):
+    if vehicle == WALL:
+        k = len(chain.interfaces) - 1
+    if not 0 <= k < len(chain.interfaces) or (vehicle == WALL and direction > 0):
         return 0.5  # the end of a train
     interface = chain.interfaces[k]
     device = device_of(interface, int(direction < 0))
-    last = device.stages[-1]
-    crush = last.limit if np.isfinite(last.limit) else min(0.5, float(device.envelope.stroke[-1]) - last.start)
-    room = (last.start + crush) / (2 if is_shared(interface) else 1) + _LEAST
-    return float(min(room, 0.3 * chain.vehicles[vehicle].length))
+    last = _stages(device)[-1]
+    end = last.end if np.isfinite(last.end) else float(device.envelope.stroke[-1])
+    crush = last.limit if np.isfinite(last.limit) else min(0.5, end - last.start)
+    room = (last.start + crush) / (2 if interface.is_shared else 1) + _LEAST
+    return float(min(room, 0.3 * bearer(chain, vehicle).length))
 
 
-def _parts(chain: Chain, vehicle: int, direction: int, interface: Interface) -> tuple[Part, ...]:
-    """What is drawn of the device of an interface at one end of a vehicle."""
-    first, *others = device_of(interface, int(direction < 0)).stages
-    share = 0.5 if is_shared(interface) else 1.0
-    name = f"{chain.vehicles[vehicle].name} {'front' if direction > 0 else 'rear'}"
-    face = chain.vehicles[vehicle].length / 2
-    body = face - setback(chain, vehicle, direction)
+def _stages(device: Device) -> tuple[Stage, ...]:
+    """The stages of a device itself."""
+    return tuple(stage for stage in device.stages if stage.name != CAR_BODY)
+
+
+def _end(chain: Chain, k: int, interface: Interface, side: int) -> End:
+    """One side of an interface."""
+    vehicle, direction = ((interface.left, 1), (interface.right, -1))[side]
+    of, device = bearer(chain, vehicle), device_of(interface, side)
+    name = f"{of.name} {'front' if direction > 0 else 'rear'}"
+    body, face = of.length / 2 - setback(chain, vehicle, direction), of.length / 2
+    share = 0.5 if interface.is_shared else 1.0
+    parts = _side_wall if of.drawing == "lorry" else _coupler
+    crumpling = None
+    if device.stages[-1].name == CAR_BODY and vehicle != WALL:
+        crumpling = Body(f"{name} body", (1.0 - _END) * body, body, share * device.stages[-1].start)
+    return End(vehicle, direction, k, side, parts(name, body, face, device, interface), crumpling)
+
+
+def _side_wall(name: str, body: float, face: float, device: Device, interface: Interface) -> tuple[Part, ...]:
+    """The side of a lorry."""
+    zone = Zone(body, face, 0.0, _stages(device)[-1].end, 0)
+    return (Part(f"{name} side wall", _SIDE_WALL, _SIDE, body, face, zone),)
+
+
+def _coupler(name: str, body: float, face: float, device: Device, interface: Interface) -> tuple[Part, ...]:
+    """A coupler, and a pair of anti-climbers for each further stage."""
+    first, *others = _stages(device)
+    share = 0.5 if interface.is_shared else 1.0
     head = face - min(_HEAD, 0.3 * (face - body))
     rod = head - min(_ROD, 0.2 * (face - body))
     zone = Zone(body, rod, 0.0, share * first.end, 0)
@@ -129,7 +184,7 @@ def _parts(chain: Chain, vehicle: int, direction: int, interface: Interface) -> 
     ]
     for number, stage in enumerate(others, 1):
         plate = face - share * stage.start
-        zone = Zone(body, max(plate - 0.14, body + _SHORTEST), share * stage.start, np.inf, number)
+        zone = Zone(body, max(plate - 0.14, body + _SHORTEST), share * stage.start, share * stage.end, number)
         for side, sign in (("left", -1), ("right", 1)):
             where, (y, z) = f"{name} anti-climber {number} {side}", _ANTI_CLIMBER
             place = sign * y, z
@@ -141,8 +196,10 @@ def _parts(chain: Chain, vehicle: int, direction: int, interface: Interface) -> 
             for tooth in range(3):
                 place = sign * y, z + 0.14 * (tooth - 1)
                 parts.append(Part(f"{where} tooth {tooth}", _TOOTH, place, plate - 0.03, plate, zone))
-    if not others and is_shared(interface):
-        parts.append(Part(f"{name} gangway", _BELLOWS, _GANGWAY, body, face, Zone(body, face, 0.0, np.inf, 0)))
+    if not others and interface.is_shared:
+        parts.append(
+            Part(f"{name} gangway", _BELLOWS, _GANGWAY, body, face, Zone(body, face, 0.0, share * first.end, 0))
+        )
     return tuple(parts)
 
 

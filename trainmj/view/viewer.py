@@ -7,15 +7,18 @@ import sys
 import time
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Head, Joint, Layout
+from trainmj.collision.block import Layout
+from trainmj.collision.fields import Head
 from trainmj.collision.lineup import line_up
 from trainmj.collision.mj import mujoco
+from trainmj.collision.model import split_sensors
 from trainmj.collision.simulation import run, start
+from trainmj.collision.wear import Wear
 from trainmj.errors import EngineError
 from trainmj.scenario import Scenario
 from trainmj.view.film import check_pace
 from trainmj.view.scene import visible
-from trainmj.view.wear import DeviceShapes, Wear, largest_energy
+from trainmj.view.shapes import DeviceShapes, largest_energy
 
 _FRAME = 1 / 30  # of the screen [s]
 _PAUSE = 1.5  # before the collision begins, and before it begins again [s]
@@ -56,8 +59,8 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
                     began = time.monotonic()
                     with window.lock():
                         mujoco.mj_step(model, data, nstep=steps)
-                        block = data.userdata
-                        wear.update(layout.joint(block, Joint.STROKE), layout.joint(block, Joint.DISSIPATED))
+                        seen = split_sensors(chain, data.sensordata[None])
+                        wear.update({name: values[0] for name, values in seen.items()})
                     _show(window, devices, wear)
                     time.sleep(max(0.0, steps * chain.step / slow - (time.monotonic() - began)))
                 _wait(window, 2 * _PAUSE)
@@ -65,7 +68,9 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
 
 def _show(window: mujoco.viewer.Handle, devices: DeviceShapes, wear: Wear) -> None:
     with window.lock():
-        devices.show(wear)
+        moved = devices.show(wear)
+    for mesh in moved:
+        window.update_mesh(mesh)
     window.sync()
 
 

@@ -6,9 +6,9 @@ The plunger stands at d, which is the stroke while it is pressed::
     inwards:    F = G + c(u) v^2
     outwards:   F = max(0, G - c_r v^2)
     left alone: the plunger comes out with the speed at which G = c_r v^2; without gas it stays
-    behind the stroke L of the plunger:  F = G(L) + K_stop (u - L - p), at most the collapse force of the car body
+    behind the stroke L of the plunger:  F = G(L) + K_stop (u - L), at most the collapse force of the car body
 
-p is what the car body has given way.
+u is without what the car body has given way.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _GAS_POINTS = 60  # of the gas spring, for pictures
 def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     plunger, given = s[e + PLUNGER], s[e + GIVEN]
-    own, before = stroke - s[e + EMPTY], s[e + ELEMENT.STROKE] - s[e + EMPTY]
+    own, before = stroke - s[e + EMPTY] - given, s[e + ELEMENT.STROKE] - s[e + EMPTY] - given
     if own <= 0.0 and plunger <= 0.0:
         return 0.0, 0.0, given, 0.0, 0.0
     travel, rebound = s[e + TRAVEL], s[e + REBOUND]
@@ -60,25 +60,26 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
         now = max(now, 0.0)
     gas = _gas(s, e, now)
     # the stop behind its travel, and the car body behind that
-    stop_before, _ = stopped(before - travel, given, s[e + STOP], s[e + COLLAPSE])
-    stop, gives = stopped(own - travel, given, s[e + STOP], s[e + COLLAPSE])
+    stop_before, _ = stopped(before - travel, s[e + STOP], s[e + COLLAPSE])
+    stop, gives = stopped(own - travel, s[e + STOP], s[e + COLLAPSE])
     force = 0.0
     if own >= travel:
         force = gas + stop
     elif own >= now and rate >= 0.0:
         curve = int(s[e + ELEMENT.CURVE])
-        k = segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke)
+        k = segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke - given)
         s[e + ELEMENT.SEGMENT] = k
-        force = gas + value(s, curve, k, stroke) * rate * rate
+        force = gas + value(s, curve, k, stroke - given) * rate * rate
     elif own >= now and not math.isinf(rebound):
         force = max(0.0, gas - rebound * rate * rate)
     # lost by speed: the work that is neither in the gas nor at the stop
-    crushed = 0.5 * (stop + stop_before) * (gives - given)
+    end = 0.5 * (stop + stop_before) + (_gas(s, e, travel) if own > travel or before > travel else 0.0)
+    crushed = end * gives
     viscous = 0.5 * (force + s[e + ELEMENT.FORCE]) * (own - before)
-    viscous -= 0.5 * (stop + stop_before) * (max(own, travel) - max(before, travel))
+    viscous -= end * (max(own, travel) - max(before, travel))
     if not math.isinf(rebound):
         viscous -= 0.5 * (gas + gas_before) * (now - plunger)
-    return force, now, gives, crushed + viscous, viscous
+    return force, now, given + gives, crushed + viscous, viscous
 
 
 @register_jitable
@@ -92,10 +93,12 @@ def _gas(s: Any, e: int, plunger: float) -> float:
 def stored(law: Law, stroke: float, force: float, plunger: float, given: float) -> float:
     """Energy in the gas and in the stop [J]."""
     travel, stop, _, preload, per_length, gamma, ramp, rebound, knee, empty = law.parameters
-    held = 0.5 * stop * max(0.0, stroke - empty - travel - given) ** 2
+    over = max(0.0, stroke - empty - travel - given)
+    carried = ramp * travel if travel <= knee else preload * (1.0 - per_length * travel) ** -gamma  # along the stop, too
+    found = (carried + 0.5 * stop * over) * over
     if math.isinf(rebound):
-        return held
-    found = held + 0.5 * ramp * min(plunger, knee) ** 2
+        return found
+    found += 0.5 * ramp * min(plunger, knee) ** 2
     if plunger > knee:
         if per_length == 0.0:
             found += preload * (plunger - knee)
@@ -145,9 +148,14 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
 
 
+def recovers(law: Law) -> bool:
+    """Whether gas brings the plunger back."""
+    return math.isfinite(law.parameters[7])
+
+
 def permanent(law: Law, plunger: float, given: float) -> float:
     """Stroke that remains without force [m]: of the car body, and of a plunger that nothing brings back."""
-    return given + (plunger if math.isinf(law.parameters[7]) else 0.0)
+    return given + (0.0 if recovers(law) else plunger)
 
 
 KIND = Kind("hydraulic", respond, device, stored, bounds, permanent, store="gas")

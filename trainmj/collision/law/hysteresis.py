@@ -7,7 +7,8 @@ stiffness Kt, steeper than both::
     q = u - F / Kt where it is at either end
 
 Both curves begin at the origin and climb along Kt, where they have a preload. What is lost is the area between L and U,
-while the force slips along L. Behind its travel the device stands, and an end stop acts beside it.
+while the force slips along L. Behind its travel the device stands, and an end stop acts beside it. What the car body
+behind it has given way is taken from the stroke u.
 """
 
 from __future__ import annotations
@@ -36,15 +37,17 @@ SLIPPED, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
 def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     given, travel = s[e + GIVEN], s[e + TRAVEL]
-    if stroke <= 0.0:
+    own = stroke - given
+    if own <= 0.0:
         return 0.0, 0.0, given, 0.0, 0.0
-    if stroke <= travel:
-        force, now, lost = _slip(s, e, stroke, s[e + ELEMENT.FORCE])
+    if own <= travel:
+        force, now, lost = _slip(s, e, own, s[e + ELEMENT.FORCE])
         return force, now, given, lost, 0.0
-    stop, gives = stopped(stroke - travel, given, s[e + STOP], s[e + COLLAPSE])
-    before, _ = stopped(s[e + ELEMENT.STROKE] - travel, given, s[e + STOP], s[e + COLLAPSE])
+    stop, gives = stopped(own - travel, s[e + STOP], s[e + COLLAPSE])
+    before, _ = stopped(s[e + ELEMENT.STROKE] - given - travel, s[e + STOP], s[e + COLLAPSE])
     force, now, lost = _slip(s, e, travel, s[e + ELEMENT.FORCE] - before)
-    return force + stop, now, gives, lost + 0.5 * (stop + before) * (gives - given), 0.0
+    lost += (force + 0.5 * (stop + before)) * gives
+    return force + stop, now, given + gives, lost, 0.0
 
 
 @register_jitable
@@ -85,18 +88,18 @@ def stored(law: Law, stroke: float, force: float, slipped: float, given: float) 
     """Energy that it gives back [J]: along the transition to the unloading curve, then along that; and in the stop."""
     if force <= 0.0:
         return 0.0
-    stiffness, travel, stop, most, *_ = law.parameters
-    held, _ = stopped(stroke - travel, given, stop, most)
-    force -= held
+    stiffness, travel, stop, *_ = law.parameters
+    own, over = stroke - given, max(0.0, stroke - given - travel)
+    force -= stop * over
     unloading = law.packed[1]
     u, f, slope = law.curves[1]
     k = max(0, int((stiffness * (u - slipped) <= f).sum()) - 1)
-    at = min(stroke, travel)
+    at = min(own, travel)
     if slope[k] < stiffness * (1.0 - 1e-9):
         at = min(at, (f[k] - slope[k] * u[k] + stiffness * slipped) / (stiffness - slope[k]))
     met = value(unloading, 0, segment(unloading, 0, 0, at), at)
-    own = (force**2 - met**2) / (2.0 * stiffness) + area(unloading, 0, at)
-    return float(own + (0.5 * held**2 / stop if stop > 0.0 else 0.0))
+    held = (force**2 - met**2) / (2.0 * stiffness) + area(unloading, 0, at)
+    return float(held + (force + 0.5 * stop * over) * over)
 
 
 def bounds(law: Law, _: float) -> tuple[float, float]:

@@ -46,7 +46,7 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
     if rate > 0.0 and stroke <= s[e + UNTIL]:
         crushing = _faster(s, e, own, stroke, rate)
     found = pressed(s, e, stroke, rate, crushing, before, k)
-    if own > 0.0:
+    if k > before and own > 0.0:
         s[e + ELEMENT.PEAK] *= crushing / own
     return found
 
@@ -79,8 +79,10 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     most = float(law.curves[0][1].max())
     if speeds == 0:
         return stiffness, max(damping, most * (LINEAR / reference) ** exponent / LINEAR)
-    rows = [(0.0, law.curves[0]), *zip(law.speeds, law.curves[1:], strict=True)]
-    steepest = max(float(abs(b[1] - a[1]).max()) / (v - u) for (u, a), (v, b) in pairwise(rows))
+    ends = np.concatenate([curve[0] for curve in law.curves])
+    strokes = np.concatenate([ends, np.nextafter(ends, np.inf)])  # both sides of a jump
+    rows = [(v, np.interp(strokes, c[0], c[1])) for v, c in zip((0.0, *law.speeds), law.curves, strict=True)]
+    steepest = max(float(abs(b - a).max()) / (v - u) for (u, a), (v, b) in pairwise(rows))
     return stiffness, max(damping, steepest)
 
 
@@ -92,13 +94,16 @@ def device(name: str, spec: CrushDevice, parts: Parts) -> Device:
         if isinstance(spec.rate, CowperSymonds):
             numbers = (stiffness, damping, spec.rate.C_m_per_s, 1.0 / spec.rate.P, own)
             return Law(KIND, numbers, (points(envelope),), envelope, end=end)
-        at_speeds = [parts.curve_points(row.curve) for row in spec.rate_curves()]
-        strokes = np.unique(np.concatenate([envelope.stroke, *(np.array(u) * MM for u, _ in at_speeds)]))
+        (stage,) = spec.all_stages().values()
+        empty = stage.empty_stroke_mm
         curves = [points(envelope)]
-        for u, f in at_speeds:
-            force = np.interp(strokes, np.array(u) * MM, np.array(f) * KN)
-            force = np.where(strokes > own, np.interp(strokes, envelope.stroke, envelope.force), force)
-            curves.append(points(Envelope(strokes, force, stiffness)))
+        for row in spec.rate_curves():
+            u, f = parts.curve_points(row.curve)
+            beyond = envelope.stroke > (empty + u[-1]) * MM * (1.0 + 1e-12)  # the shear-off, and what is stated
+            before = ([0.0, empty], [0.0, 0.0]) if empty else ([], [])
+            stroke = np.append(np.array([*before[0], *(empty + x for x in u)]) * MM, envelope.stroke[beyond])
+            force = np.append(np.array([*before[1], *f]) * KN, envelope.force[beyond])
+            curves.append(points(Envelope(stroke, force, stiffness)))
         speeds = tuple(row.speed_m_per_s for row in spec.rate_curves())
         numbers = (stiffness, damping, 1.0, 1.0, own, float(len(speeds)))
         return Law(KIND, numbers, tuple(curves), envelope, speeds, end)

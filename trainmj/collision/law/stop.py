@@ -14,21 +14,18 @@ from trainmj.units import KN, KN_PER_MM, MM
 
 
 @register_jitable
-def stopped(over: float, given: float, stiffness: float, most: float) -> tuple[float, float]:
-    """Force of a stop [N], and what the car body behind it has given way [m].
+def stopped(over: float, stiffness: float, most: float) -> tuple[float, float]:
+    """Force of a stop [N], and what the car body behind it gives way [m].
 
     Args:
-        over: stroke behind the end of the device [m].
-        given: what the body has given way before [m].
+        over: stroke behind the end of the device, without what the body has given way before [m].
         stiffness: of the stop [N/m].
         most: collapse force of the body, less what the device itself carries at its end [N]; infinite for none.
     """
-    force = stiffness * (over - given)
-    if force <= 0.0:
-        return 0.0, given
+    force = stiffness * over if over > 0.0 else 0.0
     if force > most:
         return most, over - most / stiffness
-    return force, given
+    return force, 0.0
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,15 @@ document.querySelectorAll(".animation").forEach((figure) => {
   const end = data.time[data.time.length - 1], start = data.time[0];
 
   // Lengths: every device as long as its largest stroke and a bit, at one scale that fills the width.
-  const most = data.devices.map((sides) => sides.map((d) => Math.max(0, ...d.stroke)));
-  const largest = most.map((sides) => sides.reduce((a, b) => a + b, 0));
+  const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
+  const largest = data.devices.map((sides) => sides.map((d) => most(d.stroke)));
   const body = Math.min(BODY, (0.62 * WIDTH) / n);
-  const halves = data.devices.reduce((sum, sides) => sum + sides.length, 0);
-  const room = WIDTH - 2 * MARGIN - n * body - halves * SHORTEST - (data.wall ? 20 : 0);
-  const scale = Math.min(0.2, room / Math.max(1, largest.reduce((a, b) => a + b, 0)));
-  const length = largest.map((u, k) => u * scale + SHORTEST * data.devices[k].length);
+  const behind = !data.wall ? 0 : data.obstacle ? body : 20; // the wall, and what stands fixed at it
+  const count = largest.flat().length;
+  const room = WIDTH - 2 * MARGIN - n * body - (count + 1) * SHORTEST - behind;
+  const scale = Math.min(0.2, room / Math.max(1, largest.flat().reduce((a, b) => a + b, 0)));
+  const lengths = largest.map((sides) => sides.map((u) => u * scale + SHORTEST));
+  const length = lengths.map((sides) => sides.reduce((a, b) => a + b, 0));
 
   const add = (parent, name, attributes, text) => {
     const element = document.createElementNS(SVG, name);
@@ -31,18 +33,56 @@ document.querySelectorAll(".animation").forEach((figure) => {
   const pitch = Math.max(12, SLEEPER * 1000 * scale);
   for (let x = -2 * pitch; x < WIDTH + 2 * pitch; x += pitch) add(sleepers, "rect", { x, y: RAIL + 2, width: 5, height: 5 });
   add(svg, "line", { class: "rail", x1: 0, x2: WIDTH, y1: RAIL, y2: RAIL });
-  const wall = data.wall ? add(svg, "rect", { class: "wall", y: 34, width: 20, height: RAIL - 34 }) : null;
+  // Vehicles, each drawing in a box from 0 to w; head is 1 for a cab at the right end, -1 at the left one, 2 at both.
+  const window_ = (g, x, y, width, height) => add(g, "rect", { class: "pane", x, y, width, height });
+  const shell = (g, w, head) => {
+    const nose = 7;
+    const left = head < 0 || head === 2 ? `M${nose},54 Q0,58 0,98` : "M3,54 Q0,54 0,57 L0,98";
+    const right = head > 0 ? `L${w},98 Q${w},58 ${w - nose},54` : `L${w},98 L${w},57 Q${w},54 ${w - 3},54`;
+    add(g, "path", { class: "body", d: `${left} ${right} Z` });
+  };
+  const wheels = (g, w, parts) => {
+    for (const x of parts) add(g, "circle", { class: "wheel", cx: x * w, cy: 105, r: Math.min(6, w / 8) });
+  };
+  const drawings = {
+    passenger: (g, w, head) => {
+      shell(g, w, head);
+      const panes = Math.max(2, Math.round((w - 16) / 10)), pane = (w - 16) / panes;
+      for (let p = 0; p < panes; p++) window_(g, 8 + p * pane + 1, 59, pane - 2, 9);
+      wheels(g, w, [0.2, 0.36, 0.64, 0.8]);
+    },
+    locomotive: (g, w) => {
+      shell(g, w, 2);
+      for (const x of [6, w - 12]) window_(g, x, 59, 6, 9);
+      add(g, "path", { class: "gear", d: `M${w / 2},54 L${w / 2 - 7},46 L${w / 2},38 M${w / 2 - 8},38 h16` });
+      wheels(g, w, [0.2, 0.36, 0.64, 0.8]);
+    },
+    wagon: (g, w) => {
+      add(g, "rect", { class: "body", x: 0, y: 66, width: w, height: 32 });
+      const ribs = Array.from({ length: 5 }, (_, j) => `M${((j + 1) * w) / 6},66 v10`).join(" ");
+      add(g, "path", { class: "gear", d: ribs });
+      wheels(g, w, [0.2, 0.36, 0.64, 0.8]);
+    },
+    lorry: (g, w) => {
+      add(g, "rect", { class: "body", x: 0, y: 54, width: 0.68 * w, height: 44 });
+      add(g, "path", { class: "body", d: `M${0.72 * w},98 V64 h${0.16 * w} L${w},82 V98 Z` });
+      window_(g, 0.76 * w, 68, 0.12 * w, 9);
+      wheels(g, w, [0.16, 0.36, 0.84]);
+    },
+    buffer_stop: (g, w) => {
+      add(g, "path", { class: "gear", d: `M3,84 L${w - 4},110 M2,98 V110 M0,110 H${w}` });
+      for (let j = 0; j < 3; j++) add(g, "rect", { class: j % 2 ? "pane" : "body", x: 0, y: 72 + 9 * j, width: 6, height: 9 });
+    },
+  };
+  const wall = data.wall ? add(svg, "g", {}) : null;
+  if (wall && data.obstacle) drawings[data.obstacle](add(wall, "g", { class: "car standing" }), body - 8, 0);
+  if (wall) add(wall, "rect", { class: "wall", x: data.obstacle ? body - 8 : 0, y: 34, width: data.obstacle ? 8 : 20, height: RAIL - 34 });
 
   const cars = data.vehicles.map((name, i) => {
     const g = add(svg, "g", { class: i < data.moving ? "car moving" : "car standing" });
-    const w = body, head = i === data.moving - 1 ? 1 : i === data.moving ? -1 : 0, nose = 7;
-    const left = head < 0 ? `M${nose},54 Q0,58 0,98` : "M3,54 Q0,54 0,57 L0,98";
-    const right = head > 0 ? `L${w},98 Q${w},58 ${w - nose},54` : `L${w},98 L${w},57 Q${w},54 ${w - 3},54`;
-    add(g, "path", { class: "body", d: `${left} ${right} Z` });
-    const panes = Math.max(2, Math.round((w - 16) / 10)), pane = (w - 16) / panes;
-    for (let p = 0; p < panes; p++) add(g, "rect", { class: "pane", x: 8 + p * pane + 1, y: 59, width: pane - 2, height: 9 });
-    for (const x of [0.2, 0.36, 0.64, 0.8]) add(g, "circle", { class: "wheel", cx: x * w, cy: 105, r: Math.min(6, w / 8) });
-    add(g, "text", { class: "name", x: w / 2, y: 88 }, name);
+    const w = body, head = i === data.moving - 1 ? 1 : i === data.moving ? -1 : 0;
+    drawings[data.drawings[i]](g, w, head);
+    add(g, "text", { class: "name", x: (data.drawings[i] === "lorry" ? 0.34 : 0.5) * w, y: 88 }, name);
     return { g, speed: add(g, "text", { class: "speed", x: w / 2, y: 134 }) };
   });
 
@@ -79,22 +119,18 @@ document.querySelectorAll(".animation").forEach((figure) => {
     const stroke = data.stroke.map(mix);
     const used = data.devices.map((sides) => sides.map((d) => ({ stroke: mix(d.stroke), energy: mix(d.energy) })));
     const width = stroke.map((u, k) => Math.min(length[k] - scale * u, length[k] + FAR));
-    const whole = n * body + length.reduce((a, b) => a + b, 0) + (data.wall ? 20 : 0);
+    const whole = n * body + length.reduce((a, b) => a + b, 0) + behind;
     let x = (WIDTH - whole) / 2;
     for (let k = 0; k < front; k++) x += length[k] - width[k];
     x += (length[front] - width[front]) / (data.wall ? 1 : 2);
     let car = 0;
     const place = (k) => {
-      const gap = Math.max(0, -stroke[k]) * scale, solid = width[k] - Math.min(gap, FAR);
-      const d = devices[k], [left, right] = used[k];
-      if (right) {
-        const own = SHORTEST + scale * (most[k][0] - left.stroke);
-        fold(d.parts[0], x, own, left.energy);
-        fold(d.parts[1], x + width[k] - (solid - own), solid - own, right.energy);
-      } else fold(d.parts[0], x, solid, left.energy);
+      const d = devices[k], own = used[k].map((one, j) => lengths[k][j] - scale * one.stroke);
+      fold(d.parts[0], x, own[0], used[k][0].energy);
+      if (own.length > 1) fold(d.parts[1], x + width[k] - own[1], own[1], used[k][1].energy);
       const middle = x + width[k] / 2;
       d.stroke.setAttribute("x", middle);
-      d.stroke.textContent = used[k].map((one) => one.stroke.toFixed(0)).join(" + ");
+      d.stroke.textContent = used[k].map((one) => Math.max(0, one.stroke).toFixed(0)).join(" + ");
       d.energy.setAttribute("x", middle);
       d.energy.textContent = used[k].map((one) => one.energy.toFixed(0)).join(" + ");
       x += width[k];
@@ -106,7 +142,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
       if (car < joints) place(car);
       car += 1;
     }
-    if (wall) wall.setAttribute("x", x);
+    if (wall) wall.setAttribute("transform", `translate(${x},0)`);
     sleepers.setAttribute("transform", `translate(${-((mix(data.impact) * scale) % pitch)},0)`);
     const valid = data.valid_until === null || time <= data.valid_until;
     const said = `${time.toFixed(3)} s${valid ? "" : ", not valid"}`;

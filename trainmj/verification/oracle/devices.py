@@ -241,7 +241,7 @@ class Crush:
             self.p = max(self.p, u - self._cap(u, v) / self.k)
 
     def branches(self, u: float, v: float, shrunk: bool) -> Iterator[None]:
-        self.i = self.curve.segment(u)
+        self.i = self.curve.segment(u + math.copysign(SLACK_M / 4, v))
         if u < self.p or (u <= self.p + SLACK_M and v <= 0.0):
             self.branch = "free"
             yield
@@ -371,10 +371,10 @@ class Hysteresis:
             self.branch = "yield"
             yield
         if force >= self.loading.at(w) - 2 * SLACK_N:
-            self.branch, self.i = "load", self.loading.segment(w)
+            self.branch, self.i = "load", self.loading.segment(w + SLACK_M / 4)
             yield
         if force <= self.unloading.at(w) + 2 * SLACK_N:
-            self.branch, self.i = "unload", max(0, self.unloading.segment(w - 2 * SLACK_M))
+            self.branch, self.i = "unload", self.unloading.segment(w - SLACK_M / 4)
             yield
         self.branch = "stick"
         yield
@@ -446,13 +446,10 @@ class Hydraulic:
             return self.body.collapse
         if self.branch == "stop":
             return self.gas(self.length) + self.stop * (w - self.length)
-        G = self.gas(w)
-        if self.rebound is None:
-            G *= min(1.0, max(0.0, v / CREEP))
-        return G + self._orifice(w, v)
-
-    def _orifice(self, w: float, v: float) -> float:
-        return self.orifice.at(max(w, 1e-15)) * v * v if v >= 0.0 else -(self.rebound or 0.0) * v * v
+        G, c = self.gas(w), self.orifice.at(max(w, 1e-15))
+        if self.rebound is None:  # below a rate of 0, where this branch ends, it goes on as an odd function
+            return G * max(-1.0, min(1.0, v / CREEP)) + c * v * abs(v)
+        return G + (c if v >= 0.0 else self.rebound) * v * abs(v)
 
     def slope(self, u: float) -> float:
         if self.branch in ("free", "yield"):
@@ -480,11 +477,13 @@ class Hydraulic:
             yield w - self.length, SLACK_M, 1.0
             yield self.most - w, SLACK_M, -1.0
         else:
-            yield self.length - w, SLACK_M, -1.0
             yield w, SLACK_M, 1.0
-            if self.rebound is None:
+            if self.rebound is None:  # one that only holds its preload may creep past the end
+                yield max(self.length - w, CREEP - v), SLACK_M, _NONE
                 yield v, SLACK_M_S, _NONE
-            elif v < 0.0:
+                return
+            yield self.length - w, SLACK_M, -1.0
+            if v < 0.0:
                 yield self.gas(w) - self.rebound * v * v, SLACK_N, _NONE
 
     def grown(self, u: float, v: float) -> float:
@@ -494,13 +493,14 @@ class Hydraulic:
         if self.branch == "yield":
             self.body.p = u - self.slack - self.most
         if self.branch != "free":
-            self.plunger = min(max(0.0, self._w(u)), self.length)
+            creeps = self.branch == "pressed" and self.rebound is None
+            self.plunger = max(0.0, self._w(u)) if creeps else min(max(0.0, self._w(u)), self.length)
 
     def branches(self, u: float, v: float, shrunk: bool) -> Iterator[None]:
         w = self._w(u)
         if self.plunger < 1e-11 and w < 1e-11:
             self.plunger = 0.0
-        if w < self.plunger or (w <= SLACK_M and v <= 0.0):
+        if w < self.plunger - SLACK_M / 2 or (w <= SLACK_M and v <= 0.0):
             self.branch = "free"
             yield
             return
@@ -510,11 +510,12 @@ class Hydraulic:
         if w > self.length or (w >= self.length - 2 * SLACK_M and v > 0.0):
             self.branch = "stop"
             yield
-        else:
-            self.branch = "pressed"
-            yield
-            self.branch = "free"
-            yield
+            if self.rebound is not None or w > self.length + 1e-4:
+                return
+        self.branch = "pressed"
+        yield
+        self.branch = "free"
+        yield
 
     def stored(self, u: float) -> float:
         gas = self.gas_energy(self.plunger if self.branch == "free" else min(self._w(u), self.length))

@@ -26,7 +26,7 @@ def _holds(device: Device, u: float, v: float) -> bool:
     for value, slack, growth in device.conditions(u, v):
         if value < -slack / 2:
             return False
-        if value <= 2 * slack and not math.isnan(growth) and growth * v < -1e-12 * max(1.0, abs(growth)):
+        if value <= slack / 4 and not math.isnan(growth) and growth * v < -1e-12 * max(1.0, abs(growth)):
             return False
     return True
 
@@ -98,16 +98,26 @@ class Element:
         if len(self.devices) == 2 and not self.carries():
             yield self.free() - u, SLACK_M
             return
-        if self._slack():
+        relaxed = self._slack()
+        if relaxed:
             yield self._excess(sides, v), 1e-9
         for device, (w, rate) in zip(self.devices, sides, strict=True):
+            if relaxed and not (isinstance(device, Crush) and device.branch == "slack"):
+                continue  # it waits where its force begins
             for value, slack, growth in device.conditions(w, rate):
-                if not (self._slack() and math.isnan(growth)):
+                if not (relaxed and math.isnan(growth)):
                     yield value, slack
 
     def switch(self, u: float, v: float, z: Array, shrunk: bool) -> None:
         """Take the branches that go on from here; z is changed in place."""
         sides = self.sides(u, v, z)
+        if len(sides) == 2 and self.carries() and not self._slack() and not any(d.rated() for d in self.devices):
+            # what the integrator's tolerance has let the forces drift apart
+            (a, b), ((u1, v1), (u2, v2)) = self.devices, sides
+            k = a.slope(u1) + b.slope(u2)
+            apart = (b.force(u2, v2) - a.force(u1, v1)) / k if k else 0.0
+            if abs(apart) < 1e-9:
+                sides = [(u1 + apart, v1), (u2 - apart, v2)]
         for device, side in zip(self.devices, sides, strict=True):
             device.settle(*side)
         if self.force(sides) >= self.breaking - 2 * SLACK_N:
@@ -201,18 +211,27 @@ class Element:
     def _choose(self, u: float, v: float, u1: float, rates: Side, shrunk: bool) -> bool:
         a, b = self.devices
         kept = [dict(vars(d)) for d in (a, b)]
-        guess = [max(w, 1e-9) for w in rates]
         sets: list[list[dict[str, object]]] = []
-        for device, w, rate in ((a, u1, guess[0]), (b, u - u1, guess[1])):
-            there = []
-            for _ in device.branches(w, rate, shrunk):
-                there.append(dict(vars(device)))
+        for device, w, rate, state in ((a, u1, rates[0], kept[0]), (b, u - u1, rates[1], kept[1])):
+            there: list[dict[str, object]] = []
+            for guess in (max(rate, 1e-9), min(rate, -1e-9)):
+                for _ in device.branches(w, guess, shrunk):
+                    if vars(device) not in there:
+                        there.append(dict(vars(device)))
+                device.__dict__.update(state)
             sets.append(there)
-        for state_a in sets[0]:
-            for state_b in sets[1]:
-                a.__dict__.update(state_a)
-                b.__dict__.update(state_b)
-                if not (a.carries() and b.carries()) or self._slack():
+        # where no rate matters, the forces agree over a range of rates, at whose edges a branch with a rate fits too:
+        # those come later, and last of all what has just failed
+        failed = [(state["branch"], state.get("i")) for state in kept]
+        pairs = [(state_a, state_b) for state_a in sets[0] for state_b in sets[1]]
+        again = [pair for pair in pairs if [(state["branch"], state.get("i")) for state in pair] == failed]
+        for some, rated in ((pairs, False), (pairs, True), (again, False), (again, True)):
+            for pair in some:
+                if some is pairs and pair in again:
+                    continue
+                for device, state in zip((a, b), pair, strict=True):
+                    device.__dict__.update(state)
+                if not (a.carries() and b.carries()) or self._slack() or (a.rated() or b.rated()) is not rated:
                     continue
                 w1 = self._joint(u, v, u1)
                 if math.isnan(w1):
@@ -322,8 +341,11 @@ def _returns(device: Device, start: float) -> Callable[[float], float]:
 def _put(device: Device, u: float) -> None:
     """Write down where a device is after a jump."""
     if isinstance(device, Crush):
+        device.p = max(device.p, u - device.curve.at(u) / device.k)
         device.branch, device.i = "elastic", device.curve.segment(u)
     elif isinstance(device, Hysteresis):
+        w = u - device.body.p - device.slack
+        device.q = min(max(device.q, w - device.loading.at(w) / device.k), w - device.unloading.at(w) / device.k)
         device.branch = "stick"
     elif isinstance(device, Hydraulic):
         w = u - device.body.p - device.slack

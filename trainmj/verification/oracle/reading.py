@@ -307,12 +307,24 @@ def _gas(spec: Values) -> tuple[Callable[[float], float], Callable[[float], floa
 # elements
 
 
+def _part(name: str, values: Values, part: str) -> Values:
+    """What is stated of the part of a device."""
+    spec = values["devices"][name]
+    if part == "all":
+        return spec
+    cut = split_at_shear_off(spec)
+    stages = _stages(spec)[:cut] if part == "before" else _stages(spec)[cut:]
+    stated: dict[str, Any] = {key: value for key, value in spec.items() if key != "stages"}
+    if part == "behind":  # where they begin is the path's
+        stages = [{**stages[0], "empty_stroke_mm": 0.0}, *stages[1:]]
+    return {**stated, "stages": stages}
+
+
 def _series(names: list[str], values: Values, left: int, right: int, offset: float, part: str = "all") -> Element:
     """Devices, left to right, as one element; two with the same values take half of it each."""
-    if len(names) == 2 and values["devices"][names[0]] == values["devices"][names[1]]:
+    share = 1.0
+    if len(names) == 2 and _part(names[0], values, part) == _part(names[1], values, part):
         names, share = names[:1], 2.0
-    else:
-        share = 1.0
     element = Element(left, right, offset, share=share)
     for name in names:
         one, end = device(name, values, part)

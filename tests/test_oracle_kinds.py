@@ -1,0 +1,172 @@
+"""Every kind of device against solutions by other means: formulas, and scipy's integrators on the plain values."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import summarise
+from trainmj.scenario import Scenario, load
+from trainmj.verification import kinds
+from trainmj.verification.kinds import Exact
+from trainmj.verification.mixed import random_scenario
+from trainmj.verification.oracle import Solution, solve
+
+CASES = list(kinds.cases())
+
+
+def front(names) -> str:
+    return next(name for name in names if name in ("S1-M1", "M1-wall"))
+
+
+def of_solution(found: Solution, quantity: str) -> float:
+    """A quantity of an exact case, in the oracle's solution."""
+    what, where = quantity.split()
+    first = front(found.interfaces)
+    if what == "speed_m_s":
+        return found.speed[where]
+    if what == "travel_m":
+        return found.travel[where]
+    if what == "stands_s":
+        return found.stood[where]
+    if where == "all":
+        return sum(i.absorbed for i in found.interfaces.values()) / 1e3
+    if where in ("moving", "struck"):
+        return found.interfaces[first].sides[where == "struck"] * 1e3
+    at = found.interfaces[first if where == "front" else where]
+    return {"stroke_mm": at.stroke * 1e3, "force_kN": at.force / 1e3, "pull_kN": at.pull / 1e3, "time_s": at.time}[what]
+
+
+@cache
+def solved(name: str) -> Solution:
+    values = next(case.values for case in CASES if case.name == name)
+    return solve(values, values["simulation"]["time_limit_s"])
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.name}: {case.quantity}")
+def test_the_oracle_gives_the_exact_numbers(case: Exact):
+    """Breaks when the oracle has a wrong law or loses a switch: 1e-6 of every formula."""
+    found = solved(case.name)
+    assert of_solution(found, case.quantity) == pytest.approx(case.exact, rel=1e-6, abs=1e-9)
+    assert abs(found.missing) <= 1e-6 * found.convertible
+
+
+# the digits that the formulas are known by, to half a unit of the last one
+@pytest.mark.parametrize(
+    ("name", "quantity", "digits"),
+    [
+        ("Hysteresis, from zero force", "stroke_mm front", "89.4427"),
+        ("Hysteresis, from zero force", "speed_m_s M1", "-0.5547002"),
+        ("Hysteresis, from zero force", "lost_kJ all", "27.692308"),
+        ("Hydraulic buffer, constant orifice", "speed_m_s M1", "0.75"),
+        ("Hydraulic buffer, constant orifice", "stroke_mm front", "1386.2944"),
+        ("Two plateaus in series", "stroke_mm front", "1425.65"),
+        ("Two plateaus in series", "stroke_mm moving", "300.2"),
+        ("Two plateaus in series", "stroke_mm struck", "1125.45"),
+        ("Shear-off in series with a spring", "stroke_mm front", "169.28"),
+        ("Shear-off in series with a spring", "lost_kJ all", "114.5"),
+        ("Shear-off in series with a spring, after it", "speed_m_s M1", "1.9328735"),
+        ("Draw gear that breaks", "lost_kJ all", "3.6"),
+        ("Car body behind a tube", "stroke_mm front", "1251.32"),
+        ("Brake after a delay, downhill", "stands_s M1", "19.914127"),
+        ("Brake after a delay, downhill", "travel_m M1", "203.99481"),
+        ("Brake that rises", "stands_s M1", "21.25"),
+        ("Brake that rises", "travel_m M1", "224.90625"),
+        ("Standing wagon on 10 per mille", "speed_m_s S1", "-0.19613"),
+    ],
+)
+def test_formulas_give_the_known_digits(name, quantity, digits):
+    """Breaks when a formula of the table is changed."""
+    exact = next(case.exact for case in CASES if (case.name, case.quantity) == (name, quantity))
+    assert f"{exact:.{len(digits.partition('.')[2])}f}" == digits
+
+
+def test_ideal_formulas_give_the_known_digits():
+    """Breaks when the formulas without ramps, which the exact cases are built on, are changed."""
+    assert kinds.rate_ideal(20.0, 1) == pytest.approx((1.5125583, 0.3243721), abs=5e-8)
+    assert kinds.rate_ideal(50.0, 2) == pytest.approx((1.4775572, 0.3102942), abs=5e-8)
+    assert kinds.preload_ideal() == pytest.approx((0.7630282, 0.6866864), abs=5e-8)
+    stroke, force = kinds.gas_ideal(50e3, 0.12, 1.3, 0.5 * 40e3 * 0.8**2)
+    assert stroke * 1e3 == pytest.approx(96.93066, abs=5e-6)
+    assert force / 1e3 == pytest.approx(426.540, abs=5e-4)
+    table = [case.values["devices"]["buffer"]["metering"] for case in CASES if "metered" in case.name][0]
+    assert table["orifice_kN_s2_per_m2"][0] * 1.0**2 == pytest.approx(200.0)
+    assert table["orifice_kN_s2_per_m2"][0] * 5.0**2 == pytest.approx(5000.0)
+
+
+def test_lorry_and_a_rigid_front_give_the_known_digits():
+    """Breaks when the obstacle's formula changes; a front of 1000 kN/mm takes 0.3 to 0.5 % of the stroke."""
+    for mass, speed, stroke in ((129.0, 110.0, 2065.969), (129.0, 60.0, 765.635), (198.0, 25.0, 323.421)):
+        (case,) = kinds.obstacle(mass, speed, stiff=1e18)
+        assert case.exact == pytest.approx(stroke, abs=5e-4)
+
+
+@pytest.mark.parametrize(("C", "P"), [(20.0, 1), (50.0, 2)])
+def test_a_stiff_device_comes_near_the_ideal_one(C, P):
+    """Breaks when the exact form of a finite stiffness does not tend to the ideal one."""
+    ideal = kinds.rate_ideal(C, P)
+    stroke, time = (case.exact for case in kinds.rate(C, P, k=1e14))
+    assert (stroke / 1e3, time) == pytest.approx(ideal, rel=1e-5)
+
+
+@pytest.mark.parametrize("a", ["b_type", "wagon_80t"])
+def test_the_oracle_agrees_with_shipped_trains(a):
+    """Breaks when staged devices, unequal fronts or rail friction are read otherwise than the package does."""
+    compared(load(a, {"simulation.step_ms": 0.01}))
+
+
+# random trains
+
+
+def compared(scenario: Scenario) -> None:
+    """Strokes within 0.1 % of the largest one, energies within 1e-3 of what can be converted."""
+    result = run(scenario)
+    summary = summarise(result)
+    theirs = solve(scenario.values(), result.tally.time)
+    ours = {i.name: float(u) for i, u in zip(result.chain.interfaces, result.tally.stroke_max, strict=True)}
+    expected = {name: found.stroke for name, found in theirs.interfaces.items()}
+    assert set(ours) == set(expected)
+    largest = max(abs(u) for u in expected.values())
+    assert {n: u for n, u in ours.items() if abs(u - expected[n]) > 1e-3 * largest} == {}, expected
+    balance, most = summary.balance, 1e-3 * theirs.convertible / 1e3
+    lost = sum(found.absorbed for found in theirs.interfaces.values()) / 1e3
+    assert balance.absorbed_kJ == pytest.approx(lost, abs=most)
+    assert balance.kinetic_end_kJ == pytest.approx(theirs.kinetic[1] / 1e3, abs=most)
+    assert balance.friction_kJ == pytest.approx((theirs.rails + theirs.brakes) / 1e3, abs=most)
+    by_interface = dict(zip(ours, result.energy[-1] / 1e3, strict=True))
+    for name, found in theirs.interfaces.items():
+        assert by_interface[name] == pytest.approx(found.absorbed / 1e3, abs=most), name
+    if math.isfinite(theirs.valid_until) or "valid_until_s" in summary.values:
+        assert summary.valid_until_s == pytest.approx(theirs.valid_until, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [0, 19, 25, 32])
+def test_random_trains_of_every_kind(seed):
+    """Breaks when the package and the oracle disagree about a kind of device, an end, a brake or a grade."""
+    compared(Scenario.from_values(random_scenario(seed)))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", range(50))
+def test_many_random_trains_of_every_kind(seed):
+    """Breaks as the few do, for what they do not reach."""
+    compared(Scenario.from_values(random_scenario(seed)))
+
+
+@pytest.mark.parametrize("seed", [0, 3, 4, 10, 16, 24, 29, 33])
+def test_the_oracle_keeps_its_own_balance(seed):
+    """Breaks when the oracle loses energy at a switch, a jump of a joint or a break: 1e-4 of what can be converted."""
+    found = solve(random_scenario(seed))
+    assert abs(found.missing) <= 1e-4 * found.convertible
+    assert all(min(i.energies.values()) >= -1e-3 * found.convertible for i in found.interfaces.values())
+    assert np.isfinite(list(found.speed.values())).all()
+
+
+def test_the_same_seed_is_the_same_scenario():
+    """Breaks when a scenario depends on more than its seed."""
+    assert random_scenario(7) == random_scenario(7)
+    assert random_scenario(7) != random_scenario(8)

@@ -1,0 +1,140 @@
+"""What a collision has done to its devices so far, as pictures show it: how far each is pressed, what it absorbed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from trainmj.collision.block import alone
+from trainmj.collision.chain import Chain, Element, n_own_sides, places_of_sides
+from trainmj.collision.device import Device, Path
+from trainmj.collision.element import advance
+from trainmj.collision.envelope import Array
+from trainmj.collision.fields import ELEMENT
+from trainmj.collision.result import Result
+from trainmj.units import MM
+
+SEEN = ("stroke", "force", "left_stroke", "right_stroke", "left_energy", "right_energy")
+_CLOSE = 1e-9  # [m]
+
+
+class Worn:
+    """A device on one side of an interface as it is used up.
+
+    Attributes:
+        energy: (n_stage,) absorbed by each stage [J].
+    """
+
+    def __init__(self, device: Device, n_paths: int) -> None:
+        """Untouched; n_paths are the ways through it that act."""
+        self._paths = [_Pressed(path) for path in device.paths(n_paths)]
+        self.energy = np.zeros(len(device.stages))
+        self._stroke = 0.0
+
+    def update(self, stroke: float, energy: float) -> None:
+        """Follow a sample: stroke [m] and absorbed energy [J]; the stage that has been reached takes what is new."""
+        self._stroke = stroke
+        engaged = [one for one in self._paths if one.path.start <= max(0.0, stroke)]
+        engaged[-1].press(stroke)
+        reached = sum(used > 0.0 for used in self.used[1:])
+        self.energy[reached] += max(0.0, energy - self.energy.sum())
+
+    @property
+    def used(self) -> list[float]:
+        """(n_stage,) largest strokes of the stages themselves so far [m]."""
+        return [stage.stroke(one.most) for one in self._paths for stage in one.path.stages]
+
+    @property
+    def shown(self) -> float:
+        """Its stroke, the permanent set at least [m]."""
+        return max(0.0, self._stroke, *(one.permanent for one in self._paths))
+
+
+class _Pressed:
+    """A path through a device, pressed at rest as far as the device has come: what remains of it.
+
+    A device that was faster has kept at most what its spring gives more; that is too little to be seen.
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Not pressed yet."""
+        self.path = path
+        self.most = 0.0  # largest stroke of the device on this path [m]
+        self._block = alone(Element((path.law,))).tolist()
+
+    def press(self, stroke: float) -> None:
+        """Press it up to a stroke of the device [m], if that is the largest."""
+        if stroke > self.most:
+            self.most = stroke
+            advance(self._block, 0, stroke - self.path.start, 0.0, 0.0, 0.0)
+
+    @property
+    def permanent(self) -> float:
+        """Stroke of the device that remains without force [m]."""
+        if self.most == 0.0:
+            return 0.0
+        state = self._block[ELEMENT.STATE_0], self._block[ELEMENT.STATE_1]
+        return self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
+
+
+class Wear:
+    """Devices of a chain as they are used up; update it with every sample, in order.
+
+    Attributes:
+        worn: the device on each side (0 left, 1 right) of each interface; both sides draw one that they share.
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        """Untouched devices."""
+        self._chain = chain
+        self.worn: dict[tuple[int, int], Worn] = {}
+        for k, interface in enumerate(chain.interfaces):
+            n = sum(element.sign > 0 for element in interface.elements)
+            for side, device in enumerate(interface.devices):
+                self.worn[k, side] = Worn(device, n)
+            if interface.is_shared:
+                self.worn[k, 1] = self.worn[k, 0]
+        self._coupled = {k: i for k, i in enumerate(chain.interfaces) if any(e.sign < 0 for e in i.elements)}
+        self._stroke = self._lowest = np.zeros(len(chain.interfaces))
+
+    def update(self, seen: Mapping[str, Array]) -> None:
+        """Follow a sample: of SEEN, the (n_interface,) histories of a result by name, in SI."""
+        for (k, side), worn in self.worn.items():
+            name = ("left", "right")[side]
+            if side < len(self._chain.interfaces[k].devices):
+                worn.update(float(seen[f"{name}_stroke"][k]), float(seen[f"{name}_energy"][k]))
+        self._stroke = np.array(seen["stroke"])
+        for k, interface in list(self._coupled.items()):
+            slack = next(element.start for element in interface.elements if element.sign < 0)
+            if self._stroke[k] < min(self._lowest[k], -slack) - _CLOSE and seen["force"][k] >= 0.0:
+                del self._coupled[k]  # drawn farther apart than ever without force: it has broken
+        self._lowest = np.minimum(self._lowest, self._stroke)
+
+    def shown(self, k: int, side: int) -> float:
+        """What one side of an interface shows of its stroke now [m]: its own device's, or half of a shared one's.
+
+        Couplers that a draw gear holds together stay together, however far the vehicles are apart.
+        """
+        share = 0.5 if self._chain.interfaces[k].is_shared else 1.0
+        own = share * self.worn[k, side].shown
+        if k not in self._coupled:
+            return own
+        return own - 0.5 * max(0.0, own + share * self.worn[k, 1 - side].shown - float(self._stroke[k]))
+
+    def energy(self, k: int) -> float:
+        """What an interface has absorbed; at the front one train [J]."""
+        sides = range(1 if k == self._chain.front else len(self._chain.interfaces[k].devices))
+        return float(sum(self.worn[k, side].energy.sum() for side in sides))
+
+    @property
+    def TS_mm(self) -> float:
+        """Total compression along the moving train so far, as the summary counts it at the end."""
+        chain = self._chain
+        own = places_of_sides(chain)[: n_own_sides(chain)]
+        return sum(used / MM for place in own for used in self.worn[place].used)
+
+
+def seen_at(result: Result, sample: int) -> dict[str, Array]:
+    """What :meth:`Wear.update` follows, at a sample of a collision."""
+    return {name: getattr(result, name)[sample] for name in SEEN}

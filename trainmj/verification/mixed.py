@@ -1,0 +1,229 @@
+"""Random trains with devices of every kind, ends, brakes, grades and obstacles, as the values of scenario files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Rng = np.random.Generator
+
+
+def random_scenario(seed: int) -> dict[str, Any]:
+    """A collision of 2 to 8 vehicles at 5 to 40 km/h, the same one for the same seed.
+
+    Every train has couplers of one or several kinds, some of them a device on each end; fronts are equal or not.
+    """
+    rng = np.random.default_rng(seed)
+    speed = float(rng.uniform(5.0, 40.0))
+    carried = float(rng.choice([0.0, 0.0, rng.uniform(-10.0, 0.5 * speed)]))
+    closing = (speed - carried) / 3.6
+    partner = str(rng.choice(["train", "train", "train", "free", "fixed", "rigid_wall"]))
+    n = int(rng.integers(2, 9))
+    moving = n if partner in ("fixed", "rigid_wall") else n - 1 if partner == "free" else int(rng.integers(1, n))
+    devices = {f"c{k}": _device(rng, 0.5 * closing, inner=True) for k in range(int(rng.integers(1, 4)))}
+    devices["f0"] = _device(rng, closing, inner=False)
+    devices["f1"] = _device(rng, closing, inner=False)
+    fronts = ["f0", str(rng.choice(["f0", "f1", "f1"]))]
+    if rng.random() < 0.15:  # two paths: different bolts on both sides
+        devices["f0"], devices["f1"] = _staged(rng), _staged(rng)
+    trains = {"a": _train(rng, moving, devices, fronts[0])}
+    obstacles: dict[str, Any] = {}
+    collision: dict[str, Any] = {
+        "train": "a",
+        "speed_km_h": speed,
+        "partner": {"train": "b", "free": "thing", "fixed": "thing"}.get(partner, partner),
+        "gap_mm": float(rng.choice([0.0, rng.uniform(0.0, 50.0)])),
+        "rail_friction": float(rng.choice([0.0, rng.uniform(0.0, 0.02)])),
+        "grade_per_mille": float(rng.choice([0.0, 0.0, rng.uniform(-20.0, 20.0)])),
+    }
+    if partner == "train":
+        trains["b"] = _train(rng, n - moving, devices, fronts[1])
+        trains["b"]["rear"] = fronts[1]
+        collision["partner_end"] = str(rng.choice(["front", "front", "rear"]))
+    if partner == "free":
+        obstacles["thing"] = {"mass_t": float(rng.uniform(5.0, 40.0)), "length_m": 6.0, "front": fronts[1]}
+        obstacles["thing"]["rail_friction"] = float(rng.choice([0.0, 0.3]))
+    if partner == "fixed":
+        obstacles["thing"] = {"fixed": True, "front": fronts[1]}
+    if partner in ("train", "free"):
+        collision["partner_speed_km_h"] = carried
+    values = {
+        "devices": devices,
+        "trains": trains,
+        "collision": collision,
+        "simulation": {"step_ms": 0.01, "record_every_ms": 1.0, "time_limit_s": 1.0},
+    }
+    return values | ({"obstacles": obstacles} if obstacles else {})
+
+
+def _train(rng: Rng, count: int, devices: dict[str, Any], front: str) -> dict[str, Any]:
+    names = [name for name in devices if name.startswith("c")]
+    plain = [name for name in names if "pull" not in devices[name]]
+    cars = []
+    for k in range(count):
+        car: dict[str, Any] = {"name": f"car {k + 1}", "mass_t": float(rng.uniform(15.0, 80.0))}
+        car["coupler"] = str(rng.choice(names))
+        if plain and rng.random() < 0.25:
+            car["coupler"] = [str(rng.choice(plain)), str(rng.choice(plain))]
+        if rng.random() < 0.2:
+            car["rail_friction"] = float(rng.uniform(0.0, 0.05))
+        if rng.random() < 0.2:
+            car["brakes"] = {"force_kN": float(rng.uniform(5.0, 60.0))}
+        if rng.random() < 0.2:
+            car["load"] = {"seats": int(rng.integers(20, 80)), "share": float(rng.uniform(0.0, 1.0)), "kg": 80.0}
+        cars.append(car)
+    train: dict[str, Any] = {"vehicles": cars, "front": front}
+    if rng.random() < 0.4:
+        key, most = ("force_kN", 60.0) if rng.random() < 0.5 else ("deceleration_m_per_s2", 1.2)
+        train["brakes"] = {
+            key: float(rng.uniform(0.1, 1.0) * most),
+            "delay_s": float(rng.uniform(0.0, 0.3)),
+            "rise_s": float(rng.choice([0.0, rng.uniform(0.1, 0.5)])),
+            "adhesion": float(rng.uniform(0.05, 0.2)),
+        }
+    return train
+
+
+def _device(rng: Rng, rate: float, inner: bool) -> dict[str, Any]:
+    """A device of any kind for about a closing rate [m/s]."""
+    kind = str(rng.choice(["crush", "crush", "rate", "staged", "hysteresis", "hydraulic", "gas_hydraulic"]))
+    if kind == "staged" and not inner:
+        device = _staged(rng)
+    elif kind == "hysteresis":
+        device = _hysteresis(rng)
+    elif kind == "hydraulic":
+        device = _hydraulic(rng, rate)
+    elif kind == "gas_hydraulic":
+        device = _gas(rng, rate)
+    else:
+        device = _crush(rng, kind == "rate")
+    if inner and rng.random() < 0.4:
+        device["pull"] = _pull(rng)
+    return device
+
+
+def _points(rng: Rng, most: float) -> dict[str, list[float]]:
+    """A curve that rises first, then rises, holds or falls from point to point [mm, kN]."""
+    n = int(rng.integers(1, 5))
+    stroke = np.cumsum(np.concatenate([[0.0, rng.uniform(2.0, 60.0)], rng.uniform(20.0, 250.0, n)]))
+    force = rng.uniform(0.3, 0.6) * most * np.cumprod(np.append(1.0, rng.choice([0.9, 1.0, 1.1, 1.3], n)))
+    return {"stroke_mm": stroke.tolist(), "force_kN": [0.0, *np.minimum(force, most).tolist()]}
+
+
+def _crush(rng: Rng, rated: bool) -> dict[str, Any]:
+    most = float(rng.uniform(500.0, 1400.0))
+    device: dict[str, Any] = {
+        "curve": _points(rng, most),
+        "stiffness_kN_per_mm": float(10 ** rng.uniform(1.7, 3.0)),
+        "damping_kN_s_per_m": float(rng.choice([0.0, rng.uniform(20.0, 400.0)])),
+    }
+    if rng.random() < 0.3:
+        device["empty_stroke_mm"] = float(rng.uniform(1.0, 40.0))
+    if not rated:
+        return device | _end(rng)
+    curve = device["curve"]
+    curve["stroke_mm"].append(curve["stroke_mm"][-1] + 3000.0)  # long enough not to end
+    curve["force_kN"].append(curve["force_kN"][-1])
+    if rng.random() < 0.6:
+        device["rate"] = {"C_m_per_s": float(rng.uniform(5.0, 100.0)), "P": float(rng.uniform(1.0, 5.0))}
+    else:
+        faster = {"stroke_mm": curve["stroke_mm"], "force_kN": [1.3 * f for f in curve["force_kN"]]}
+        device["rate"] = {"curves": [{"speed_m_per_s": float(rng.uniform(1.0, 8.0)), "curve": faster}]}
+    return device
+
+
+def _end(rng: Rng) -> dict[str, Any]:
+    """What is behind a device of its own stiffness; nothing in some."""
+    kind = str(rng.choice(["none", "car_body", "stop", "hold"]))
+    if kind == "none":
+        return {}
+    if kind == "car_body":
+        return {"beyond": {"kind": "car_body", "collapse_force_kN": float(rng.uniform(1800.0, 2500.0))}}
+    return {"beyond": kind}
+
+
+def _staged(rng: Rng) -> dict[str, Any]:
+    """A coupler with bolts that shear, and an absorber behind it."""
+    first = _points(rng, float(rng.uniform(500.0, 900.0)))
+    shear = first["force_kN"][-1] * float(rng.uniform(1.02, 1.4))
+    level = float(rng.uniform(500.0, 1300.0))
+    return {
+        "stages": {
+            "coupler": {"curve": first, "shear_off": {"force_kN": shear, "ramp_mm": 0.25}},
+            "absorber": {
+                "empty_stroke_mm": float(rng.uniform(2.0, 60.0)),
+                "curve": {"stroke_mm": [0.0, 2.0, 2000.0], "force_kN": [0.0, level, level]},
+            },
+        },
+        "stiffness_kN_per_mm": float(10 ** rng.uniform(2.0, 3.0)),
+        "damping_kN_s_per_m": float(rng.choice([0.0, rng.uniform(20.0, 100.0)])),
+    }
+
+
+def _hysteresis(rng: Rng) -> dict[str, Any]:
+    stroke = float(rng.uniform(60.0, 250.0))
+    preload, top = float(rng.choice([0.0, rng.uniform(20.0, 200.0)])), float(rng.uniform(500.0, 1700.0))
+    share = float(rng.uniform(0.1, 0.9))
+    middle = preload + (top - preload) * float(rng.uniform(0.3, 0.6))
+    strokes, force = [0.0, 0.5 * stroke, stroke], [preload, middle, top]
+    device = {
+        "kind": "hysteresis",
+        "loading": {"stroke_mm": strokes, "force_kN": force},
+        "unloading": {"stroke_mm": strokes, "force_kN": [share * f for f in force]},
+        "transition_stiffness_kN_per_mm": float(rng.uniform(100.0, 300.0)),
+    }
+    if rng.random() < 0.3:
+        device["empty_stroke_mm"] = float(rng.uniform(1.0, 50.0))
+    return device | _end(rng)
+
+
+def _orifice(rng: Rng, rate: float, stroke: float) -> dict[str, Any]:
+    c = float(rng.uniform(200.0, 1200.0)) / rate**2
+    if rng.random() < 0.5:
+        return {"orifice_kN_s2_per_m2": c}
+    table = {"stroke_mm": [0.0, 0.5 * stroke, stroke], "orifice_kN_s2_per_m2": [0.7 * c, c, 2.5 * c]}
+    return {"metering": table}
+
+
+def _behind(rng: Rng) -> dict[str, Any]:
+    """What a hydraulic device must state."""
+    beyond: dict[str, Any] = {"kind": "stop", "stiffness_kN_per_mm": float(rng.uniform(50.0, 300.0))}
+    if rng.random() < 0.5:
+        beyond |= {"kind": "car_body", "collapse_force_kN": float(rng.uniform(1800.0, 2500.0))}
+    return {"beyond": beyond}
+
+
+def _hydraulic(rng: Rng, rate: float) -> dict[str, Any]:
+    stroke = float(rng.uniform(60.0, 400.0))
+    device = {"kind": "hydraulic", "stroke_mm": stroke, **_orifice(rng, rate, stroke), **_behind(rng)}
+    if rng.random() < 0.5:
+        device |= {"preload_kN": float(rng.uniform(10.0, 100.0)), "preload_stiffness_kN_per_mm": 50.0}
+    return device
+
+
+def _gas(rng: Rng, rate: float) -> dict[str, Any]:
+    stroke = float(rng.uniform(60.0, 250.0))
+    gas = {
+        "force_kN": float(rng.uniform(20.0, 100.0)),
+        "length_mm": stroke * float(rng.uniform(1.2, 1.6)),
+        "exponent": float(rng.uniform(1.0, 1.4)),
+        "preload_stiffness_kN_per_mm": 50.0,
+    }
+    rebound = {"rebound_orifice_kN_s2_per_m2": float(rng.uniform(50.0, 600.0))}
+    kind = {"kind": "gas_hydraulic", "stroke_mm": stroke, "gas": gas, **rebound}
+    return {**kind, **_orifice(rng, rate, stroke), **_behind(rng)}
+
+
+def _pull(rng: Rng) -> dict[str, Any]:
+    gear: dict[str, Any] = {
+        "stiffness_kN_per_mm": float(rng.uniform(20.0, 100.0)),
+        "slack_mm": float(rng.choice([0.0, rng.uniform(1.0, 30.0)])),
+    }
+    if rng.random() < 0.5:
+        gear["damping_kN_s_per_m"] = float(rng.uniform(10.0, 100.0))
+    if rng.random() < 0.4:
+        gear["breaking_force_kN"] = float(rng.uniform(300.0, 900.0))
+    if rng.random() < 0.3:
+        gear["curve"] = {"stroke_mm": [0.0, 10.0, 200.0], "force_kN": [0.0, 500.0, 800.0]}
+    return gear
