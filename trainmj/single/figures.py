@@ -9,7 +9,6 @@ import numpy as np
 
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.style import Width, grid, styled
-from trainmj.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,9 +41,9 @@ def collision(result: Result, width: Width = "page") -> Figure:
             if front.equal_sides and name != "force":  # above the panel there are the names of the lines
                 panel.set_ylabel(f"{panel.get_ylabel()} (front: of one train)")
         apart = axes[1].get_ylim()[0] if chain.gap == 0 else 0.0
-        drawn = [k for k, interface in enumerate(chain.interfaces) if interface.draws]
-        lowest = 1.1 * float(result.stroke[:, drawn].min()) / MM if drawn else apart
-        axes[1].set_ylim(bottom=min(0.0, lowest))
+        strokes = result.shown("stroke")
+        pulled = [float(strokes[side].min()) for i in chain.interfaces if i.draws for side in i.sides]
+        axes[1].set_ylim(bottom=min([0.0, *(1.1 * least for least in pulled)] if pulled else [0.0, apart]))
         named = _named(axes[1].lines, _MOST_INTERFACES - 2 * front.unequal_sides)  # the partner's name is a long one
         half = (len(named) + 1) // 2
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
