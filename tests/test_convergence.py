@@ -98,7 +98,7 @@ def test_command_settles_what_is_asked_for():
     assert "TAMA" not in shown
     spoken = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)["convergence"]
     assert spoken["peak_device_M6_g"]["unit"] == "g"
-    assert len(spoken["steps"][0]) == 4 + 4 + 6
+    assert len(spoken["steps"][0]) == 5 + 4 + 6, "of each step, of the front and its stages, of the vehicles"
     assert "TS_mm" not in spoken
 
 

@@ -88,6 +88,7 @@ class Convergence:
                     {
                         "step_ms": step,
                         "status": str(summary.status),
+                        "valid_until_s": summary.valid_until_s,
                         **{name: values[k] for name, values in self.values.items()},
                         "largest_stroke_change_mm": change,
                         "energy_error": summary.balance.energy_error,

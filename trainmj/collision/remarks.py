@@ -26,8 +26,8 @@ def _of_chain(chain: Chain) -> Iterator[str]:
     unstated = dict.fromkeys(d.name for i in chain.interfaces for d in i.devices if d.law.end < float("inf"))
     if unstated:
         yield (
-            f"{', '.join(unstated)}: nothing is stated behind the end of the curve; where it is passed, the last force is "
-            "held, and what comes later is not valid. State beyond: car_body, stop or hold."
+            f"{', '.join(unstated)}: nothing is stated behind the end of the curve; where it is passed, the last force "
+            "is held, and what comes later is not valid. State beyond: car_body, stop or hold."
         )
 
 

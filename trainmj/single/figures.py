@@ -40,7 +40,10 @@ def collision(result: Result, width: Width = "page") -> Figure:
             _draw(panel, result, name, title, (joints, "viridis", 0.0, 0.9))
             if front.equal_sides and name != "force":  # above the panel there are the names of the lines
                 panel.set_ylabel(f"{panel.get_ylabel()} (front: of one train)")
-        axes[1].set_ylim(bottom=min(0.0, axes[1].get_ylim()[0]) if chain.gap == 0 else 0.0)
+        apart = axes[1].get_ylim()[0] if chain.gap == 0 else 0.0
+        strokes = result.shown("stroke")
+        pulled = [float(strokes[side].min()) for i in chain.interfaces if i.draws for side in i.sides]
+        axes[1].set_ylim(bottom=min([0.0, *(1.1 * least for least in pulled)] if pulled else [0.0, apart]))
         named = _named(axes[1].lines, _MOST_INTERFACES - 2 * front.unequal_sides)  # the partner's name is a long one
         half = (len(named) + 1) // 2
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
