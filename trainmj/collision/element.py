@@ -18,7 +18,7 @@ from numba import types
 from numba.extending import intrinsic, overload, register_jitable
 
 from trainmj.collision.compiled import noinline
-from trainmj.collision.fields import ELEMENT, N_ELEMENT
+from trainmj.collision.fields import ELEMENT, N_ELEMENT, Block
 from trainmj.collision.law import CRUSH, SERIES, crush, respond
 from trainmj.collision.law.curve import ahead, inlined, segment
 
@@ -30,7 +30,7 @@ _SMALL = 1e-13  # strokes [m]
 
 
 @inlined
-def advance(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
+def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> tuple[float, float]:
     """Bring an element to the stroke and rate of its interface.
 
     Returns:
@@ -57,7 +57,7 @@ def advance(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: fl
     return sign * force, s[e + ELEMENT.PEAK]
 
 
-def _any_other(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+def _any_other(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """Bring any element to a stroke and rate; energy lost."""
     if s[e + ELEMENT.KIND] == SERIES:
         return _march(s, e, stroke, elapsed, time)
@@ -65,7 +65,7 @@ def _any_other(s: Any, e: int, stroke: float, rate: float, elapsed: float, time:
 
 
 @intrinsic
-def _apart(typing_context: Any, s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
+def _apart(typing_context: Any, s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
     """The same, which LLVM must not take in: what every device goes through in every step would lose its registers."""
     arguments = s, types.int64, *[types.float64] * 4
 
@@ -76,13 +76,13 @@ def _apart(typing_context: Any, s: Any, e: Any, stroke: Any, rate: Any, elapsed:
 
 
 @overload(_any_other, strict=False)
-def _called(s: Any, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
+def _called(s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
     """What compiled functions call in its place."""
     return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)
 
 
 @register_jitable
-def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+def _move(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """Bring one law to a stroke and rate; energy lost."""
     force, first, second, lost, viscous = respond(s[e + ELEMENT.KIND], s, e, stroke, rate, elapsed)
     s[e + ELEMENT.STATE_1] = second
@@ -92,7 +92,7 @@ def _move(s: Any, e: int, stroke: float, rate: float, elapsed: float, time: floa
 
 @inlined
 def _settle(
-    s: Any, e: int, stroke: float, force: float, state: float, lost: float, viscous: float, time: float
+    s: Block, e: int, stroke: float, force: float, state: float, lost: float, viscous: float, time: float
 ) -> None:
     """Keep what a law has answered."""
     s[e + ELEMENT.STATE_0] = state
@@ -106,7 +106,7 @@ def _settle(
 
 
 @register_jitable
-def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> float:
+def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> float:
     """Bring two laws in series to a stroke of the pair; energy lost."""
     a, b = e + N_ELEMENT, e + 2 * N_ELEMENT
     todo = closing - s[e + ELEMENT.STROKE]
@@ -146,14 +146,14 @@ def _march(s: Any, e: int, closing: float, elapsed: float, time: float) -> float
 
 
 @register_jitable
-def _room(s: Any, e: int) -> float:
+def _room(s: Block, e: int) -> float:
     """From the stroke of a law to the next point of its curve, which moves with what the car body gives way."""
     curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] - s[e + ELEMENT.STATE_1]
     return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke + 2 * _SMALL)) - stroke
 
 
 @register_jitable
-def _split(s: Any, a: int, b: int, part: float, elapsed: float, whole: float) -> tuple[float, float, bool]:
+def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) -> tuple[float, float, bool]:
     """How far the first of two laws moves where both together move by a part, at most.
 
     The one with less force gives way, as far as to just before the next point of its curve.
@@ -220,7 +220,7 @@ def _split(s: Any, a: int, b: int, part: float, elapsed: float, whole: float) ->
 
 
 @register_jitable
-def _moved(s: Any, e: int, most: float, room: float, force: float, elapsed: float, whole: float) -> float:
+def _moved(s: Block, e: int, most: float, room: float, force: float, elapsed: float, whole: float) -> float:
     """How far a law has moved, at most so far, where it carries a force and the other one has moved by its room."""
     high, high_over = most, _trial(s, e, most, room + most, elapsed, whole) - force
     low, low_over = high, high_over
@@ -254,7 +254,7 @@ def _moved(s: Any, e: int, most: float, room: float, force: float, elapsed: floa
 
 
 @register_jitable
-def _short(s: Any, one: int, other: int, move: float, part: float, elapsed: float, whole: float) -> tuple[float, float]:
+def _short(s: Block, one: int, other: int, move: float, part: float, elapsed: float, whole: float) -> tuple[float, float]:
     """By how much the force of one law is below that of the other where it moves, and the scale of both [N]."""
     first = _trial(s, one, move, part, elapsed, whole)
     second = _trial(s, other, part - move, part, elapsed, whole)
@@ -262,7 +262,7 @@ def _short(s: Any, one: int, other: int, move: float, part: float, elapsed: floa
 
 
 @register_jitable
-def _trial(s: Any, e: int, move: float, part: float, elapsed: float, whole: float) -> float:
+def _trial(s: Block, e: int, move: float, part: float, elapsed: float, whole: float) -> float:
     """Force of a law, were it to move while the pair moves by a part of the whole step."""
     taken = _taken(part, elapsed, whole)
     rate = move / taken if taken > 0.0 else 0.0
@@ -276,7 +276,7 @@ def _taken(part: float, elapsed: float, whole: float) -> float:
 
 
 @register_jitable
-def _broken(s: Any, e: int, force: float) -> float:
+def _broken(s: Block, e: int, force: float) -> float:
     """Energy in the springs of an element with a force."""
     if s[e + ELEMENT.KIND] != SERIES:
         return 0.5 * force * force / s[e + ELEMENT.P0]
@@ -284,7 +284,7 @@ def _broken(s: Any, e: int, force: float) -> float:
 
 
 @register_jitable
-def narrowest(s: Any, e: int, stroke: float, rate: float, reach: float) -> float:
+def narrowest(s: Block, e: int, stroke: float, rate: float, reach: float) -> float:
     """Width of the narrowest part of the curves of an element within a reach ahead of its stroke; infinite for none.
 
     A jump counts as wide as the climb along the stiffness that follows it.

@@ -8,7 +8,17 @@ from __future__ import annotations
 
 from collections import namedtuple
 from enum import IntEnum
-from typing import Any, Self
+from typing import Any, Protocol, Self
+
+
+class Block(Protocol):
+    """The values of a simulation, or of an element alone: an array, a list, or bare memory in compiled functions."""
+
+    def __getitem__(self, place: int, /) -> float:
+        """A value."""
+
+    def __setitem__(self, place: int, value: float, /) -> None:
+        """Put a value in place of one."""
 
 
 class _Field(IntEnum):

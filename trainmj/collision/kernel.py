@@ -35,7 +35,7 @@ from numba.extending import intrinsic, register_jitable
 from trainmj.collision.block import MAGIC
 from trainmj.collision.compiled import address_of
 from trainmj.collision.element import advance, narrowest
-from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_ELEMENT, N_HEAD, N_JOINT
+from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_ELEMENT, N_HEAD, N_JOINT, Block
 from trainmj.collision.interrupts import held_back
 from trainmj.collision.law import SERIES
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
@@ -188,7 +188,7 @@ def _passive(offsets: Offsets) -> Any:
 
 
 @register_jitable
-def _next_step(s: Any, n: int, qpos: Any, qvel: Any) -> float:
+def _next_step(s: Block, n: int, qpos: Any, qvel: Any) -> float:
     """The step from here [s]: a whole one, or a part where the vehicles come to a narrow part of a curve."""
     s[HEAD.STEPS] += 1.0
     if s[HEAD.PARTS_LEFT] > 0.0:
@@ -220,7 +220,7 @@ def _next_step(s: Any, n: int, qpos: Any, qvel: Any) -> float:
 
 
 @register_jitable
-def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
+def _devices(s: Block, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
     """Move the devices and add up their forces on the vehicles.
 
     Returns:
@@ -274,7 +274,7 @@ def _devices(s: Any, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) 
 
 @register_jitable
 def _vehicles(
-    s: Any, n: int, qvel: Any, inertia: Any, out: Any, step: float, elapsed: float, time: float, wall: float
+    s: Block, n: int, qvel: Any, inertia: Any, out: Any, step: float, elapsed: float, time: float, wall: float
 ) -> tuple[bool, bool]:
     """The whole force on every vehicle, with rail friction and brake.
 
@@ -340,7 +340,7 @@ def _vehicles(
 
 
 @register_jitable
-def _braking(s: Any, c: int, time: float) -> float:
+def _braking(s: Block, c: int, time: float) -> float:
     """What the brake of a vehicle can give at a time [N]."""
     rise, since = s[c + CAR.BRAKE_RISE], time - s[c + CAR.BRAKE_DELAY]
     part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
@@ -348,7 +348,7 @@ def _braking(s: Any, c: int, time: float) -> float:
 
 
 @register_jitable
-def _peaks(s: Any, n: int, inertia: Any) -> None:
+def _peaks(s: Block, n: int, inertia: Any) -> None:
     """Peaks of forces on the way to this evaluation: noted apart, and counted where steps are made smaller for them."""
     m = int(s[HEAD.N_INTERFACE])
     cars, joints = N_HEAD, N_HEAD + N_CAR * n
@@ -379,7 +379,7 @@ def _peaks(s: Any, n: int, inertia: Any) -> None:
 
 
 @register_jitable
-def _record(s: Any, n: int, qvel: Any) -> None:
+def _record(s: Block, n: int, qvel: Any) -> None:
     """Keep the speeds if they are due, and see whether the simulation is done."""
     if s[HEAD.STRIDE] == 0.0:
         return

@@ -13,6 +13,7 @@ from typing import Any
 
 from numba.extending import register_jitable
 
+from trainmj.collision.fields import Block
 from trainmj.collision.kind import Kind
 
 _MODULES = (import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__))
@@ -35,14 +36,14 @@ SERIES = -1
 def _chosen() -> Any:
     """The law of an element: by its code, one comparison after the other."""
 
-    def none(kind: float, s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Any:
+    def none(kind: float, s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Any:
         return 0.0, 0.0, 0.0, 0.0, 0.0
 
     def before(code: int, law: Any, others: Any) -> Any:
         law = register_jitable(law)
 
         @register_jitable
-        def respond(kind: float, s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Any:
+        def respond(kind: float, s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Any:
             if kind == code:
                 return law(s, e, stroke, rate, elapsed)
             return others(kind, s, e, stroke, rate, elapsed)

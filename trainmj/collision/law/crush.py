@@ -13,14 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
 
 from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
 from trainmj.collision.envelope import Envelope
-from trainmj.collision.fields import ELEMENT
+from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law.curve import inlined, segment, value
 from trainmj.scenario.devices import CrushDevice
@@ -32,7 +31,7 @@ PLASTIC = ELEMENT.STATE_0
 
 
 @inlined
-def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
+def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
     if stroke <= plastic:
@@ -45,7 +44,7 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
 
 
 @inlined
-def pressed(s: Any, e: int, stroke: float, rate: float, crush: float, before: int, k: int) -> Response:
+def pressed(s: Block, e: int, stroke: float, rate: float, crush: float, before: int, k: int) -> Response:
     """The law where u > u_p, F_env(u) given, when the last stroke was in one segment of the curve and this is in k."""
     plastic, stiffness = s[e + PLASTIC], s[e + STIFFNESS]
     now = plastic
@@ -63,7 +62,7 @@ def pressed(s: Any, e: int, stroke: float, rate: float, crush: float, before: in
 
 
 @register_jitable
-def _passed(s: Any, e: int, before: int, k: int) -> float:
+def _passed(s: Block, e: int, before: int, k: int) -> float:
     """Largest force at the points of the curve that were passed between two strokes, climbing along K to each."""
     curve = int(s[e + ELEMENT.CURVE])
     plastic, stiffness = s[e + PLASTIC], s[e + STIFFNESS]

@@ -6,16 +6,17 @@ A curve of n points takes 3 n + 1 places; the last one is an infinite stroke.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from numba.extending import register_jitable
+
+from trainmj.collision.fields import Block
 
 inlined = register_jitable(forceinline=True)
 """For the few functions that each step goes through."""
 
 
 @inlined
-def segment(s: Any, curve: int, start: int, stroke: float) -> int:
+def segment(s: Block, curve: int, start: int, stroke: float) -> int:
     """The segment of a curve in which a stroke is, searched for from another one: a step moves it by one or two."""
     k = start
     while k > 0 and stroke < s[curve + 3 * k]:
@@ -26,20 +27,20 @@ def segment(s: Any, curve: int, start: int, stroke: float) -> int:
 
 
 @inlined
-def value(s: Any, curve: int, k: int, stroke: float) -> float:
+def value(s: Block, curve: int, k: int, stroke: float) -> float:
     """The value of a curve at a stroke in its segment k."""
     at = curve + 3 * k
     return s[at + 1] + s[at + 2] * (stroke - s[at])
 
 
 @register_jitable
-def ahead(s: Any, curve: int, k: int) -> float:
+def ahead(s: Block, curve: int, k: int) -> float:
     """The stroke at which segment k ends; infinite for the last one."""
     return s[curve + 3 * k + 3]
 
 
 @register_jitable
-def behind(s: Any, curve: int) -> int:
+def behind(s: Block, curve: int) -> int:
     """The place behind a curve."""
     while s[curve] != math.inf:
         curve += 3
@@ -47,7 +48,7 @@ def behind(s: Any, curve: int) -> int:
 
 
 @register_jitable
-def area(s: Any, curve: int, stroke: float) -> float:
+def area(s: Block, curve: int, stroke: float) -> float:
     """Area below a curve from 0 to a stroke."""
     found = 0.0
     while s[curve] < stroke:

@@ -14,7 +14,6 @@ u is without what the car body has given way.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
@@ -22,7 +21,7 @@ from scipy.optimize import brentq
 
 from trainmj.collision.device import Device, pull_of
 from trainmj.collision.envelope import Envelope
-from trainmj.collision.fields import ELEMENT
+from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.curve import segment, value
@@ -42,7 +41,7 @@ _GAS_POINTS = 60  # of the gas spring, for pictures
 
 
 @register_jitable
-def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
+def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     plunger, given = s[e + PLUNGER], s[e + GIVEN]
     own, before = stroke - s[e + EMPTY] - given, s[e + ELEMENT.STROKE] - s[e + EMPTY] - given
@@ -83,7 +82,7 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
 
 
 @register_jitable
-def _gas(s: Any, e: int, plunger: float) -> float:
+def _gas(s: Block, e: int, plunger: float) -> float:
     """Force of the gas, or of the preload."""
     if plunger <= s[e + KNEE]:
         return s[e + RAMP] * max(0.0, plunger)

@@ -20,7 +20,7 @@ from numba.extending import register_jitable
 
 from trainmj.collision.device import Device, pull_of
 from trainmj.collision.envelope import Envelope
-from trainmj.collision.fields import ELEMENT
+from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.curve import area, segment, value
@@ -34,7 +34,7 @@ SLIPPED, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
 
 
 @register_jitable
-def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
+def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     given, travel = s[e + GIVEN], s[e + TRAVEL]
     own = stroke - given
@@ -51,7 +51,7 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
 
 
 @register_jitable
-def _slip(s: Any, e: int, stroke: float, before: float) -> tuple[float, float, float]:
+def _slip(s: Block, e: int, stroke: float, before: float) -> tuple[float, float, float]:
     """Force and slip at a stroke within the travel, and the energy lost; the force was another one before."""
     stiffness, slipped = s[e + TRANSITION], s[e + SLIPPED]
     loading, unloading = int(s[e + ELEMENT.CURVE]), int(s[e + ELEMENT.CURVE_2])
@@ -72,7 +72,7 @@ def _slip(s: Any, e: int, stroke: float, before: float) -> tuple[float, float, f
 
 
 @register_jitable
-def _met(s: Any, e: int, k: int, slipped: float) -> float:
+def _met(s: Block, e: int, k: int, slipped: float) -> float:
     """Force at which the transition that ends at a stroke without force meets the unloading curve, below segment k."""
     curve, stiffness = int(s[e + ELEMENT.CURVE_2]), s[e + TRANSITION]
     while k > 0 and stiffness * (s[curve + 3 * k] - slipped) > s[curve + 3 * k + 1]:

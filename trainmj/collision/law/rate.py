@@ -9,14 +9,13 @@ Behind the end of the device's own curve there is no factor.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
 
 from trainmj.collision.device import Device
 from trainmj.collision.envelope import Envelope
-from trainmj.collision.fields import ELEMENT
+from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.crush import PLASTIC, pressed
@@ -33,7 +32,7 @@ REFERENCE, EXPONENT, UNTIL, SPEEDS = ELEMENT.P2, ELEMENT.P3, ELEMENT.P4, ELEMENT
 
 
 @register_jitable
-def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Response:
+def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
     plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
     if stroke <= plastic:
@@ -52,7 +51,7 @@ def respond(s: Any, e: int, stroke: float, rate: float, elapsed: float) -> Respo
 
 
 @register_jitable
-def _faster(s: Any, e: int, own: float, stroke: float, rate: float) -> float:
+def _faster(s: Block, e: int, own: float, stroke: float, rate: float) -> float:
     """Crush force at a rate above 0, where it is own at rest."""
     speeds = int(s[e + SPEEDS])
     if speeds == 0:
