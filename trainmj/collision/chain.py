@@ -73,7 +73,7 @@ class Element:
     sign: float = 1.0
     start: float = 0.0
     breaks: float = np.inf
-    starts: tuple[float, ...] = (0.0,)
+    starts: tuple[float, ...] = (0.0, 0.0)
     right_only: bool = False
 
     def law_of(self, side: int, two_sided: bool) -> int | None:
@@ -157,7 +157,7 @@ class Interface:
         return float(stiffness), float(damping)
 
 
-def meet(left: Device, right: Device | None = None, coupled: bool = True) -> tuple[Element, ...]:
+def meet(left: Device, right: Device | None = None, *, coupled: bool = True) -> tuple[Element, ...]:
     """The elements of an interface.
 
     Two equal devices in series act as one with half of the stroke each. Two different ones act in series, each with its
@@ -192,7 +192,6 @@ def meet(left: Device, right: Device | None = None, coupled: bool = True) -> tup
                 -1.0,
                 start,
                 breaks,
-                (0.0, 0.0),
                 right_only=left.pull is None,
             )
         )

@@ -186,15 +186,12 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
         high = min(high + by, room)
         by *= 2.0
         high_short, scale = _short(s, gives, other, high, part, elapsed, whole)
-    if high_short > 0.0:  # it comes to a point of its curve first: how far the other one has moved by then
-        force = _trial(s, gives, room, part, elapsed, whole)
-        most = min(part - room, room_b if gives == a else room_a)
-        moved = _moved(s, other, most, room, force, elapsed, whole)
-        used = room + moved
-        if used < 0.0 or part <= 0.0:  # it gives way faster than the other one can follow
-            used, moved = min(part, 0.0), min(part, 0.0) - room
-            return (room if gives == a else moved), used, False
-        return (room if gives == a else moved), used, True
+    if high_short > 0.0:  # it comes to a point of its curve first: how far the pair has moved by then
+        used = _used(s, gives, other, room, part, elapsed, whole)
+        if used <= 0.0:  # it gives way faster than the other one can follow
+            used = min(part, 0.0)
+            return (room if gives == a else used - room), used, False
+        return (room if gives == a else used - room), used, True
     if scale == 1.0:  # without force both are equal anywhere: where the other one has just let go
         for _ in range(_TRIALS):
             middle = 0.5 * (low + high)
@@ -220,41 +217,34 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
 
 
 @register_jitable
-def _moved(s: Block, e: int, most: float, room: float, force: float, elapsed: float, whole: float) -> float:
-    """How far a law has moved, at most so far, where it carries a force and the other one has moved by its room."""
-    high, high_over = most, _trial(s, e, most, room + most, elapsed, whole) - force
-    low, low_over = high, high_over
-    by = max(abs(most), room, _SMALL)
-    while low_over > 0.0 and low > -1.0:
-        low -= by
-        by *= 2.0
-        low_over = _trial(s, e, low, room + low, elapsed, whole) - force
-    if force == 0.0:  # where it has just let go
-        for _ in range(_TRIALS):
-            middle = 0.5 * (low + high)
-            if _trial(s, e, middle, room + middle, elapsed, whole) > 0.0:
-                high = middle
-            else:
-                low = middle
-        return low
-    move = low
+def _used(s: Block, gives: int, other: int, room: float, part: float, elapsed: float, whole: float) -> float:
+    """The part that a pair has moved when one law has moved by its room, their forces equal; 0 if it snaps before."""
+    if part <= 0.0:
+        return 0.0
+    high, high_short = part, _short(s, gives, other, room, part, elapsed, whole)[0]
+    low = 1e-9 * part
+    low_short, scale = _short(s, gives, other, room, low, elapsed, whole)
+    if low_short > 0.0:
+        return 0.0
     for _ in range(_TRIALS):
-        if abs(low_over) <= _CLOSE * max(1.0, force) or abs(high - low) <= 1e-17 or high_over == low_over:
+        if abs(low_short) <= _CLOSE * scale or abs(high - low) <= 1e-17 or high_short == low_short:
             break
-        move = low - low_over * (high - low) / (high_over - low_over)
-        over = _trial(s, e, move, room + move, elapsed, whole) - force
-        if abs(over) <= _CLOSE * max(1.0, force):
-            break
-        if (over > 0.0) != (low_over > 0.0):
-            high, high_over = low, low_over
+        used = low - low_short * (high - low) / (high_short - low_short)
+        short, scale = _short(s, gives, other, room, used, elapsed, whole)
+        if abs(short) <= _CLOSE * scale:
+            return used
+        if (short > 0.0) != (low_short > 0.0):
+            high, high_short = low, low_short
         else:
-            high_over *= 0.5
-        low, low_over = move, over
-    return move
+            high_short *= 0.5
+        low, low_short = used, short
+    return low
 
 
 @register_jitable
-def _short(s: Block, one: int, other: int, move: float, part: float, elapsed: float, whole: float) -> tuple[float, float]:
+def _short(
+    s: Block, one: int, other: int, move: float, part: float, elapsed: float, whole: float
+) -> tuple[float, float]:
     """By how much the force of one law is below that of the other where it moves, and the scale of both [N]."""
     first = _trial(s, one, move, part, elapsed, whole)
     second = _trial(s, other, part - move, part, elapsed, whole)

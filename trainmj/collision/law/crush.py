@@ -18,13 +18,15 @@ import numpy as np
 from numba.extending import register_jitable
 
 from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
-from trainmj.collision.envelope import Envelope
+from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law.curve import inlined, segment, value
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
+
+_ALONG = 1e-9  # of two slopes that differ by less, relative
 
 STIFFNESS, DAMPING = ELEMENT.P0, ELEMENT.P1
 PLASTIC = ELEMENT.STATE_0
@@ -90,7 +92,19 @@ def bounds(law: Law, _: float) -> tuple[float, float]:
 
 def law_of(envelope: Envelope, end: float = np.inf) -> Law:
     """The law of an envelope, with the stroke [m] at which it ends where nothing is stated behind it."""
-    return Law(KIND, (envelope.stiffness, envelope.damping), (points(envelope),), envelope, end=end)
+    return Law(KIND, (envelope.stiffness, envelope.damping), (climbable(envelope),), envelope, end=end)
+
+
+def climbable(envelope: Envelope) -> Array:
+    """(3, n) strokes, forces and slopes of an envelope with a dashpot, none of them that of the stiffness itself.
+
+    Along such a part round-off would decide from step to step whether the device crushes or the dashpot acts.
+    """
+    found = points(envelope)
+    if envelope.damping > 0.0:
+        along = np.abs(found[2] - envelope.stiffness) < _ALONG * envelope.stiffness
+        found[2, along] = (1.0 + _ALONG) * envelope.stiffness
+    return found
 
 
 def device(name: str, spec: CrushDevice, parts: Parts) -> Device:

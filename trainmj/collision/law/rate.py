@@ -92,10 +92,10 @@ def device(name: str, spec: CrushDevice, parts: Parts) -> Device:
         stiffness, damping = envelope.stiffness, envelope.damping
         if isinstance(spec.rate, CowperSymonds):
             numbers = (stiffness, damping, spec.rate.C_m_per_s, 1.0 / spec.rate.P, own)
-            return Law(KIND, numbers, (points(envelope),), envelope, end=end)
+            return Law(KIND, numbers, (crush.climbable(envelope),), envelope, end=end)
         (stage,) = spec.all_stages().values()
         empty = stage.empty_stroke_mm
-        curves = [points(envelope)]
+        curves = [crush.climbable(envelope)]
         for row in spec.rate_curves():
             u, f = parts.curve_points(row.curve)
             beyond = envelope.stroke > (empty + u[-1]) * MM * (1.0 + 1e-12)  # the shear-off, and what is stated
