@@ -284,7 +284,7 @@ def test_a_device_that_did_not_absorb_the_area_below_its_curve_makes_a_run_unsta
         ({"stroke_max": np.array([0.05, 0.3012])}, "stroke exhausted at M1-wall (301.2 of 300 mm)"),
         (
             {"stroke_max": np.array([0.8012, 0.3012])},
-            "curve ended at M1-M2 (801.2 mm, past the end of the curve of d); not valid from 0.3 s on",
+            "curve ended at M1-M2 (801.2 mm, past the end of the curve of d); not valid after 0.3 s",
         ),
     ],
 )
@@ -312,6 +312,7 @@ def test_plain_values_have_none_where_json_has_no_number(against_a_wall):
             "balance",
             "limits",
             "remarks",
+            "valid",
             "valid_until_s",
         )
     }
@@ -434,7 +435,7 @@ def test_status_past_the_end_of_a_curve():
     summary = summarise(run(Scenario.from_values(v)))
     stroke, until = summary.interfaces[0].stroke_mm, summary.valid_until_s
     assert str(summary.status) == (
-        f"curve ended at M1-wall ({stroke:.1f} mm, past the end of the curve of d); not valid from {until:.4g} s on"
+        f"curve ended at M1-wall ({stroke:.1f} mm, past the end of the curve of d); not valid after {until:.4g} s"
     )
     assert until == pytest.approx(0.050 / 3.0, abs=1e-3), "it has hardly slowed down by then"
     assert summary.interfaces[0].beyond_curve

@@ -232,7 +232,6 @@ def test_tally_counts_peaks_times_and_work(law, system):
     assert first[Joint.FORCE_MAX] == 1e6
     assert first[Joint.FIRST_FORCE_TIME] == pytest.approx(0.002)
     elastic = 0.5 * 1e6**2 / 200e6
-    assert first[Joint.WORK] == pytest.approx(ENVELOPES[0].energy(0.2) - elastic, rel=1e-3)
     assert data.sensor("energy I0").data[0] == pytest.approx(ENVELOPES[0].energy(0.2) - elastic, rel=1e-3)
     assert layout.car(block, Car.DEVICE_PEAK).tolist() == pytest.approx([1e6 / 33e3, 1e6 / 20e3, 0, 0])
     assert float(layout.joint(block, Joint.FIRST_FORCE_TIME)[1]) == -1.0, (

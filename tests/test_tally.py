@@ -88,8 +88,6 @@ def count(case: Chain, h: History) -> Counted:
     joint = {
         Joint.STROKE: u[-1],
         Joint.FORCE: force[-1],
-        Joint.WORK: (mean * travel).sum(axis=0),
-        Joint.DISSIPATED: lost[-1],
         Joint.STROKE_MAX: u.max(axis=0),
         Joint.STROKE_MAX_TIME: h.time[u.argmax(axis=0)],
         Joint.FORCE_MAX: force.max(axis=0),

@@ -6,6 +6,9 @@ from collections.abc import Iterator
 from functools import partial
 from itertools import groupby
 
+import numpy as np
+
+from trainmj.collision.kernel import STILL_SPEED
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.scenario import Scenario
@@ -31,6 +34,7 @@ _WORDS = {
     "travel_m": ("way", "m", 1.0),
     "lost_kJ": ("lost in devices", "kJ", KJ),
     "time_s": ("time", "s", 1.0),
+    "stands_s": ("comes to rest", "s", 1.0),
 }
 
 
@@ -40,6 +44,9 @@ def found(result: Result, quantity: str) -> float:
     by = _WORDS[what][2]
     names = [vehicle.name for vehicle in chain.vehicles]
     if where in names:
+        if what == "stands_s":
+            still = np.abs(result.velocity[:, names.index(where)]) < STILL_SPEED
+            return float(result.time[np.argmax(still)])
         way = result.position[-1] - result.position[0]
         return float((way if what == "travel_m" else tally.speed)[names.index(where)])
     if where in ("all", "end"):
