@@ -26,6 +26,7 @@ _EVENTS = 1000  # most in a step
 _PIECES = 200  # most into which a way is cut that is longer than the step
 _TRIALS = 80  # most to find a split
 _CLOSE = 1e-12  # forces this close, relative to the larger, are equal
+_NOTHING = 1e-2  # and so are forces that differ by less than this [N], what a round-off of strokes may press
 _SMALL = 1e-13  # strokes [m]
 
 
@@ -130,7 +131,7 @@ def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> flo
         todo -= part
         pressed += part
         if equal:
-            now = 0.5 * (s[a + ELEMENT.FORCE] + s[b + ELEMENT.FORCE])
+            now = min(s[a + ELEMENT.FORCE], s[b + ELEMENT.FORCE])
             lost += 0.5 * (force + now) * pressed
             force, pressed = now, 0.0
             peak = max(peak, force)
@@ -172,48 +173,49 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
     """
     room_a, room_b = _room(s, a) - _SMALL, _room(s, b) - _SMALL
     start = min(room_a, max(part - room_b, 0.5 * part))
-    short, scale = _short(s, a, b, start, part, elapsed, whole)
-    if abs(short) <= _CLOSE * scale:
+    short, force = _short(s, a, b, start, part, elapsed, whole)
+    if abs(short) <= _close(force):
         return start, part, True
     gives, other, room = (a, b, room_a) if short > 0.0 else (b, a, room_b)
     low = high = start if short > 0.0 else part - start
     low_short = high_short = abs(short)
     by = max(abs(part), _SMALL)
-    while high_short > 0.0:
-        if high >= room:
-            break
+    while high_short > _close(force) and high < room:
         low, low_short = high, high_short
         high = min(high + by, room)
         by *= 2.0
-        high_short, scale = _short(s, gives, other, high, part, elapsed, whole)
-    if high_short > 0.0:  # it comes to a point of its curve first: how far the pair has moved by then
+        high_short, force = _short(s, gives, other, high, part, elapsed, whole)
+    if high_short > _close(force):  # it comes to a point of its curve first: how far the pair has moved by then
         used = _used(s, gives, other, room, part, elapsed, whole)
         if used <= 0.0:  # it gives way faster than the other one can follow
             used = min(part, 0.0)
             return (room if gives == a else used - room), used, False
         return (room if gives == a else used - room), used, True
-    if scale == 1.0:  # without force both are equal anywhere: where the other one has just let go
+    if force <= _NOTHING:  # without force both are equal anywhere: where the other one has just let go
         for _ in range(_TRIALS):
             middle = 0.5 * (low + high)
-            short, _ = _short(s, gives, other, middle, part, elapsed, whole)
-            if short > 0.0:
+            short, force = _short(s, gives, other, middle, part, elapsed, whole)
+            if short > _close(force):
                 low = middle
             else:
                 high = middle
-    move = high
+        return (high if gives == a else part - high), part, True
+    stayed = 0
     for _ in range(_TRIALS):  # regula falsi, which halves the weight of an end that stays (Illinois)
-        if abs(high_short) <= _CLOSE * scale or abs(high - low) <= 1e-17:
+        if high_short >= -_close(force) or abs(high - low) <= 1e-17:
             break
-        move = high - high_short * (high - low) / (high_short - low_short)
-        short, scale = _short(s, gives, other, move, part, elapsed, whole)
-        if abs(short) <= _CLOSE * scale:
-            break
-        if (short > 0.0) != (high_short > 0.0):
-            low, low_short = high, high_short
+        move = low + low_short * (high - low) / (low_short - high_short)
+        short, force = _short(s, gives, other, move, part, elapsed, whole)
+        if short > _close(force):
+            low, low_short = move, short
+            high_short *= 0.5 if stayed > 0 else 1.0
+            stayed = 1
         else:
-            low_short *= 0.5
-        high, high_short = move, short
-    return (move if gives == a else part - move), part, True
+            high, high_short = move, short
+            low_short *= 0.5 if stayed < 0 else 1.0
+            stayed = -1
+    # where the force of the one that gives way jumps, it is beyond the jump; the other one's is that of the pair
+    return (high if gives == a else part - high), part, True
 
 
 @register_jitable
@@ -221,34 +223,53 @@ def _used(s: Block, gives: int, other: int, room: float, part: float, elapsed: f
     """The part that a pair has moved when one law has moved by its room, their forces equal; 0 if it snaps before."""
     if part <= 0.0:
         return 0.0
-    high, high_short = part, _short(s, gives, other, room, part, elapsed, whole)[0]
-    low = 1e-9 * part
-    low_short, scale = _short(s, gives, other, room, low, elapsed, whole)
-    if low_short > 0.0:
+    low, high = 0.0, part  # at the high end the other one carries more
+    high_short, _ = _short(s, gives, other, room, high, elapsed, whole)
+    low_short, force = _short(s, gives, other, room, 1e-9 * part, elapsed, whole)
+    if low_short > _close(force):
         return 0.0
+    if force <= _NOTHING:  # without force both are equal anywhere: until the other one carries some
+        for _ in range(_TRIALS):
+            middle = 0.5 * (low + high)
+            short, force = _short(s, gives, other, room, middle, elapsed, whole)
+            if short > _close(force):
+                high = middle
+            else:
+                low = middle
+        return low
+    stayed = 0
     for _ in range(_TRIALS):
-        if abs(low_short) <= _CLOSE * scale or abs(high - low) <= 1e-17 or high_short == low_short:
+        if high_short <= _close(force) or high - low <= 1e-17:
             break
-        used = low - low_short * (high - low) / (high_short - low_short)
-        short, scale = _short(s, gives, other, room, used, elapsed, whole)
-        if abs(short) <= _CLOSE * scale:
+        used = high - high_short * (high - low) / (high_short - low_short)
+        short, force = _short(s, gives, other, room, used, elapsed, whole)
+        if short > _close(force):
+            high, high_short = used, short
+            low_short *= 0.5 if stayed > 0 else 1.0
+            stayed = 1
+        elif short >= -_close(force):
             return used
-        if (short > 0.0) != (low_short > 0.0):
-            high, high_short = low, low_short
         else:
-            high_short *= 0.5
-        low, low_short = used, short
-    return low
+            low, low_short = used, short
+            high_short *= 0.5 if stayed < 0 else 1.0
+            stayed = -1
+    return high
+
+
+@register_jitable
+def _close(force: float) -> float:
+    """Difference of two forces, the larger of which is given, that counts as none [N]."""
+    return _NOTHING + _CLOSE * force
 
 
 @register_jitable
 def _short(
     s: Block, one: int, other: int, move: float, part: float, elapsed: float, whole: float
 ) -> tuple[float, float]:
-    """By how much the force of one law is below that of the other where it moves, and the scale of both [N]."""
+    """By how much the force of one law is below that of the other where it moves, and the larger of the two [N]."""
     first = _trial(s, one, move, part, elapsed, whole)
     second = _trial(s, other, part - move, part, elapsed, whole)
-    return second - first, max(1.0, first, second)
+    return second - first, max(first, second)
 
 
 @register_jitable
