@@ -15,6 +15,12 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.kind import Law
 from trainmj.units import MM
 
+UNSTABLE = 1e-3
+"""A balance of energy, or of a device with its curve, that is further off makes a run unstable.
+
+It is relative to the energy that the collision can convert.
+"""
+
 UNSEEN = 1e-3
 """Relative excess of a peak between two steps, over the largest at any step, that counts as unseen."""
 
@@ -108,7 +114,8 @@ class Measured:
         """Whether steps passed a peak of a curve unseen that would have been the largest, or a part of a curve."""
         tally = self.tally
         unseen = (tally.unseen_peak > tally.device_peak * (1.0 + UNSEEN)).any()
-        return bool(unseen or (tally.unseen_force > tally.force_max * (1.0 + UNSEEN)).any())
+        unseen |= (tally.unseen_force > tally.force_max * (1.0 + UNSEEN)).any()
+        return bool(unseen) or not (abs(self.energy_error) <= UNSTABLE and self.curve_error[0] <= UNSTABLE)
 
     @cached_property
     def convertible(self) -> float:

@@ -18,7 +18,7 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.envelope import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
-from trainmj.collision.measured import Measured, Side
+from trainmj.collision.measured import UNSTABLE, Measured, Side
 from trainmj.collision.quantities import (
     BALANCE,
     COLLISION,
@@ -39,12 +39,6 @@ from trainmj.collision.status import Kind, Status, not_valid
 from trainmj.files.written import finite
 from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, MM
-
-UNSTABLE = 1e-3
-"""A balance of energy, or of a device with its curve, that is further off makes a run unstable.
-
-It is relative to the energy that the collision can convert.
-"""
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ import numpy as np
 from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.limits import Criterion
+from trainmj.collision.measured import UNSTABLE
 from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, VEHICLE, Quantity
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
-from trainmj.collision.summary import UNSTABLE, Summary
+from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.units import KM_H, KN, MS, TONNE, against
 

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from trainmj.collision.measured import UNSTABLE
 from trainmj.collision.simulation import run
-from trainmj.collision.summary import UNSTABLE, summarise
+from trainmj.collision.summary import summarise
 from trainmj.scenario import shipped as shipped_names
 from trainmj.units import KJ, KM_H, MM, G
 from trainmj.verification.check import Check, Kind, at_least, furthest, zero

@@ -11,10 +11,11 @@ from trainmj.collision import kernel
 from trainmj.collision.block import Tally
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import Element, Joint
+from trainmj.collision.measured import UNSTABLE
 from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
-from trainmj.collision.summary import UNSTABLE, summarise
+from trainmj.collision.summary import summarise
 from trainmj.scenario import Scenario, load
 from trainmj.units import MM
 from trainmj.verification.check import Check, alike, at_least, furthest, zero
