@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from functools import cache
 from typing import Any
 
 import numba
@@ -18,6 +19,7 @@ from trainmj.collision.element import advance
 from trainmj.collision.fields import ELEMENT
 
 DEVICES = built()
+JUMPS = {"damped", "sheared"}  # the force of a dashpot does, as it is met
 SMOOTH = {"tube", "stopped", "jumps", "gear", "rubber", "held"}
 PAIRS = list(itertools.product(DEVICES, repeat=2))
 
@@ -30,7 +32,6 @@ def motion(seed: int, steps: int = 300) -> tuple[np.ndarray, float]:
     return np.interp(np.linspace(0.0, 12.0, steps), np.arange(13), np.append(0.0, turns)), elapsed
 
 
-@numba.njit
 def _follow(s: Any, strokes: Any, elapsed: float) -> tuple[float, float, float]:
     """Bring an element through strokes: the energy lost, the work, and the least force."""
     work = least = 0.0
@@ -45,7 +46,10 @@ def _follow(s: Any, strokes: Any, elapsed: float) -> tuple[float, float, float]:
     return (s[ELEMENT.DISSIPATED] - lost) / s[ELEMENT.SHARE], work, least
 
 
-def press(element: Element | Device, seed: int, steps: int, close: float) -> None:
+_compiled = cache(numba.njit)
+
+
+def press(element: Element | Device, seed: int, steps: int, close: float, follow: Any = _follow) -> None:
     """An element through a random motion in small steps, held against its books and clamps on the way."""
     pressed = Alone(element)
     pair = len(pressed.element.laws) == 2
@@ -53,7 +57,7 @@ def press(element: Element | Device, seed: int, steps: int, close: float) -> Non
     lost = work = 0.0
     most = 1000.0
     for part in np.array_split(strokes, 40):
-        more = _follow(pressed.block, part, elapsed)
+        more = follow(pressed.block, part, elapsed)
         lost, work = lost + more[0], work + more[1]
         most = max(most, work)
         assert more[2] >= 0.0, "devices push, they never pull"
@@ -77,21 +81,38 @@ def within(pressed: Alone, n: int | None) -> None:
 
 
 @pytest.mark.parametrize("name", DEVICES)
-@settings(max_examples=8)
+@settings(max_examples=2)
 @given(st.integers(0, 2**32))
 def test_lost_and_stored_are_the_work_done_on_every_kind(name, seed):
     """Breaks if a law makes energy or hides some, pulls, or leaves its states astray."""
-    press(DEVICES[name], seed, 100_000, 5e-4 if name in ("damped", "sheared") else 5e-5)  # a dashpot's force jumps
+    press(DEVICES[name], seed, 10_000, 1e-2 if name in JUMPS else 1e-3)
 
 
-@settings(max_examples=40)
+@settings(max_examples=6)
 @given(st.sampled_from(PAIRS), st.integers(0, 2**32))
 def test_and_on_every_two_in_series(names, seed):
     """Breaks if a split of the stroke, a snap or a release at no force makes energy or hides some."""
-    press(meet(*(DEVICES[name] for name in names))[0], seed, 30_000, 2e-3)
+    press(meet(*(DEVICES[name] for name in names))[0], seed, 2_000, 2e-2)
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("name", DEVICES)
+@settings(max_examples=8)
+@given(st.integers(0, 2**32))
+def test_the_smaller_the_steps_the_closer(name, seed):
+    """Breaks if what seemed an error of the steps were energy that a law makes or hides."""
+    press(DEVICES[name], seed, 100_000, 5e-4 if name in JUMPS else 5e-5, _compiled(_follow))
+
+
+@pytest.mark.thorough
 @settings(max_examples=40)
+@given(st.sampled_from(PAIRS), st.integers(0, 2**32))
+def test_and_so_for_every_two_in_series(names, seed):
+    """Breaks as it does for one, where two share the stroke."""
+    press(meet(*(DEVICES[name] for name in names))[0], seed, 30_000, 2e-3, _compiled(_follow))
+
+
+@settings(max_examples=12)
 @given(st.sampled_from(PAIRS), st.integers(0, 2**32))
 def test_two_in_series_carry_one_force_and_share_the_stroke(names, seed):
     """Breaks if one device were pressed by more than the other, or a part of the stroke were lost between them."""
@@ -112,7 +133,7 @@ def test_two_in_series_carry_one_force_and_share_the_stroke(names, seed):
             assert min(force) - 1.0 <= pair.force <= max(force) + 1.0
 
 
-@settings(max_examples=40)
+@settings(max_examples=12)
 @given(st.sampled_from(list(itertools.combinations(sorted(SMOOTH), 2))), st.integers(0, 2**32))
 def test_series_does_not_depend_on_which_device_is_on_the_left(names, seed):
     """Breaks if the left device were tried first, or kept more of a step than the right one."""

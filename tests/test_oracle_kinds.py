@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
 
 import numpy as np
 import pytest
 
-from trainmj.collision.simulation import run
-from trainmj.collision.summary import summarise
 from trainmj.scenario import Scenario, load
-from trainmj.verification import kinds
+from trainmj.verification import kinds, oracles
 from trainmj.verification.kinds import Exact
 from trainmj.verification.mixed import random_scenario
 from trainmj.verification.oracle import Solution, solve
@@ -113,38 +110,23 @@ def test_a_stiff_device_comes_near_the_ideal_one(C, P):
     assert (stroke / 1e3, time) == pytest.approx(ideal, rel=1e-5)
 
 
-@pytest.mark.parametrize("a", ["b_type", "wagon_80t"])
-def test_the_oracle_agrees_with_shipped_trains(a):
-    """Breaks when staged devices, unequal fronts or rail friction are read otherwise than the package does."""
-    compared(load(a, {"simulation.step_ms": 0.01}))
-
-
-# random trains
+# against runs
 
 
 def compared(scenario: Scenario) -> None:
-    """Strokes within 0.1 % of the largest one, energies within 1e-3 of what can be converted."""
-    result = run(scenario)
-    summary = summarise(result)
-    theirs = solve(scenario.values(), result.tally.time)
-    ours = {i.name: float(u) for i, u in zip(result.chain.interfaces, result.tally.stroke_max, strict=True)}
-    expected = {name: found.stroke for name, found in theirs.interfaces.items()}
-    assert set(ours) == set(expected)
-    largest = max(abs(u) for u in expected.values())
-    assert {n: u for n, u in ours.items() if abs(u - expected[n]) > 1e-3 * largest} == {}, expected
-    balance, most = summary.balance, 1e-3 * theirs.convertible / 1e3
-    lost = sum(found.absorbed for found in theirs.interfaces.values()) / 1e3
-    assert balance.absorbed_kJ == pytest.approx(lost, abs=most)
-    assert balance.kinetic_end_kJ == pytest.approx(theirs.kinetic[1] / 1e3, abs=most)
-    assert balance.friction_kJ == pytest.approx((theirs.rails + theirs.brakes) / 1e3, abs=most)
-    by_interface = dict(zip(ours, result.energy[-1] / 1e3, strict=True))
-    for name, found in theirs.interfaces.items():
-        assert by_interface[name] == pytest.approx(found.absorbed / 1e3, abs=most), name
-    if math.isfinite(theirs.valid_until) or "valid_until_s" in summary.values:
-        assert summary.valid_until_s == pytest.approx(theirs.valid_until, rel=1e-3)
+    """Every check of a run against the oracle passes."""
+    checks = list(oracles.beside("", [scenario]))
+    assert [check for check in checks if not check.passed] == []
+    assert len(checks) == 5
 
 
-@pytest.mark.parametrize("seed", [24, 32, 34, 41])
+@pytest.mark.parametrize("name", [pytest.param("b_type", marks=pytest.mark.thorough), "wagon_80t"])
+def test_the_oracle_agrees_with_shipped_trains(name):
+    """Breaks when staged devices, unequal fronts or rail friction are read otherwise than the package does."""
+    compared(load(name, {"simulation.step_ms": 0.01}))
+
+
+@pytest.mark.parametrize("seed", oracles.SEEDS_OF_EVERY_KIND)
 def test_random_trains_of_every_kind(seed):
     """Breaks when the package and the oracle disagree about a kind of device, an end, a brake or a grade."""
     compared(Scenario.from_values(random_scenario(seed)))
@@ -157,9 +139,9 @@ def test_many_random_trains_of_every_kind(seed):
     compared(Scenario.from_values(random_scenario(seed)))
 
 
-@pytest.mark.parametrize("seed", [6, 24, 31, 32, 34, 40, 41, 48])
+@pytest.mark.parametrize("seed", [24, 32, 34, 40, 41])
 def test_the_oracle_keeps_its_own_balance(seed):
-    """Breaks when the oracle loses energy at a switch, a jump of a joint or a break: 1e-4 of what can be converted."""
+    """Breaks when the oracle loses energy at a switch, a jump of a joint or a break, or a device of it makes some."""
     found = solve(random_scenario(seed))
     assert abs(found.missing) <= 1e-4 * found.convertible
     assert all(min(i.energies.values()) >= -1e-3 * found.convertible for i in found.interfaces.values())

@@ -79,7 +79,8 @@ def _apart(typing_context: Any, s: Block, e: Any, stroke: Any, rate: Any, elapse
 @overload(_any_other, strict=False)
 def _called(s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
     """What compiled functions call in its place."""
-    return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)
+    # numba calls an intrinsic without its first argument
+    return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)  # type: ignore[call-arg]
 
 
 @register_jitable

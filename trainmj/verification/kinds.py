@@ -166,7 +166,8 @@ def rate(C: float, P: int, k: float = 1e9) -> Iterator[Exact]:
 
     def over(t: float) -> float:
         """How far the spring's force is below that of the envelope."""
-        return force * (1 + (v0 * math.cos(omega * t) / C) ** (1 / P)) - k * v0 / omega * math.sin(omega * t)
+        faster = math.pow(v0 * math.cos(omega * t) / C, 1 / P)
+        return force * (1 + faster) - k * v0 / omega * math.sin(omega * t)
 
     meets = float(brentq(over, 0.0, 0.5 * math.pi / omega, xtol=1e-16))
     v1, u1 = v0 * math.cos(omega * meets), v0 / omega * math.sin(omega * meets)

@@ -8,13 +8,14 @@ here; to add a kind, add its module and its keys in :mod:`trainmj.scenario.devic
 from __future__ import annotations
 
 import pkgutil
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 from numba.extending import register_jitable
 
 from trainmj.collision.fields import Block
-from trainmj.collision.kind import Kind
+from trainmj.collision.kind import Kind, Response
 
 _MODULES = (import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__))
 KINDS: dict[str, Kind] = {
@@ -33,7 +34,7 @@ SERIES = -1
 """In place of a code, for two laws in series."""
 
 
-def _chosen() -> Any:
+def _chosen() -> Callable[[float, Block, int, float, float, float], Response]:
     """The law of an element: by its code, one comparison after the other."""
 
     def none(kind: float, s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Any:

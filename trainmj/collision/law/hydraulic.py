@@ -86,7 +86,8 @@ def _gas(s: Block, e: int, plunger: float) -> float:
     """Force of the gas, or of the preload."""
     if plunger <= s[e + KNEE]:
         return s[e + RAMP] * max(0.0, plunger)
-    return s[e + PRELOAD] * (1.0 - s[e + PER_LENGTH] * plunger) ** -s[e + GAMMA]
+    pressed: float = (1.0 - s[e + PER_LENGTH] * plunger) ** -s[e + GAMMA]
+    return s[e + PRELOAD] * pressed
 
 
 def stored(law: Law, stroke: float, force: float, plunger: float, given: float) -> float:

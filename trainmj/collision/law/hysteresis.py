@@ -104,7 +104,7 @@ def stored(law: Law, stroke: float, force: float, slipped: float, given: float) 
 
 def bounds(law: Law, _: float) -> tuple[float, float]:
     """Largest dF/du and dF/drate [N/m, N s/m]."""
-    stiffness, _, stop, *_ = law.parameters
+    stiffness, _travel, stop, *_rest = law.parameters
     return max(stiffness, stop), 0.0
 
 

@@ -57,8 +57,10 @@ def _faster(s: Block, e: int, own: float, stroke: float, rate: float) -> float:
     if speeds == 0:
         reference, exponent = s[e + REFERENCE], s[e + EXPONENT]
         if rate < LINEAR:
-            return own * (1.0 + (LINEAR / reference) ** exponent * rate / LINEAR)
-        return own * (1.0 + (rate / reference) ** exponent)
+            steepest: float = (LINEAR / reference) ** exponent
+            return own * (1.0 + steepest * rate / LINEAR)
+        more: float = (rate / reference) ** exponent
+        return own * (1.0 + more)
     # one row for each speed: values of a curve over the stroke whose value is the force at that speed
     at = int(s[e + ELEMENT.CURVE_2])
     low, speed_below, below = own, 0.0, own
@@ -104,8 +106,8 @@ def device(name: str, spec: CrushDevice, parts: Parts) -> Device:
             force = np.append(np.array([*before[1], *f]) * KN, envelope.force[beyond])
             curves.append(points(Envelope(stroke, force, stiffness)))
         speeds = tuple(row.speed_m_per_s for row in spec.rate_curves())
-        numbers = (stiffness, damping, 1.0, 1.0, own, float(len(speeds)))
-        return Law(KIND, numbers, tuple(curves), envelope, speeds, end)
+        several = (stiffness, damping, 1.0, 1.0, own, float(len(speeds)))
+        return Law(KIND, several, tuple(curves), envelope, speeds, end)
 
     return crush.staged(name, spec, parts, made)
 

@@ -145,12 +145,12 @@ class Device(Protocol):
 
 def factor_of(C: float, P: float) -> Callable[[float], float]:
     """Cowper-Symonds: what the force is multiplied by at a rate."""
-    low = (SLOW / C) ** (1.0 / P) / SLOW
+    low = math.pow(SLOW / C, 1.0 / P) / SLOW
 
     def factor(v: float) -> float:
         if v <= 0.0:
             return 1.0
-        return 1.0 + (low * v if v < SLOW else (v / C) ** (1.0 / P))
+        return 1.0 + (low * v if v < SLOW else math.pow(v / C, 1.0 / P))
 
     return factor
 

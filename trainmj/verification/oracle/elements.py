@@ -46,7 +46,6 @@ class Element:
     devices: list[Device] = field(default_factory=list)
     ends: list[float] = field(default_factory=list)  # strokes of the devices from which on nothing is known
     top: list[float] = field(default_factory=list)  # largest stroke of each device
-    labels: list[str] = field(default_factory=list)
     jumped: list[float] = field(default_factory=lambda: [0.0, 0.0])  # work of each device while the joint jumped [J]
 
     @property
@@ -269,7 +268,7 @@ class Element:
 
     def _march(self, start: Side, inwards: int) -> float:
         soft, other = self.devices[inwards], self.devices[1 - inwards]
-        press, back = _presses(soft, start[inwards]), _returns(other, start[1 - inwards])
+        press, back = _presses(soft), _returns(other)
         far = 0.2
         steps = [np.geomspace(1e-11, 1e-5, 61), np.linspace(1e-5, far, 40_000)[1:]]
         ahead, s0, pressed, given = False, 0.0, 0.0, 0.0
@@ -299,7 +298,7 @@ class Element:
         return s
 
 
-def _presses(device: Device, start: float) -> Callable[[float, bool], float]:
+def _presses(device: Device) -> Callable[[float, bool], float]:
     """Force without rate while a device is pressed on from where it is; states go along if moved."""
 
     def press(u: float, moves: bool) -> float:
@@ -323,7 +322,7 @@ def _presses(device: Device, start: float) -> Callable[[float, bool], float]:
     return press
 
 
-def _returns(device: Device, start: float) -> Callable[[float], float]:
+def _returns(device: Device) -> Callable[[float], float]:
     """Force without rate while a device goes back from where it is."""
 
     def back(u: float) -> float:

@@ -135,11 +135,7 @@ class Motion:
         self.hold = np.array([v.friction * v.mass * G for v in system.vehicles])
         self.gripped = np.array([v.friction > 0.0 or v.brake.force > 0.0 for v in system.vehicles])
         y = np.zeros(self.size)
-        x = 0.0
-        for k in range(self.n - 1, -1, -1):
-            y[k] = x
-        for k in range(system.front + 1):
-            y[k] -= system.gap
+        y[: system.front + 1] -= system.gap
         y[self.n : 2 * self.n] = [v.speed for v in system.vehicles]
         self.y = y
         self.way = np.sign(y[self.n : 2 * self.n])
@@ -202,10 +198,10 @@ class Motion:
             for j, (device, (w, v)) in enumerate(zip(e.devices, all_sides[k], strict=True)):
                 d[at + 2 * j] = device.force(w, v) * v
                 d[at + 2 * j + 1] = device.viscous(w, v) * v
-        v = y[n : 2 * n]
-        d[self.books] = float((self.way * v * rails).sum())
-        d[self.books + 1] = float((self.way * v * brakes).sum())
-        d[self.books + 2] = float((self.weight * v).sum())
+        speed = y[n : 2 * n]
+        d[self.books] = float((self.way * speed * rails).sum())
+        d[self.books + 1] = float((self.way * speed * brakes).sum())
+        d[self.books + 2] = float((self.weight * speed).sum())
         return d
 
     # conditions
@@ -370,7 +366,8 @@ class Motion:
             t0, t1 = solver.t_old, solver.t
             dense = solver.dense_output()
             last = t0
-            for s in np.linspace(t0, t1, _INSIDE + 1)[1:]:
+            looks: list[float] = np.linspace(t0, t1, _INSIDE + 1)[1:].tolist()
+            for s in looks:
                 y = solver.y if s == t1 else dense(s)
                 if self.worst(s, y) < 0.0:
                     end = s
@@ -443,8 +440,8 @@ class Motion:
                 energies["broken" if e.broken else "set_free"] += e.lost
                 broken |= e.broken
                 if e.sign > 0 and (not tops or max(e.top) > 0.0):
-                    start = e.offset / 2 if len(interface.elements) > 1 else 0.0
-                    tops = tuple(top + start for top in e.top) if e.share == 1 else (e.top[0] + start,) * 2
+                    before = e.offset / 2 if len(interface.elements) > 1 else 0.0
+                    tops = tuple(top + before for top in e.top) if e.share == 1 else (e.top[0] + before,) * 2
                 k += 1
             found[interface.name] = Found(
                 self.stroke[j], self.stroke_time[j], tops, self.push[j], self.pull[j], energies, broken

@@ -74,10 +74,10 @@ def _turned(coupler: Any) -> Any:
 def _cars(train: Values, friction: float, speed: float) -> list[dict[str, Any]]:
     """Vehicles of a train from its front end: mass [kg], speed [m/s], friction, brake, coupler."""
     stated = train["vehicles"]
-    listed = [{} for _ in range(int(stated))] if isinstance(stated, int | float) else stated
+    listed: list[Values] = [{} for _ in range(int(stated))] if isinstance(stated, int | float) else stated
     cars = []
     for one in listed:
-        value = {**train, **one}
+        value: Values = {**train, **one}
         load = value.get("load") or {}
         mass = value["mass_t"] * 1e3 + load.get("seats", 0) * load.get("share", 1.0) * load.get("kg", 0.0)
         mu = value.get("rail_friction")
@@ -123,7 +123,7 @@ def _beyond(spec: Values, own: float) -> tuple[str, float, float]:
     stated = spec.get("beyond")
     if stated is None:
         return "", own, math.inf
-    group = {"kind": stated} if isinstance(stated, str) else stated
+    group: Values = {"kind": stated} if isinstance(stated, str) else stated
     stiffness = group.get("stiffness_kN_per_mm")
     k = own if stiffness is None else stiffness * 1e6
     collapse = group.get("collapse_force_kN", COLLAPSE_KN) * 1e3 if group["kind"] == "car_body" else math.inf
@@ -177,7 +177,7 @@ def _start_behind(spec: Values, count: int, values: Values) -> float:
     at = 0.0
     for stage in stages[:count]:
         at += stage.get("empty_stroke_mm", 0.0) / 1e3 + curve_points(stage["curve"], values)[-1][0]
-    return at + stages[count].get("empty_stroke_mm", 0.0) / 1e3
+    return float(at + stages[count].get("empty_stroke_mm", 0.0) / 1e3)
 
 
 def device(name: str, values: Values, part: str = "all") -> tuple[Device, float]:
@@ -280,11 +280,11 @@ def _preload(spec: Values) -> tuple[Callable[[float], float], Callable[[float], 
 
 
 def _gas(spec: Values) -> tuple[Callable[[float], float], Callable[[float], float]]:
-    force, length, n = spec["force_kN"] * 1e3, spec["length_mm"] / 1e3, spec["exponent"]
-    k = spec["preload_stiffness_kN_per_mm"] * 1e6
+    force, length, n = float(spec["force_kN"] * 1e3), float(spec["length_mm"] / 1e3), float(spec["exponent"])
+    k = float(spec["preload_stiffness_kN_per_mm"] * 1e6)
 
     def gas(d: float) -> float:
-        return force * (1.0 - d / length) ** -n
+        return force * math.pow(1.0 - d / length, -n)
 
     low, high = 0.0, length * (1 - 1e-9)
     start = force / k
@@ -297,8 +297,8 @@ def _gas(spec: Values) -> tuple[Callable[[float], float], Callable[[float], floa
     def energy(d: float) -> float:
         if d <= start:
             return 0.5 * k * max(d, 0.0) ** 2
-        rest = [(1.0 - x / length) for x in (start, d)]
-        area = math.log(rest[0] / rest[1]) if n == 1.0 else (rest[1] ** (1 - n) - rest[0] ** (1 - n)) / (n - 1)
+        first, last = (1.0 - x / length for x in (start, d))
+        area = math.log(first / last) if n == 1.0 else (math.pow(last, 1 - n) - math.pow(first, 1 - n)) / (n - 1)
         return 0.5 * k * start**2 + force * length * area
 
     assert low <= start < high
@@ -310,7 +310,7 @@ def _gas(spec: Values) -> tuple[Callable[[float], float], Callable[[float], floa
 
 def _part(name: str, values: Values, part: str) -> Values:
     """What is stated of the part of a device."""
-    spec = values["devices"][name]
+    spec: Values = values["devices"][name]
     if part == "all":
         return spec
     cut = split_at_shear_off(spec)
@@ -332,7 +332,6 @@ def _series(names: list[str], values: Values, left: int, right: int, offset: flo
         element.devices.append(one)
         element.ends.append(end)
         element.top.append(0.0)
-        element.labels.append(name)
     return element
 
 
@@ -381,5 +380,4 @@ def _pull(spec: Values, values: Values, left: int, right: int, share: int) -> El
         devices=[one],
         ends=[end],
         top=[0.0],
-        labels=["pull"],
     )
