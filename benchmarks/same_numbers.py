@@ -133,7 +133,7 @@ def _difference(before: np.ndarray, now: np.ndarray) -> str:
     try:
         apart = np.abs(before.astype(float) - now.astype(float))
     except ValueError:
-        return f"differs, first {before[before != now][0]!r} before, {now[before != now][0]!r} now"
+        return f"differs, first '{before[before != now][0]}' before, '{now[before != now][0]}' now"
     return f"differs by at most {np.nanmax(apart):.2g}, of at most {np.nanmax(np.abs(before.astype(float))):.4g}"
 
 
