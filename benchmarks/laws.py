@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import cma
 import numba
 import numpy as np
+from others import crushed
 from scipy.optimize import brentq, least_squares
 
 import trainmj
@@ -176,13 +177,14 @@ class Cases:
         places = (middle, middle - 1, middle - 2)
         self.of = np.array([2, 2, 2, 2, 1, 0, 1, 2, 2, 2, 2])
         self.of[[0, -1]] = 1
-        self.counts = np.array([chains[0].interfaces[k].envelope.stroke.size for k in places])
+        self.counts = np.array([crushed(chains[0])[0][k].stroke.size for k in places])
         self.strokes = np.zeros((len(chains), N_TYPE, N_POINT))
         self.forces = np.zeros((len(chains), N_TYPE, N_POINT))
         for c, chain in enumerate(chains):
+            envelopes, share = crushed(chain)
             for t, k in enumerate(places):
-                e = chain.interfaces[k].envelope
-                self.strokes[c, t, : e.stroke.size], self.forces[c, t, : e.force.size] = e.stroke, e.force
+                e = envelopes[k]
+                self.strokes[c, t, : e.stroke.size], self.forces[c, t, : e.force.size] = e.stroke / share[k], e.force
         buffer = scenario.curves["buffer"]
         self.buffer_mm = np.array(buffer.stroke_mm)
         self.buffer_kN = np.array(buffer.force_kN)

@@ -9,26 +9,30 @@ import numba
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from trainmj.collision.block import Layout
+from trainmj.collision.block import alone
 from trainmj.collision.chain import Chain
+from trainmj.collision.element import advance
+from trainmj.collision.envelope import Envelope
 from trainmj.collision.model import build
 
 
 class PythonLaw:
-    """The readable law of trainmj.collision.device as a Python callback of MuJoCo, without the tally."""
+    """The laws of the devices as they stand, not compiled, in a Python callback of MuJoCo; nothing else is tallied."""
 
     def __init__(self, chain: Chain) -> None:
         """For one simulation of a chain."""
         self.chain = chain
-        self.plastic = [0.0] * len(chain.interfaces)
+        self.elements = [[alone(e).tolist() for e in interface.elements] for interface in chain.interfaces]
+        self.time = 0.0
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         """The passive forces of one step."""
         q, v, mass = data.qpos.tolist(), data.qvel.tolist(), data.M.tolist()
         net = [0.0] * len(v)
-        for k, interface in enumerate(self.chain.interfaces):
+        elapsed, self.time = data.time - self.time, data.time
+        for k, elements in enumerate(self.elements):
             u, rate = q[k] - q[k + 1], v[k] - v[k + 1]
-            force, self.plastic[k] = interface.envelope.respond(u, rate, self.plastic[k])
+            force = sum(advance(e, 0, u, rate, elapsed, data.time)[0] for e in elements)
             net[k] -= force
             net[k + 1] += force
         for i, limit in enumerate(self.chain.friction):
@@ -48,6 +52,14 @@ class PythonLaw:
             mujoco.set_mjcb_passive(before)
 
 
+def crushed(chain: Chain) -> tuple[list[Envelope], np.ndarray]:
+    """The curve of each interface of a chain of crush devices, and the part of its stroke that it takes."""
+    elements = [element for interface in chain.interfaces for element in interface.elements]
+    assert len(elements) == len(chain.interfaces)
+    assert all(len(element.laws) == 1 and element.laws[0].kind.name == "crush" for element in elements)
+    return [element.laws[0].loading for element in elements], np.array([element.share for element in elements])
+
+
 def by_scipy(chain: Chain, until: float, rtol: float, method: str = "RK45") -> np.ndarray:
     """Largest strokes [m] by solve_ivp, with an event wherever an interface starts or stops being crushed.
 
@@ -55,9 +67,10 @@ def by_scipy(chain: Chain, until: float, rtol: float, method: str = "RK45") -> n
     """
     n = len(chain.vehicles)
     mass, limit = chain.mass, chain.friction
-    curves = [_climbable(i.envelope) for i in chain.interfaces]
-    stiffness = np.array([i.envelope.stiffness for i in chain.interfaces])
-    damping = np.array([i.envelope.damping for i in chain.interfaces])
+    envelopes, share = crushed(chain)
+    curves = [_climbable(envelope) for envelope in envelopes]
+    stiffness = np.array([envelope.stiffness for envelope in envelopes])
+    damping = np.array([envelope.damping for envelope in envelopes])
     m = len(curves)
     crushing = np.zeros(m, dtype=bool)
     plastic, most = np.zeros(m), np.zeros(m)
@@ -66,7 +79,7 @@ def by_scipy(chain: Chain, until: float, rtol: float, method: str = "RK45") -> n
         return np.array([np.interp(x, *curve) for x, curve in zip(u, curves, strict=True)])
 
     def motion(_: float, y: np.ndarray) -> np.ndarray:
-        u, rate = y[: n - 1] - y[1:n], y[n:-1] - y[n + 1 :]
+        u, rate = share * (y[: n - 1] - y[1:n]), share * (y[n:-1] - y[n + 1 :])
         elastic = stiffness * (u - plastic)
         envelope = crush(u)
         force = np.where(elastic > 0, np.clip(elastic + damping * rate, 0.0, envelope), 0.0)
@@ -79,7 +92,7 @@ def by_scipy(chain: Chain, until: float, rtol: float, method: str = "RK45") -> n
             return y[n + k] - y[n + k + 1] + 1e-6  # a little late, so that rest is no event
 
         def starts(_: float, y: np.ndarray) -> float:
-            u = y[k] - y[k + 1]
+            u = share[k] * (y[k] - y[k + 1])
             return stiffness[k] * (u - plastic[k]) - np.interp(u, *curves[k]) - 1.0
 
         event = stops if crushing[k] else starts
@@ -96,7 +109,7 @@ def by_scipy(chain: Chain, until: float, rtol: float, method: str = "RK45") -> n
         t, y = float(found.t[-1]), found.y[:, -1]
         for k, times in enumerate(found.t_events):
             if len(times):
-                u_now = y[k] - y[k + 1]
+                u_now = share[k] * (y[k] - y[k + 1])
                 if crushing[k]:
                     plastic[k] = u_now - np.interp(u_now, *curves[k]) / stiffness[k]
                 crushing[k] = not crushing[k]
@@ -123,6 +136,7 @@ def bare_loop(
     v: np.ndarray,
     stiffness: np.ndarray,
     damping: np.ndarray,
+    share: np.ndarray,
     curves: np.ndarray,
     step: float,
     steps: int,
@@ -136,7 +150,7 @@ def bare_loop(
         for i in range(n):
             ahead = 0.0
             if i < m:
-                u, rate = q[i] - q[i + 1], v[i] - v[i + 1]
+                u, rate = share[i] * (q[i] - q[i + 1]), share[i] * (v[i] - v[i + 1])
                 elastic = stiffness[i] * (u - plastic[i])
                 if elastic > 0.0:
                     k = segment[i]
@@ -151,7 +165,7 @@ def bare_loop(
                         plastic[i] = u - crush / stiffness[i]
                     else:
                         ahead = min(crush, max(0.0, elastic + damping[i] * rate))
-                most[i] = max(most[i], u)
+                most[i] = max(most[i], u / share[i])
             net = behind - ahead
             behind = ahead
             friction = min(limit[i], max(-limit[i], -(mass[i] * v[i] / step + net)))
@@ -166,17 +180,19 @@ def bare_loop(
 
 def loop_arguments(chain: Chain, steps: int) -> tuple[Any, ...]:
     """What bare_loop takes for a chain."""
-    layout = Layout.of(chain)
-    curves = layout.block(chain)[-3 * layout.n_interface * layout.n_point :]
-    envelopes = [i.envelope for i in chain.interfaces]
+    envelopes, share = crushed(chain)
+    curves = np.full((len(envelopes), 3, max(e.stroke.size for e in envelopes)), np.inf)
+    for curve, e in zip(curves, envelopes, strict=True):
+        curve[:, : e.stroke.size] = e.stroke, e.force, e.slope
     return (
         chain.mass,
         chain.friction,
-        chain.start,
-        chain.speed,
+        chain.start.copy(),
+        chain.speed.copy(),
         np.array([e.stiffness for e in envelopes]),
         np.array([e.damping for e in envelopes]),
-        curves.reshape(layout.n_interface, 3, layout.n_point).copy(),
+        share,
+        curves,
         chain.step,
         steps,
     )

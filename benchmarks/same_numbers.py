@@ -32,7 +32,7 @@ curves:
   tube: { stroke_mm: [60.5, 200, 201, 900], force_kN: [800, 800, 900, 900] }
 devices:
   front: { curve: [buffer, tube], stiffness_kN_per_mm: 150, damping_kN_s_per_m: 20 }
-  coupler: { curve: buffer, stiffness_kN_per_mm: 80, damping_kN_s_per_m: 200 }
+  coupler: { curve: [buffer, { stroke_mm: [900], force_kN: [650] }], stiffness_kN_per_mm: 80, damping_kN_s_per_m: 200 }
 trains:
   t: { vehicles: 3, mass_t: 30, front: front, coupler: coupler }
 collision: { train: t, speed_km_h: 20, partner: t }
@@ -114,23 +114,37 @@ def differences(one: Path, two: Path, only: str) -> Iterator[tuple[bool, str]]:
             continue
         read = _arrays if file.suffix == ".nc" else _columns
         before, now = read(one / file), read(two / file)
-        for name in before.keys() ^ now.keys():
-            yield False, f"{file}: {name}: only {'before' if name in before else 'now'}"
-        for name in before.keys() & now.keys():
-            if before[name] != now[name]:
-                yield True, f"{file}: {name}: differs"
+        for which, names in (("before", before.keys() - now.keys()), ("now", now.keys() - before.keys())):
+            if names:
+                yield False, f"{file}: only {which}: {', '.join(sorted(names))}"
+        for name in sorted(before.keys() & now.keys()):
+            if said := _difference(before[name], now[name]):
+                yield True, f"{file}: {name}: {said}"
         if [n for n in before if n in now] != [n for n in now if n in before]:
             yield False, f"{file}: the columns stand in another order"
 
 
-def _arrays(file: Path) -> dict[str, bytes]:
+def _difference(before: np.ndarray, now: np.ndarray) -> str:
+    """What differs between two arrays of numbers or of words; nothing if they are the same to the last bit."""
+    if before.shape != now.shape:
+        return f"shape {before.shape} before, {now.shape} now"
+    if before.tobytes() == now.tobytes():
+        return ""
+    try:
+        apart = np.abs(before.astype(float) - now.astype(float))
+    except ValueError:
+        return f"differs, first '{before[before != now][0]}' before, '{now[before != now][0]}' now"
+    return f"differs by at most {np.nanmax(apart):.2g}, of at most {np.nanmax(np.abs(before.astype(float))):.4g}"
+
+
+def _arrays(file: Path) -> dict[str, np.ndarray]:
     with xr.open_dataset(file, decode_cf=False) as data:
-        return {str(name): data[name].to_numpy().astype(np.float64).tobytes() for name in data.data_vars}
+        return {str(name): data[name].to_numpy().astype(np.float64) for name in data.data_vars}
 
 
-def _columns(file: Path) -> dict[str, list[str]]:
+def _columns(file: Path) -> dict[str, np.ndarray]:
     table = pd.read_csv(file, dtype=str, keep_default_na=False)
-    return {str(name): table[name].tolist() for name in table}
+    return {str(name): table[name].to_numpy().astype(str) for name in table}
 
 
 def main() -> None:

@@ -17,7 +17,6 @@ import math
 
 import numpy as np
 from numba.extending import register_jitable
-from scipy.optimize import brentq
 
 from trainmj.collision.device import Device, pull_of
 from trainmj.collision.envelope import Envelope
@@ -124,6 +123,8 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
 
 def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     """The device that a scenario describes."""
+    from scipy.optimize import brentq  # slow to load, and most trains have no such device
+
     empty, travel = spec.empty_stroke_mm * MM, spec.stroke_mm * MM
     u, c = (np.array(values) for values in spec.orifice_points())
     metering = after(empty, Envelope(u * MM, c * KN, 1.0))

@@ -1,0 +1,194 @@
+"""What a step costs: of a train with one kind of device, of one with every kind, of each kind alone; and the start.
+
+    python benchmarks/steps.py [--turns N] [--start]
+
+All times are the least of many short turns in which the competitors alternate: on a machine that others use, too, that
+is what the work itself takes. With --start also the first start of a process, which compiles the law, and later ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numba
+import numpy as np
+
+import trainmj
+from trainmj.collision import kernel
+from trainmj.collision.block import Layout, alone
+from trainmj.collision.chain import Chain, Element
+from trainmj.collision.element import advance
+from trainmj.collision.fields import Head
+from trainmj.collision.lineup import line_up
+from trainmj.collision.model import build
+from trainmj.collision.simulation import start
+
+STEPS = 300  # in a piece that is timed
+PIECES = 16  # of a collision, from the first contact on
+
+TUBE = {"stroke_mm": [0, 5, 60, 400], "force_kN": [0, 300, 700, 800]}
+CRUSH = {"curve": TUBE, "stiffness_kN_per_mm": 500, "damping_kN_s_per_m": 50, "beyond": "car_body"}
+BEYOND = {"kind": "stop", "stiffness_kN_per_mm": 100}
+HYDRAULIC = {"stroke_mm": 105, "orifice_kN_s2_per_m2": 100, "beyond": BEYOND}
+DEVICES: dict[str, dict[str, Any]] = {
+    "crush": CRUSH,
+    "rate": CRUSH | {"rate": {"C_m_per_s": 20, "P": 5}},
+    "hysteresis": {
+        "kind": "hysteresis",
+        "loading": {"stroke_mm": [0, 90, 400], "force_kN": [60, 800, 900]},
+        "unloading": {"stroke_mm": [0, 90, 400], "force_kN": [10, 200, 250]},
+        "transition_stiffness_kN_per_mm": 250,
+        "beyond": "stop",
+    },
+    "hydraulic": HYDRAULIC | {"kind": "hydraulic"},
+    "gas_hydraulic": HYDRAULIC
+    | {
+        "kind": "gas_hydraulic",
+        "gas": {"force_kN": 50, "length_mm": 150, "exponent": 1.3, "preload_stiffness_kN_per_mm": 100},
+        "rebound_orifice_kN_s2_per_m2": 400,
+    },
+    "crush_and_pull": CRUSH | {"pull": {"stiffness_kN_per_mm": 50, "slack_mm": 5}},
+}
+STAGES = {
+    "coupler": {"curve": TUBE, "shear_off": {"force_kN": 1100, "ramp_mm": 0.25}},
+    "absorber": {"empty_stroke_mm": 20, "curve": {"stroke_mm": [0, 2, 900], "force_kN": [0, 1200, 1200]}},
+}
+FRONTS = {
+    "tube": CRUSH | {"curve": {"stroke_mm": [0, 2, 1500], "force_kN": [0, 900, 900]}},
+    "staged": {"stages": STAGES, "stiffness_kN_per_mm": 1000, "damping_kN_s_per_m": 50, "beyond": "car_body"},
+}
+
+
+def chain_of(couplers: list[str], fronts: tuple[str, str] = ("tube", "tube")) -> Chain:
+    """Two trains with couplers, from the front, at 25 km/h."""
+    vehicles = [
+        {"name": f"car {k}", "mass_t": 33, "coupler": coupler} for k, coupler in enumerate([*couplers, "crush"])
+    ]
+    trains = {f"train_{k}": {"vehicles": vehicles, "front": front} for k, front in enumerate(fronts)}
+    collision = {"train": "train_0", "partner": "train_1", "speed_km_h": 25, "rail_friction": 0.008}
+    values = {"devices": DEVICES | FRONTS, "trains": trains, "collision": collision}
+    return line_up(trainmj.Scenario.from_values(values | {"simulation": {"step_ms": 0.1}}))
+
+
+MIXED = ["crush", "rate", "hysteresis", "gas_hydraulic", "crush_and_pull"]
+TRAINS: dict[str, Callable[[], Chain]] = {
+    "b_type": lambda: line_up(trainmj.load("b_type")),
+    "crush alone": lambda: chain_of(["crush"] * 5),
+    "every kind, unequal front": lambda: chain_of(MIXED, ("staged", "tube")),
+    **{f"couplers: {name}": lambda name=name: chain_of([name] * 5) for name in DEVICES if name != "crush"},  # type: ignore[misc]
+}
+
+
+def steps(turns: int) -> dict[str, float]:
+    """Time of a step of 12 vehicles [us], the mean of the least of every piece of a collision."""
+    chains = {name: make() for name, make in TRAINS.items()}
+    models = {name: build(chain, bare=True) for name, chain in chains.items()}
+    taken = {name: np.full(PIECES, np.inf) for name in ["MuJoCo alone", *chains]}
+    with kernel.installed():
+        for _ in range(turns):
+            for name, least in taken.items():
+                of = name if name in chains else "b_type"
+                data = start(models[of], chains[of], Layout.of(chains[of]))
+                data.userdata[Head.DONE] = name not in chains  # then the law rests
+                for piece in range(PIECES):
+                    began = time.perf_counter()
+                    mujoco.mj_step(models[of], data, nstep=STEPS)
+                    least[piece] = min(least[piece], time.perf_counter() - began)
+    return {name: float(least.mean()) / STEPS * 1e6 for name, least in taken.items()}
+
+
+@numba.njit  # type: ignore[misc]
+def follow(block: np.ndarray, fresh: np.ndarray, strokes: np.ndarray, step: float) -> float:
+    """Press a fresh element along strokes, as the compiled law does; the largest force."""
+    block[:] = fresh
+    most = 0.0
+    for n in range(1, strokes.size):
+        force, _ = advance(block, 0, strokes[n], (strokes[n] - strokes[n - 1]) / step, step, n * step)
+        most = max(most, force)
+    return most
+
+
+def elements(turns: int) -> dict[str, float]:
+    """Time of a step of one element [ns], pressed, let go by a third and pressed again, three times."""
+    time_ = np.arange(0.0, 0.3, 1e-4)
+    strokes = 0.25 * time_ + 0.01 * (1.0 - np.cos(2.0 * np.pi * time_ / 0.1))
+    mixed = chain_of(MIXED, ("staged", "tube"))
+    found: dict[str, Element] = {
+        name: chain_of([name] * 5).interfaces[0].elements[-1] for name in DEVICES if name != "crush_and_pull"
+    }
+    found["two in series"] = mixed.interfaces[mixed.front].elements[0]
+    least = dict.fromkeys(found, np.inf)
+    for _ in range(20 * turns):
+        for name, element in found.items():
+            fresh = alone(element)
+            block = fresh.copy()
+            began = time.perf_counter()
+            follow(block, fresh, strokes, 1e-4)
+            least[name] = min(least[name], time.perf_counter() - began)
+    return {name: taken / (strokes.size - 1) * 1e9 for name, taken in least.items()}
+
+
+_STARTS = {
+    "import": "import trainmj.collision.kernel",
+    "import and law": "from trainmj.collision import kernel\nwith kernel.installed(): pass",
+    "trainmj run b_type": "from trainmj.cli import main\ntry: main(['run', 'b_type'])\nexcept SystemExit: pass",
+}
+
+
+def starts(turns: int) -> dict[str, tuple[float, float]]:
+    """Wall and processor time [s] of processes that compile the law, and of later ones."""
+    found = {}
+    for first in (True, False):
+        for name, words in _STARTS.items():
+            least = (np.inf, np.inf)
+            with tempfile.TemporaryDirectory() as folder:
+                environment = os.environ | {"NUMBA_CACHE_DIR": folder}
+                for turn in range(turns + (not first)):
+                    if first:
+                        environment["NUMBA_CACHE_DIR"] = f"{folder}/{turn}"
+                    wall, cpu = _process(words, environment)
+                    if first or turn:
+                        least = min(least[0], wall), min(least[1], cpu)
+            found[f"{'first' if first else 'later'}: {name}"] = least
+    return found
+
+
+def _process(words: str, environment: dict[str, str]) -> tuple[float, float]:
+    """Wall and processor time of a Python process [s]."""
+    before, began = os.times(), time.perf_counter()
+    subprocess.run([sys.executable, "-c", words], env=environment, stdout=subprocess.DEVNULL, check=True)
+    after = os.times()
+    cpu = after.children_user + after.children_system - before.children_user - before.children_system
+    return time.perf_counter() - began, cpu
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--turns", type=int, default=40, help="of the steps; 3 of the starts")
+    parser.add_argument("--start", action="store_true", help="the start of processes, too")
+    options = parser.parse_args()
+    found = steps(options.turns)
+    print(f"a step of 12 vehicles{'us':>23s}{'of b_type':>12s}{'law alone, us':>16s}")
+    for name, taken in found.items():
+        own = taken - found["MuJoCo alone"]
+        print(f"  {name:37s}{taken:7.3f}{taken / found['b_type']:12.2f}{own:16.3f}")
+    print("\na step of one element, pressed by itself")
+    for name, taken in elements(options.turns).items():
+        print(f"  {name:37s}{taken:7.1f} ns")
+    if options.start:
+        print(f"\na process{'wall s':>35s}{'processor s':>15s}")
+        for name, (wall, cpu) in starts(3).items():
+            print(f"  {name:35s}{wall:7.2f}{cpu:15.2f}")
+
+
+if __name__ == "__main__":
+    main()
