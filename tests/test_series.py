@@ -160,6 +160,23 @@ def test_a_spring_is_pressed_again_on_a_plunger_that_stays(pressed_mm, swapped):
     assert again.lost == pytest.approx(laws, abs=2.0), "no energy is lost or won beside the two laws"
 
 
+def test_two_draw_gears_that_break_lose_what_both_springs_held():
+    """Nothing is left in either spring, and each has lost F^2/2K."""
+    tube = {"curve": {"stroke_mm": [0, 50], "force_kN": [0, 1000]}, "stiffness_kN_per_mm": 20}
+    devices = built(
+        near=tube | {"pull": {"stiffness_kN_per_mm": 50, "slack_mm": 2, "breaking_force_kN": 300}},
+        far=tube | {"pull": {"stiffness_kN_per_mm": 30, "slack_mm": 3}},
+    )
+    drawn = Alone(meet(devices["near"], devices["far"])[1])
+    for u in np.arange(0.0, 0.025, 1e-6):
+        drawn.to(-u)
+    assert drawn.force == 0.0
+    springs = [300e3**2 / 2 / k for k in (50e6, 30e6)]
+    assert [drawn.of(ELEMENT.DISSIPATED, n) for n in range(2)] == pytest.approx(springs, rel=1e-3)
+    assert drawn.lost == pytest.approx(sum(springs), rel=1e-3)
+    assert [drawn.of(ELEMENT.FORCE, n) for n in range(2)] == [0.0, 0.0], "or they count as elastic energy at the end"
+
+
 def test_paths_of_a_front_meet_at_the_sum_of_their_starts():
     """Breaks if the anti-climber of one side were pressed against the coupler of the other before they meet."""
     other = load("b_type").values()["devices"]["front"]

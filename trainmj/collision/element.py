@@ -53,7 +53,7 @@ def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
         s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = 0.0, s[e + ELEMENT.BREAK]
-        s[e + ELEMENT.DISSIPATED] += _broken(s, e, before) + 0.5 * before * (own - from_) - lost
+        s[e + ELEMENT.DISSIPATED] += _break(s, e, before) + 0.5 * before * (own - from_) - lost
         force = 0.0
     return sign * force, s[e + ELEMENT.PEAK]
 
@@ -294,11 +294,17 @@ def _taken(part: float, elapsed: float, whole: float) -> float:
 
 
 @register_jitable
-def _broken(s: Block, e: int, force: float) -> float:
-    """Energy in the springs of an element with a force."""
+def _break(s: Block, e: int, force: float) -> float:
+    """Energy that the springs of an element lose with a force; each of two in series has lost its own."""
     if s[e + ELEMENT.KIND] != SERIES:
         return 0.5 * force * force / s[e + ELEMENT.P0]
-    return 0.5 * force * force * (1.0 / s[e + N_ELEMENT + ELEMENT.P0] + 1.0 / s[e + 2 * N_ELEMENT + ELEMENT.P0])
+    found = 0.0
+    for law in (e + N_ELEMENT, e + 2 * N_ELEMENT):
+        spring = 0.5 * force * force / s[law + ELEMENT.P0]
+        s[law + ELEMENT.DISSIPATED] += spring
+        s[law + ELEMENT.FORCE] = 0.0
+        found += spring
+    return found
 
 
 @register_jitable
