@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from builders import Alone, device, envelope, joined
+from builders import Alone, built, device, envelope, joined
 
 from trainmj.collision.chain import meet
 from trainmj.collision.fields import ELEMENT
@@ -121,6 +121,60 @@ def test_a_steep_curve_in_series_gives_way_along_its_own_stiffness():
         assert found["a"].peak_force_kN == pytest.approx(806.87, abs=0.02)
         assert [found[n].permanent_mm for n in "ab"] == pytest.approx([160.57, 0.0], abs=0.02)
         assert [found[n].energy_kJ for n in "ab"] == pytest.approx([64.78, 0.0], abs=0.01)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+@pytest.mark.parametrize("pressed_mm", [60.0, 110.0])
+def test_a_spring_is_pressed_again_on_a_plunger_that_stays(pressed_mm, swapped):
+    """The force of a preload is there or not, and the pair carries what the spring does, whichever side it is on."""
+    specs = {
+        "spring": {
+            "curve": {"stroke_mm": [0, 50, 200], "force_kN": [0, 1000, 1000]},
+            "stiffness_kN_per_mm": 20,
+            "beyond": "hold",
+        },
+        "oil": {
+            "kind": "hydraulic",
+            "stroke_mm": 100,
+            "orifice_kN_s2_per_m2": 10,
+            "preload_kN": 100,
+            "preload_stiffness_kN_per_mm": 100,
+            "beyond": {"kind": "stop", "stiffness_kN_per_mm": 100},
+        },
+    }
+    devices = built(**specs)
+    left, right = ("oil", "spring") if swapped else ("spring", "oil")
+    again = Alone(meet(devices[left], devices[right])[0])
+    spring, oil = (1, 0) if swapped else (0, 1)
+    rate, step = 1e-3, 2e-5  # m/s, m
+    for u in np.arange(step, pressed_mm / 1e3, step):
+        again.to(u, rate, step / rate)
+    for u in np.arange(again.stroke, 0.02, -step):
+        again.to(u, -rate, step / rate)
+    assert again.force == 0.0
+    plunger, loose = again.of(ELEMENT.STATE_0, oil), again.of(ELEMENT.STATE_0, spring)
+    for u in np.arange(again.stroke, plunger + loose + 0.004, step):
+        force = again.to(u, rate, step / rate)
+        assert force == pytest.approx(20e6 * max(0.0, u - plunger - loose), abs=2.0), f"at {u * 1e3:g} mm"
+    laws = again.of(ELEMENT.DISSIPATED, 0) + again.of(ELEMENT.DISSIPATED, 1)
+    assert again.lost == pytest.approx(laws, abs=2.0), "no energy is lost or won beside the two laws"
+
+
+def test_two_draw_gears_that_break_lose_what_both_springs_held():
+    """Nothing is left in either spring, and each has lost F^2/2K."""
+    tube = {"curve": {"stroke_mm": [0, 50], "force_kN": [0, 1000]}, "stiffness_kN_per_mm": 20}
+    devices = built(
+        near=tube | {"pull": {"stiffness_kN_per_mm": 50, "slack_mm": 2, "breaking_force_kN": 300}},
+        far=tube | {"pull": {"stiffness_kN_per_mm": 30, "slack_mm": 3}},
+    )
+    drawn = Alone(meet(devices["near"], devices["far"])[1])
+    for u in np.arange(0.0, 0.025, 1e-6):
+        drawn.to(-u)
+    assert drawn.force == 0.0
+    springs = [300e3**2 / 2 / k for k in (50e6, 30e6)]
+    assert [drawn.of(ELEMENT.DISSIPATED, n) for n in range(2)] == pytest.approx(springs, rel=1e-3)
+    assert drawn.lost == pytest.approx(sum(springs), rel=1e-3)
+    assert [drawn.of(ELEMENT.FORCE, n) for n in range(2)] == [0.0, 0.0], "or they count as elastic energy at the end"
 
 
 def test_paths_of_a_front_meet_at_the_sum_of_their_starts():

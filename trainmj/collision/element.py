@@ -53,7 +53,7 @@ def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
         s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = 0.0, s[e + ELEMENT.BREAK]
-        s[e + ELEMENT.DISSIPATED] += _broken(s, e, before) + 0.5 * before * (own - from_) - lost
+        s[e + ELEMENT.DISSIPATED] += _break(s, e, before) + 0.5 * before * (own - from_) - lost
         force = 0.0
     return sign * force, s[e + ELEMENT.PEAK]
 
@@ -119,9 +119,9 @@ def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> flo
     pressed = 0.0  # stroke since the forces were equal last
     for _ in range(_EVENTS):
         part = min(todo, _room(s, a) + _room(s, b) - 2 * _SMALL)  # neither passes the next point of its curve
-        move, part, equal = _split(s, a, b, part, elapsed, whole)
+        one, move, part, equal = _split(s, a, b, part, elapsed, whole)
         taken = _taken(part, elapsed, whole)
-        for law, by in ((a, move), (b, part - move)):
+        for law, by in ((one, move), (a + b - one, part - move)):
             pieces = min(_PIECES, max(1, int(abs(by) / whole))) if whole > 0.0 else 1  # more than one where it snaps
             start, duration = s[law + ELEMENT.STROKE], taken / pieces
             rate = by / taken if taken > 0.0 else 0.0
@@ -155,8 +155,8 @@ def _room(s: Block, e: int) -> float:
 
 
 @register_jitable
-def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) -> tuple[float, float, bool]:
-    """How far the first of two laws moves where both together move by a part, at most.
+def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) -> tuple[int, float, float, bool]:
+    """How far one of two laws moves where both together move by a part, at most.
 
     The one with less force gives way, as far as to just before the next point of its curve.
 
@@ -169,14 +169,14 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
         whole: by which the pair moves in the whole step [m].
 
     Returns:
-        How far the first moves; the part by which the pair moves until the forces are equal, or one law comes to a
-        point; whether they are equal then.
+        The place of a law and how far it moves, to the last digit, as its force may jump there; the part by which the
+        pair moves until the forces are equal, or one law comes to a point; whether they are equal then.
     """
     room_a, room_b = _room(s, a) - _SMALL, _room(s, b) - _SMALL
     start = min(room_a, max(part - room_b, 0.5 * part))
     short, force = _short(s, a, b, start, part, elapsed, whole)
     if abs(short) <= _close(force):
-        return start, part, True
+        return a, start, part, True
     gives, other, room = (a, b, room_a) if short > 0.0 else (b, a, room_b)
     low = high = start if short > 0.0 else part - start
     low_short = high_short = abs(short)
@@ -190,8 +190,8 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
         used = _used(s, gives, other, room, part, elapsed, whole)
         if used <= 0.0:  # it gives way faster than the other one can follow
             used = min(part, 0.0)
-            return (room if gives == a else used - room), used, False
-        return (room if gives == a else used - room), used, True
+            return gives, room, used, False
+        return gives, room, used, True
     if force <= _NOTHING:  # without force both are equal anywhere: where the other one has just let go
         for _ in range(_TRIALS):
             middle = 0.5 * (low + high)
@@ -200,23 +200,29 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
                 low = middle
             else:
                 high = middle
-        return (high if gives == a else part - high), part, True
-    stayed = 0
+        return gives, high, part, True
+    stayed, weight_low, weight_high = 0, 1.0, 1.0
     for _ in range(_TRIALS):  # regula falsi, which halves the weight of an end that stays (Illinois)
-        if high_short >= -_close(force) or abs(high - low) <= 1e-17:
+        if high_short >= -_close(force):
+            return gives, high, part, True
+        if abs(high - low) <= 1e-17:
             break
-        move = low + low_short * (high - low) / (low_short - high_short)
+        weighed = weight_low * low_short
+        move = low + weighed * (high - low) / (weighed - weight_high * high_short)
         short, force = _short(s, gives, other, move, part, elapsed, whole)
         if short > _close(force):
-            low, low_short = move, short
-            high_short *= 0.5 if stayed > 0 else 1.0
+            low, low_short, weight_low = move, short, 1.0
+            weight_high *= 0.5 if stayed > 0 else 1.0
             stayed = 1
         else:
-            high, high_short = move, short
-            low_short *= 0.5 if stayed < 0 else 1.0
+            high, high_short, weight_high = move, short, 1.0
+            weight_low *= 0.5 if stayed < 0 else 1.0
             stayed = -1
-    # where the force of the one that gives way jumps, it is beyond the jump; the other one's is that of the pair
-    return (high if gives == a else part - high), part, True
+    # the force of one law jumps here: it carries what the other one does, and stays on the side where it can
+    short, force = _short(s, gives, other, low, part, elapsed, whole)
+    least_low = force - abs(short)
+    short, force = _short(s, gives, other, high, part, elapsed, whole)
+    return gives, low if least_low > force - abs(short) else high, part, True
 
 
 @register_jitable
@@ -238,21 +244,22 @@ def _used(s: Block, gives: int, other: int, room: float, part: float, elapsed: f
             else:
                 low = middle
         return low
-    stayed = 0
+    stayed, weight_low, weight_high = 0, 1.0, 1.0
     for _ in range(_TRIALS):
         if high_short <= _close(force) or high - low <= 1e-17:
             break
-        used = high - high_short * (high - low) / (high_short - low_short)
+        weighed = weight_high * high_short
+        used = high - weighed * (high - low) / (weighed - weight_low * low_short)
         short, force = _short(s, gives, other, room, used, elapsed, whole)
         if short > _close(force):
-            high, high_short = used, short
-            low_short *= 0.5 if stayed > 0 else 1.0
+            high, high_short, weight_high = used, short, 1.0
+            weight_low *= 0.5 if stayed > 0 else 1.0
             stayed = 1
         elif short >= -_close(force):
             return used
         else:
-            low, low_short = used, short
-            high_short *= 0.5 if stayed < 0 else 1.0
+            low, low_short, weight_low = used, short, 1.0
+            weight_high *= 0.5 if stayed < 0 else 1.0
             stayed = -1
     return high
 
@@ -288,11 +295,17 @@ def _taken(part: float, elapsed: float, whole: float) -> float:
 
 
 @register_jitable
-def _broken(s: Block, e: int, force: float) -> float:
-    """Energy in the springs of an element with a force."""
+def _break(s: Block, e: int, force: float) -> float:
+    """Energy that the springs of an element lose with a force; each of two in series has lost its own."""
     if s[e + ELEMENT.KIND] != SERIES:
         return 0.5 * force * force / s[e + ELEMENT.P0]
-    return 0.5 * force * force * (1.0 / s[e + N_ELEMENT + ELEMENT.P0] + 1.0 / s[e + 2 * N_ELEMENT + ELEMENT.P0])
+    found = 0.0
+    for law in (e + N_ELEMENT, e + 2 * N_ELEMENT):
+        spring = 0.5 * force * force / s[law + ELEMENT.P0]
+        s[law + ELEMENT.DISSIPATED] += spring
+        s[law + ELEMENT.FORCE] = 0.0
+        found += spring
+    return found
 
 
 @register_jitable
