@@ -7,6 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from trainmj.collision.simulation import run
+from trainmj.collision.summary import summarise
 from trainmj.scenario import Scenario, load
 from trainmj.verification import kinds, oracles
 from trainmj.verification.kinds import Exact
@@ -132,14 +134,25 @@ def test_random_trains_of_every_kind(seed):
     compared(Scenario.from_values(random_scenario(seed)))
 
 
+TOO_STIFF = {8, 15, 43}
+"""Seeds that take the oracle more than 30 s of computing, in stretches for its implicit integrator: a pair in series of
+which a force depends on the rate, or a buffer that holds a preload. Other seeds take their place."""
+
+
+@pytest.mark.parametrize("seed", sorted(TOO_STIFF))
+def test_seeds_that_are_too_stiff_close_their_own_balance(seed):
+    """Breaks when a run loses energy where the oracle cannot follow."""
+    assert abs(summarise(run(Scenario.from_values(random_scenario(seed)))).balance.energy_error) < 1e-4
+
+
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", sorted(set(range(53)) - TOO_STIFF))
 def test_many_random_trains_of_every_kind(seed):
     """Breaks as the few do, for what they do not reach."""
     compared(Scenario.from_values(random_scenario(seed)))
 
 
-@pytest.mark.parametrize("seed", [24, 32, 34, 40, 41])
+@pytest.mark.parametrize("seed", [24, 32, 34, 40, 41, 44])
 def test_the_oracle_keeps_its_own_balance(seed):
     """Breaks when the oracle loses energy at a switch, a jump of a joint or a break, or a device of it makes some."""
     found = solve(random_scenario(seed))
