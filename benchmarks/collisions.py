@@ -2,8 +2,8 @@
 
     python benchmarks/collisions.py [--quick] [--json FILE]
 
-All figures are of one run on one machine; each is the median of several turns in which the competitors alternate,
-so that a machine whose speed drifts slows all of them alike. Quote the ratios.
+All figures are of one run on one machine; each is the least of several turns in which the competitors alternate, so
+that a machine that others use, too, slows all of them alike. Quote the ratios. ``steps.py`` has what a step costs.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import json
 import os
 import platform
 import resource
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -52,14 +51,14 @@ def seconds(work: Callable[[], Any]) -> float:
 
 
 def alternate(competitors: dict[str, Callable[[], Any]], turns: int) -> dict[str, float]:
-    """Median wall time of each [s], taken in turns after one that does not count."""
+    """Least wall time of each [s], taken in turns after one that does not count."""
     times: dict[str, list[float]] = {name: [] for name in competitors}
     for turn in range(turns + 1):
         for name, work in competitors.items():
             spent = seconds(work)
             if turn:
                 times[name].append(spent)
-    return {name: statistics.median(taken) for name, taken in times.items()}
+    return {name: min(taken) for name, taken in times.items()}
 
 
 @contextmanager
@@ -193,7 +192,7 @@ def sweeps(n: int, turns: int) -> dict[str, float]:
                 result = trainmj.run_sweep(sweep, folder)
             if turn:
                 times.append(result.seconds)
-        found[f"step {step} ms"] = len(sweep) / statistics.median(times)
+        found[f"step {step} ms"] = len(sweep) / min(times)
     return found
 
 

@@ -105,7 +105,7 @@ def steps(turns: int) -> dict[str, float]:
     return {name: float(least.mean()) / STEPS * 1e6 for name, least in taken.items()}
 
 
-@numba.njit  # type: ignore[misc]
+@numba.njit(error_model="numpy")  # type: ignore[misc]
 def follow(block: np.ndarray, fresh: np.ndarray, strokes: np.ndarray, step: float) -> float:
     """Press a fresh element along strokes, as the compiled law does; the largest force."""
     block[:] = fresh

@@ -17,7 +17,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import KINDS_OF_DEVICE, Alone, built, chain, envelope, step_once
+from numba import types
 from numba.core import caching, ccallback
+from numba.extending import intrinsic
 
 import trainmj
 from trainmj.collision import compiled, kernel, offsets
@@ -199,6 +201,22 @@ def test_a_division_by_zero_in_the_law_makes_a_collision_not_finite(law):
     data.time, data.qpos[:] = 1e-3, 0.001
     mujoco.mj_forward(model, data)
     assert data.userdata[Head.TIME] == 1e-3, "the law was cut off"
+
+
+def test_a_function_that_is_kept_apart_divides_like_its_caller():
+    """numba would compile it with Python's exceptions, and a division by zero in a pair would cut the law off."""
+
+    def inverse(x):
+        return 1.0 / x
+
+    @intrinsic
+    def apart(typing_context, x):
+        def codegen(context, builder, signature, args):
+            return compiled.noinline(context, builder, inverse, signature, args)
+
+        return types.float64(types.float64), codegen
+
+    assert numba.njit(error_model="numpy")(lambda x: apart(x))(0.0) == np.inf
 
 
 def test_state_moves_once_per_time(law, system):

@@ -19,6 +19,7 @@ from llvmlite import ir
 from numba.core import sigutils
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.ccallback import CFunc
+from numba.core.targetconfig import ConfigStack
 
 _DIGEST = 32
 _kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo holds bare pointers
@@ -48,8 +49,13 @@ def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
 
 
 def noinline(context: Any, builder: Any, function: Callable[..., Any], signature: Any, args: Any) -> Any:
-    """Within an intrinsic of numba: call a function that LLVM must not make a part of its caller."""
-    compiled = context.compile_subroutine(builder, function, signature)
+    """Within an intrinsic of numba: call a function that LLVM must not make a part of its caller.
+
+    It is compiled like its caller, which numba does not do by itself: a division by zero is no exception there either.
+    """
+    flags = ConfigStack.top_or_none().copy()
+    flags.forceinline = False
+    compiled = context.compile_subroutine(builder, function, signature, flags=flags)
     found = context.call_internal(builder, compiled.fndesc, signature, args)
     for block in builder.function.blocks:
         for made in block.instructions:
