@@ -54,6 +54,6 @@ def _refined(measured: Measured) -> Iterator[str]:
     if measured.chain.refined:
         whole = measured.tally.time / measured.chain.step
         yield (
-            "A step is wider than a part of a curve, and passed a peak of it. Steps were made smaller there: "
-            f"{measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
+            "Steps were wider than a part of a curve, and passed a peak of it or lost the balance of energy. They were made "
+            f"smaller there: {measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
         )
