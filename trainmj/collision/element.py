@@ -20,7 +20,7 @@ from numba.extending import intrinsic, overload, register_jitable
 from trainmj.collision.compiled import noinline
 from trainmj.collision.fields import ELEMENT, N_ELEMENT, Block
 from trainmj.collision.law import CRUSH, SERIES, crush, respond
-from trainmj.collision.law.curve import ahead, inlined, rare, segment
+from trainmj.collision.law.curve import ahead, inlined, segment
 
 _EVENTS = 1000  # most in a step
 _PIECES = 200  # most into which a way is cut that is longer than the step
@@ -294,7 +294,7 @@ def _taken(part: float, elapsed: float, whole: float) -> float:
     return elapsed * abs(part) / whole if part != 0.0 and whole > 0.0 else elapsed
 
 
-@rare
+@register_jitable
 def _break(s: Block, e: int, force: float) -> float:
     """Energy that the springs of an element lose with a force; each of two in series has lost its own."""
     if s[e + ELEMENT.KIND] != SERIES:

@@ -14,9 +14,6 @@ from trainmj.collision.fields import Block
 inlined = register_jitable(forceinline=True)
 """For the few functions that each step goes through."""
 
-rare = register_jitable(forceinline=False)
-"""For what these call in few steps: numba would inline it with them."""
-
 
 @inlined
 def segment(s: Block, curve: int, start: int, stroke: float) -> int:
