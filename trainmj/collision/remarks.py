@@ -54,6 +54,6 @@ def _refined(measured: Measured) -> Iterator[str]:
     if measured.chain.refined:
         whole = measured.tally.time / measured.chain.step
         yield (
-            "A step was wider than a part of a curve, and passed a peak of it or lost the balance of energy. Steps were "
-            f"made smaller there: {measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
+            "A step was wider than a part of a curve, and passed a peak of it or lost the balance of energy. Steps "
+            f"were made smaller there: {measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
         )
