@@ -421,6 +421,19 @@ def test_status_names_every_stage_that_passed_its_limit():
     assert status.detail.endswith("of 70 mm)")
 
 
+def test_each_stage_has_the_energy_of_its_own_part_of_the_curve():
+    """Breaks where what the last stage gives back is taken from the first one, by the round-off of strokes."""
+    v = values([(0, 0), (10, 500), (800, 500)], 100, speed_m_s=3.0, step_ms=0.02)
+    first = {"stroke_mm": [0, 3.7, 33.3], "force_kN": [0, 500, 500]}
+    second = {"stroke_mm": [0, 5, 90], "force_kN": [0, 900, 900]}
+    stages = {"a": {"curve": first}, "b": {"curve": second, "empty_stroke_mm": 11.1}}
+    for k in range(12):
+        v["devices"]["d"] = {"stages": stages, "stiffness_kN_per_mm": 190, "beyond": "hold"}
+        v["collision"]["speed_km_h"] = 12.0 + 0.07 * k
+        front = summarise(run(Scenario.from_values(v))).interfaces[0]
+        assert front.stages[0].energy_kJ == pytest.approx(500 * (33.3 - 3.7 / 2) / 1e3, rel=2e-3), k
+
+
 def test_status_stroke_exhausted_names_stage_stroke_and_limit():
     summary = summarise(run(load("b_type", {"speed_km_h": 30})))
     assert str(summary.status).startswith("stroke exhausted at S1-M1 anti_climber (")
