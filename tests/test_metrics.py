@@ -421,6 +421,27 @@ def test_status_names_every_stage_that_passed_its_limit():
     assert status.detail.endswith("of 70 mm)")
 
 
+def test_each_stage_has_the_energy_of_its_own_part_of_the_curve():
+    """Breaks where what the last stage gives back is taken from the one before, by the round-off of strokes."""
+
+    def stage(stroke: float, force: float) -> dict:
+        return {"curve": {"stroke_mm": [0, 5, stroke], "force_kN": [0, force, force]}}
+
+    v = values([(0, 0), (10, 500), (800, 500)], 100, speed_m_s=3.0, step_ms=0.05)
+    bolts = stage(31.7, 500) | {"shear_off": {"force_kN": 600}}
+    stages = {"a": bolts, "b": stage(40.3, 700) | {"empty_stroke_mm": 11.1}, "c": stage(90, 1000)}
+    other = {"a": bolts, "b": stage(300, 2500) | {"empty_stroke_mm": 12.3}}
+    v["devices"]["d"] = {"stages": stages, "stiffness_kN_per_mm": 220, "beyond": "hold"}
+    v["devices"]["e"] = {"stages": other, "stiffness_kN_per_mm": 600, "beyond": "hold"}
+    v["obstacles"] = {"o": {"fixed": True, "front": "e"}}
+    v["collision"]["partner"] = "o"
+    for k in range(8):
+        v["collision"]["speed_km_h"] = 20.0 + 0.07 * k
+        _, b, c = summarise(run(Scenario.from_values(v))).interfaces[0].stages
+        assert c.energy_kJ > 5.0, "it was pressed"
+        assert b.energy_kJ == pytest.approx(700 * (40.3 - 2.5) / 1e3, rel=3e-2), k
+
+
 def test_status_stroke_exhausted_names_stage_stroke_and_limit():
     summary = summarise(run(load("b_type", {"speed_km_h": 30})))
     assert str(summary.status).startswith("stroke exhausted at S1-M1 anti_climber (")

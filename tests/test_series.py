@@ -177,6 +177,38 @@ def test_two_draw_gears_that_break_lose_what_both_springs_held():
     assert [drawn.of(ELEMENT.FORCE, n) for n in range(2)] == [0.0, 0.0], "or they count as elastic energy at the end"
 
 
+@pytest.mark.parametrize("step_s", [5e-5, 5e-6])
+def test_bolts_that_resist_the_rate_lose_no_more_than_is_there(step_s):
+    """As they fail they give way far faster than the pair closes, and the factor of a rate has no bound."""
+    bolts = {
+        "stages": {
+            "coupler": {
+                "curve": {"stroke_mm": [0, 5, 60], "force_kN": [0, 600, 700]},
+                "shear_off": {"force_kN": 800, "ramp_mm": 1.0},
+            },
+            "anti_climber": {"empty_stroke_mm": 20, "curve": {"stroke_mm": [0, 5, 100], "force_kN": [0, 900, 900]}},
+        },
+        "stiffness_kN_per_mm": 100,
+        "damping_kN_s_per_m": 30,
+        "rate": {"C_m_per_s": 4, "P": 1},
+        "beyond": "hold",
+    }
+    tube = {
+        "curve": {"stroke_mm": [0, 10, 300], "force_kN": [0, 1500, 1600]},
+        "stiffness_kN_per_mm": 800,
+        "beyond": "hold",
+    }
+    devices = built(bolts=bolts, tube=tube)
+    sheared = Alone(meet(devices["bolts"], devices["tube"])[0])
+    rate, work = 3.7, 0.0
+    for u in np.arange(rate * step_s, 0.12, rate * step_s):
+        before = sheared.force
+        work += 0.5 * (before + sheared.to(u, rate, step_s)) * rate * step_s
+    assert sheared.lost + sheared.stored == pytest.approx(work, rel=1e-4)
+    laws = sheared.of(ELEMENT.DISSIPATED, 0) + sheared.of(ELEMENT.DISSIPATED, 1)
+    assert laws < sheared.lost < laws + 0.02 * work, "what is set free beside them is never less than nothing"
+
+
 def test_paths_of_a_front_meet_at_the_sum_of_their_starts():
     """Breaks if the anti-climber of one side were pressed against the coupler of the other before they meet."""
     other = load("b_type").values()["devices"]["front"]

@@ -122,12 +122,15 @@ def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> flo
         one, move, part, equal = _split(s, a, b, part, elapsed, whole)
         taken = _taken(part, elapsed, whole)
         for law, by in ((one, move), (a + b - one, part - move)):
-            pieces = min(_PIECES, max(1, int(abs(by) / whole))) if whole > 0.0 else 1  # more than one where it snaps
+            pieces = 1 if equal or whole == 0.0 else min(_PIECES, max(1, int(abs(by) / whole)))  # more where it snaps
             start, duration = s[law + ELEMENT.STROKE], taken / pieces
             rate = by / taken if taken > 0.0 else 0.0
             for n in range(pieces):
                 before = s[law + ELEMENT.FORCE]
-                _move(s, law, start + by * (n + 1) / pieces if n + 1 < pieces else start + by, rate, duration, time)
+                if n + 1 < pieces:  # at rest on the way: how fast it snaps is not known
+                    _move(s, law, start + by * (n + 1) / pieces, 0.0, duration, time)
+                else:
+                    _move(s, law, start + by, rate, duration, time)
                 lost -= 0.5 * (before + s[law + ELEMENT.FORCE]) * by / pieces
         todo -= part
         pressed += part

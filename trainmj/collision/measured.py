@@ -24,6 +24,9 @@ It is relative to the energy that the collision can convert.
 UNSEEN = 1e-3
 """Relative excess of a peak between two steps, over the largest at any step, that counts as unseen."""
 
+ROUND_OFF = 1e-12
+"""Of a stroke put together from those of parts, relative."""
+
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -202,7 +205,8 @@ class Used:
         """
         path, most = self.law.loading.climbing, max(0.0, self.stroke)
         end = start + stroke
-        back = 0.5 * path.force_at(most) ** 2 / path.stiffness if stroke > 0.0 and end >= most else 0.0
+        last = stroke > 0.0 and end >= most * (1.0 - ROUND_OFF)
+        back = 0.5 * path.force_at(most) ** 2 / path.stiffness if last else 0.0
         return max(0.0, path.energy(end) - path.energy(start) - back)
 
     @property
