@@ -153,7 +153,7 @@ def test_out_writes_result_tables_scenario_and_figure(printed, standard_result):
     found, out = printed
     tables = {"histories.csv", "interfaces.csv", "vehicles.csv"}
     assert {p.name for p in out.iterdir()} == {"result.nc", "scenario.yaml", "summary.json", "collision.png"} | tables
-    assert load_result(out / "result.nc").tally.work.tolist() == standard_result.tally.work.tolist()
+    assert load_result(out / "result.nc").tally.dissipated.tolist() == standard_result.tally.dissipated.tolist()
     assert load(out / "scenario.yaml").values() == standard_result.scenario.values()
     assert json.loads((out / "summary.json").read_text()) == found
     assert len(pd.read_csv(out / "histories.csv")) == len(standard_result.time)
