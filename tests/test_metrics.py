@@ -12,6 +12,7 @@ from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, largest_step
 from trainmj.collision.lineup import line_up
+from trainmj.collision.measured import Measured
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, measure, summarise
@@ -490,8 +491,9 @@ def unstable(factor: float) -> Chain:
 
 
 @pytest.mark.parametrize("factor", [1.5, 2.5, 5.0, 20.0])
-def test_status_unstable_where_devices_give_back_more_than_they_took(factor):
+def test_status_unstable_where_devices_give_back_more_than_they_took(factor, monkeypatch):
     """The balance of speeds and work closes whatever the step, so energy from nowhere must be seen elsewhere."""
+    monkeypatch.setattr(Measured, "jumped", False)  # without the smaller steps that would mend it
     summary = collide(unstable(factor))
     assert summary.balance.kinetic_end_kJ > 10 * summary.balance.kinetic_start_kJ, "this test needs an unstable case"
     assert str(summary.status).startswith("unstable: ")

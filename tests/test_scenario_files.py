@@ -53,8 +53,12 @@ def shape(scenario: Scenario) -> Any:
     c = line_up(scenario)
     return (
         c.vehicles,
-        [(i.name, i.envelope.stroke.tolist(), i.envelope.force.tolist(), i.envelope.stiffness) for i in c.interfaces],
-        (c.n_moving, c.gap, c.rail_friction, c.step, c.steps_per_record, c.time_limit, c.integrator),
+        [
+            (i.name, d.name, d.stages, [curve.tolist() for curve in d.law.curves], d.law.parameters, d.law.end)
+            for i in c.interfaces
+            for d in i.devices
+        ],
+        (c.n_moving, c.gap, c.grade, c.step, c.steps_per_record, c.time_limit, c.integrator),
     )
 
 
