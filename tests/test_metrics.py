@@ -467,6 +467,21 @@ def test_status_past_the_end_of_a_curve():
     assert np.isnan(held.valid_until_s)
 
 
+def test_status_of_a_draw_gear_past_the_end_of_its_curve():
+    """Breaks if the curve for pressing is named, which did not end."""
+    v = values([(0, 0), (10, 500), (800, 500)], 100, speed_m_s=5.0, step_ms=0.1)
+    pull = {"curve": {"stroke_mm": [0, 5], "force_kN": [0, 20]}, "stiffness_kN_per_mm": 10}
+    v["devices"]["c"] = {**v["devices"]["d"], "beyond": "hold", "pull": pull}
+    train = v["trains"][v["collision"]["train"]]
+    train |= {"mass_t": 40, "vehicles": [{"name": "a", "coupler": "c"}, {"name": "b", "brakes": {"force_kN": 100}}]}
+    v["collision"]["gap_mm"] = 5000
+    summary = summarise(run(Scenario.from_values(v)))
+    assert str(summary.status).startswith(
+        "curve ended at M1-M2 (drawn past the end of the curve of the draw gear of c);"
+    )
+    assert "the draw gear of c at M1-M2" in tables.why_not_valid(summary)
+
+
 def test_two_that_never_meet_are_over_at_once_or_run_out_of_time():
     far = collide(line_up(load("b_type", {"collision.gap_mm": 60_000, "collision.rail_friction": 0})))
     assert str(far.status) == "no contact: no device was pressed before the time limit"

@@ -238,6 +238,7 @@ class Side:
             used = Used(measured.tally, element.laws[own], places[own], 1.0, element.breaks < np.inf)
             (pushing if element.sign > 0 else pulling).append(used)
         self.laws = (*pushing, *pulling)
+        self._pulling = tuple(pulling)
         self._paths = list(zip(self.device.paths(len(pushing)), pushing, strict=True))
 
     @property
@@ -277,6 +278,11 @@ class Side:
         """When its curve ended, if nothing is stated behind it [s]; infinite if it did not."""
         times = [used.left("end_time") for used in self.laws]
         return min((time for time in times if time >= 0.0), default=np.inf)
+
+    @property
+    def drawn_out(self) -> bool:
+        """Whether that of its draw gear did."""
+        return any(used.left("end_time") >= 0.0 for used in self._pulling)
 
     @property
     def permanent(self) -> float:

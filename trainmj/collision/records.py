@@ -76,6 +76,7 @@ class InterfaceMetrics(Numbers):
         beyond_curve: whether the stroke went past the end of a curve behind which nothing is stated: the force is only
             held there, and is not valid.
         draws: whether it has draw gear.
+        drawn_out: whether that was drawn past the end of its own curve.
     """
 
     name: str
@@ -83,6 +84,7 @@ class InterfaceMetrics(Numbers):
     stages: tuple[StageUse, ...]
     beyond_curve: bool
     draws: bool = False
+    drawn_out: bool = False
 
     @property
     def crush_mm(self) -> float:

@@ -178,6 +178,7 @@ def _interface(side: Side) -> InterfaceMetrics:
         ),
         beyond_curve=side.end_time < np.inf,
         draws=side.interface.draws,
+        drawn_out=side.drawn_out,
     )
 
 
@@ -223,6 +224,8 @@ def _status(
 
 def _ended(interface: InterfaceMetrics) -> str:
     """An interface whose device went past the end of its curve, with its stroke."""
+    if interface.drawn_out:
+        return f"{interface.name} (drawn past the end of the curve of the draw gear of {interface.device})"
     return f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of the curve of {interface.device})"
 
 

@@ -41,11 +41,18 @@ def outcome(status: Status) -> Verdict:
 
 def why_not_valid(summary: Summary) -> str:
     """Why numbers are not valid, which ones, and the cure."""
-    ended = dict.fromkeys(f"{i.device} at {i.name}" for i in summary.interfaces if i.beyond_curve)
+    ended = dict.fromkeys(
+        f"{'the draw gear of ' if i.drawn_out else ''}{i.device} at {i.name}"
+        for i in summary.interfaces
+        if i.beyond_curve
+    )
+    cure = "a longer curve, or beyond: car_body, stop or hold"
+    if any(i.drawn_out for i in summary.interfaces):
+        cure += "; for draw gear a longer curve"
     return (
         f"the curve of {', '.join(ended)} ended, and nothing is stated behind it. From then on its last force is only "
         "held, and no force, stroke, acceleration, speed or energy is valid; nor is any number that depends on them. "
-        "Cure: a longer curve, or beyond: car_body, stop or hold."
+        f"Cure: {cure}."
     )
 
 
