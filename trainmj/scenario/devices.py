@@ -298,10 +298,6 @@ class Hydraulic(RecoveringDevice):
     metering: Annotated[Metering | MeteringFile, Either()] | None = Field(
         default=None, description="in its place: an orifice that changes with the stroke"
     )
-    preload_kN: Force = Field(default=0.0, description="force inwards that does not depend on the speed [kN]")
-    preload_stiffness_kN_per_mm: Stiffness | None = Field(
-        default=None, description="along which the preload is reached [kN/mm]; compulsory with a preload"
-    )
 
     def orifice_points(self) -> tuple[list[float], list[float]]:
         """Strokes [mm] and orifice constants there [kN s2/m2]; a constant one at both ends of the stroke."""
@@ -314,6 +310,10 @@ class HydraulicDevice(Hydraulic):
     """Oil through an orifice: the force grows with the square of the speed inwards, and is none outwards."""
 
     kind: Literal["hydraulic"]
+    preload_kN: Force = Field(default=0.0, description="force inwards that does not depend on the speed [kN]")
+    preload_stiffness_kN_per_mm: Stiffness | None = Field(
+        default=None, description="along which the preload is reached [kN/mm]; compulsory with a preload"
+    )
 
 
 class Gas(Part):

@@ -14,6 +14,7 @@ from trainmj.scenario.devices import (
     CurveDevice,
     GasHydraulicDevice,
     Hydraulic,
+    HydraulicDevice,
     HysteresisDevice,
     StageSpec,
 )
@@ -187,17 +188,19 @@ def _hydraulic(path: Path, device: Hydraulic) -> Iterator[Problem]:
         yield Problem((*path, "stroke_mm"), rule)
     yield from _limit(path, device.stroke_limit_mm, device.stroke_mm, "stroke_mm")
     yield from _orifice(path, device)
-    if device.preload_kN > 0 and device.preload_stiffness_kN_per_mm is None:
-        rule = "is missing: a preload is reached along a stiffness; add it, or leave preload_kN out"
-        yield Problem((*path, "preload_stiffness_kN_per_mm"), rule)
+    least = 0.0
+    if isinstance(device, HydraulicDevice):
+        least = device.preload_kN
+        if least > 0 and device.preload_stiffness_kN_per_mm is None:
+            rule = "is missing: a preload is reached along a stiffness; add it, or leave preload_kN out"
+            yield Problem((*path, "preload_stiffness_kN_per_mm"), rule)
     yield from _stiff_end(path, device)
-    least = device.preload_kN
     if isinstance(device, GasHydraulicDevice):
         if device.gas.length_mm <= device.stroke_mm * (1 + _ROUND_OFF):
             rule = f"must be more than the {device.stroke_mm:g} mm of stroke: gas is not pressed to nothing"
             yield Problem((*path, "gas", "length_mm"), rule)
             return
-        least += device.gas.force_at_kN(device.stroke_mm)
+        least = device.gas.force_at_kN(device.stroke_mm)
         if least > MAX_FORCE:
             rule = f"gives {least:g} kN at {device.stroke_mm:g} mm of stroke, more than {MAX_FORCE:g} kN: lengthen it"
             yield Problem((*path, "gas", "length_mm"), rule)
@@ -214,7 +217,7 @@ def _orifice(path: Path, device: Hydraulic) -> Iterator[Problem]:
         return
     if device.metering is not None:
         yield from _metering((*path, "metering"), device.metering, device.stroke_mm)
-    if not isinstance(device, GasHydraulicDevice) and not device.preload_kN and not any(device.orifice_points()[1]):
+    if isinstance(device, HydraulicDevice) and not device.preload_kN and not any(device.orifice_points()[1]):
         yield Problem(path, "has neither an orifice constant above 0 nor a preload: it gives no force")
 
 

@@ -25,7 +25,7 @@ from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.curve import segment, value
 from trainmj.collision.law.stop import after, stop_of, stopped
-from trainmj.scenario.devices import GasHydraulicDevice, Hydraulic
+from trainmj.scenario.devices import GasHydraulicDevice, Hydraulic, HydraulicDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, KN_PER_MM, MM
 
@@ -128,8 +128,10 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     empty, travel = spec.empty_stroke_mm * MM, spec.stroke_mm * MM
     u, c = (np.array(values) for values in spec.orifice_points())
     metering = after(empty, Envelope(u * MM, c * KN, 1.0))
-    preload, per_length, gamma, rebound = spec.preload_kN * KN, 0.0, 1.0, math.inf
-    ramp = (spec.preload_stiffness_kN_per_mm or 0.0) * KN_PER_MM
+    preload = ramp = per_length = 0.0
+    gamma, rebound = 1.0, math.inf
+    if isinstance(spec, HydraulicDevice):
+        preload, ramp = spec.preload_kN * KN, (spec.preload_stiffness_kN_per_mm or 0.0) * KN_PER_MM
     if isinstance(spec, GasHydraulicDevice):
         gas = spec.gas
         preload, per_length, gamma = gas.force_kN * KN, 1.0 / (gas.length_mm * MM), gas.exponent
