@@ -143,7 +143,8 @@ def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> flo
                 break
     lost += s[a + ELEMENT.DISSIPATED] + s[b + ELEMENT.DISSIPATED]
     viscous += s[a + ELEMENT.VISCOUS] + s[b + ELEMENT.VISCOUS]
-    s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = closing, force, peak
+    s[e + ELEMENT.STROKE] = closing if abs(todo) <= _SMALL else closing - todo  # what is left over, the next step takes
+    s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = force, peak
     s[e + ELEMENT.STROKE_MAX] = max(s[e + ELEMENT.STROKE_MAX], closing)
     s[e + ELEMENT.DISSIPATED] += lost
     s[e + ELEMENT.VISCOUS] += viscous
