@@ -713,7 +713,10 @@ def test_an_edited_law_is_compiled_afresh(tmp_path):
     before = ask()
     assert ask() == before, "the second process takes the compiled law from disk"
     law = tmp_path / "trainmj" / "collision" / "law" / "crush.py"
-    law.write_text(law.read_text().replace("return crush, stroke - crush", "return 0.9 * crush, stroke - 0.9 * crush"))
+    code_before = law.read_text()
+    edited = code_before.replace("force, now = crush, stroke - crush", "force, now = 0.9 * crush, stroke - 0.9 * crush")
+    assert edited != code_before
+    law.write_text(edited)
     after = ask()
     assert after[0] > 1.02 * before[0]
     assert after[1] != before[1]
