@@ -517,6 +517,7 @@ def test_accepted_integrators_call_the_law_once_a_step(ours, name):
 # the compiler's cache on disk
 
 
+@pytest.mark.thorough
 def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_path, monkeypatch):
     """numba's cache does not see module globals; with offsets there, a stale function would read foreign memory."""
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
