@@ -20,6 +20,7 @@ from pathlib import Path
 
 import click
 import pytest
+from copies import copied
 from pages import PAGES, ROOT, blocks, read, script, without_blocks
 
 import trainmj
@@ -202,10 +203,7 @@ def test_the_architecture_names_what_is_there():
 @pytest.mark.thorough
 def test_a_device_law_is_added_as_the_architecture_says(tmp_path):
     """Breaks if a kind needs a file that the page does not name, or the law that it shows is wrong."""
-    package = tmp_path / "trainmj"
-    shutil.copytree(ROOT / "trainmj", package, ignore=shutil.ignore_patterns("__pycache__"))
-    for folder in ("mjcf", "scenarios", "docs"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
+    package = copied(tmp_path)
     page = "docs/architecture.md"
     (package / "collision" / "law" / "damper.py").write_text(file_block(page, "damper.py"), encoding="utf-8")
     devices = package / "scenario" / "devices.py"

@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import KINDS_OF_DEVICE, Alone, built, chain, envelope, step_once
+from copies import copied
 from numba import types
 from numba.core import caching, ccallback
 from numba.extending import intrinsic
@@ -697,9 +698,7 @@ def test_a_run_whose_law_was_replaced_is_an_error(standard):
 @pytest.mark.thorough
 def test_an_edited_law_is_compiled_afresh(tmp_path):
     """Breaks if numba's cache on disk, which watches one file only, serves the law as it was before an edit."""
-    shutil.copytree(ROOT / "trainmj", tmp_path / "trainmj", ignore=shutil.ignore_patterns("__pycache__"))
-    for folder in ("mjcf", "scenarios"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
+    package = copied(tmp_path)
     code = (
         "import trainmj; from trainmj.collision.identity import identity; "
         "r = trainmj.run(trainmj.load('b_type_wall')); print(trainmj.summarise(r).TS_mm, identity()['law'])"
@@ -713,7 +712,7 @@ def test_an_edited_law_is_compiled_afresh(tmp_path):
 
     before = ask()
     assert ask() == before, "the second process takes the compiled law from disk"
-    law = tmp_path / "trainmj" / "collision" / "law" / "crush.py"
+    law = package / "collision" / "law" / "crush.py"
     code_before = law.read_text()
     edited = code_before.replace("force, now = crush, stroke - crush", "force, now = 0.9 * crush, stroke - 0.9 * crush")
     assert edited != code_before

@@ -6,13 +6,13 @@ import json
 import math
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from copies import copied
 
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, groups, ordered
@@ -86,10 +86,7 @@ def test_an_input_key_ends_in_its_unit(key, unit):
 @pytest.mark.thorough
 def test_a_response_that_is_added_in_one_file_appears_everywhere(tmp_path):
     """Breaks if a second place must be told of a response, or reads its unit from its name: m/s ends in s."""
-    package = tmp_path / "trainmj"
-    shutil.copytree(ROOT / "trainmj", package, ignore=shutil.ignore_patterns("__pycache__"))
-    for folder in ("mjcf", "scenarios", "docs"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
+    package = copied(tmp_path)
     table = package / "collision" / "quantities.py"
     text = table.read_text()
     at = text.index("TRAIN: tuple")
