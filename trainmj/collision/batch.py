@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Layout, Tally, n_records, n_values
+from trainmj.collision.block import Layout, Tally, n_values
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.fields import Head
 from trainmj.collision.measured import Measured
@@ -59,7 +59,7 @@ class _Size(NamedTuple):
         return cls(
             len(chain.vehicles),
             chain.interfaces[-1].right == WALL,
-            n_records(chain),
+            chain.n_places,
             -(-n_values(chain) // _VALUES) * _VALUES,
             chain.step,
             chain.steps_per_record,

@@ -27,16 +27,6 @@ MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 CODES = {kind: code for code, kind in enumerate(KINDS.values())}
 
 
-def n_records(chain: Chain) -> int:
-    """Records that the elements of a chain take."""
-    return sum(_n_records(element) for interface in chain.interfaces for element in interface.elements)
-
-
-def _n_records(element: Element) -> int:
-    """Records that an element takes: two laws in series have one each, behind that of the pair."""
-    return 1 if len(element.laws) == 1 else 3
-
-
 def n_values(chain: Chain) -> int:
     """Values that the curves of a chain take."""
     laws = (law for interface in chain.interfaces for element in interface.elements for law in element.laws)
@@ -57,7 +47,7 @@ class Layout:
     def of(cls, chain: Chain, n_value: int = 0, n_ring: int = 0) -> Layout:
         """The layout for a chain, with room for n_value values of curves or for those it has."""
         room = max(n_value, n_values(chain))
-        return cls(len(chain.vehicles), len(chain.interfaces), n_records(chain), room, n_ring)
+        return cls(len(chain.vehicles), len(chain.interfaces), chain.n_places, room, n_ring)
 
     @property
     def _joints(self) -> int:
@@ -138,7 +128,7 @@ class Layout:
             stroke = -chain.gap if k == chain.front else 0.0
             for element in interface.elements:
                 curves = _write(block, at, curves, element, stroke)
-                at += N_ELEMENT * _n_records(element)
+                at += N_ELEMENT * element.n_places
         return block
 
 
@@ -147,7 +137,7 @@ def alone(element: Element) -> Array:
 
     See :func:`trainmj.collision.element.advance`.
     """
-    records = N_ELEMENT * _n_records(element)
+    records = N_ELEMENT * element.n_places
     block = np.zeros(records + sum(curves.size for law in element.laws for curves in law.packed))
     _write(block, 0, records, element, 0.0)
     return block
@@ -158,7 +148,7 @@ def _write(block: Array, at: int, curves: int, element: Element, stroke: float) 
     pair = len(element.laws) == 2
     own = element.share * (element.sign * stroke - element.start)
     values = {
-        ELEMENT.NEXT: N_ELEMENT * _n_records(element),
+        ELEMENT.NEXT: N_ELEMENT * element.n_places,
         ELEMENT.KIND: SERIES,
         ELEMENT.SIGN: element.sign,
         ELEMENT.SHARE: element.share,

@@ -76,6 +76,11 @@ class Element:
     starts: tuple[float, ...] = (0.0, 0.0)
     right_only: bool = False
 
+    @property
+    def n_places(self) -> int:
+        """Records that it takes: two laws in series have one each, behind that of the pair."""
+        return 1 if len(self.laws) == 1 else 3
+
     def law_of(self, side: int, two_sided: bool) -> int | None:
         """The place among its laws of that of a side (0 left, 1 right); None if it has none there."""
         if len(self.laws) > 1:
@@ -130,7 +135,7 @@ class Interface:
     @cached_property
     def unequal_sides(self) -> bool:
         """Whether both sides bring devices, and these differ."""
-        return len(self.devices) == 2 and not self.devices[0].is_like(self.devices[1])
+        return self.two_sided and not self.devices[0].is_like(self.devices[1])
 
     @property
     def is_shared(self) -> bool:
@@ -262,9 +267,14 @@ class Chain:
             for element in interface.elements:
                 pair = len(element.laws) > 1
                 places.append((at + 1, at + 2) if pair else (at,))
-                at += 3 if pair else 1
+                at += element.n_places
             found.append(tuple(places))
         return tuple(found)
+
+    @property
+    def n_places(self) -> int:
+        """Records that all its elements take."""
+        return sum(element.n_places for interface in self.interfaces for element in interface.elements)
 
     @property
     def record_interval(self) -> float:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.block import TALLY, Tally, n_records
+from trainmj.collision.block import TALLY, Tally
 from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -318,7 +318,7 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
     sizes = {
         "vehicle": len(chain.vehicles),
         "interface": len(chain.interfaces),
-        "element": n_records(chain),
+        "element": chain.n_places,
         "time": arrays["time"].size,
     }
     if not 0 < sizes["time"] <= chain.n_records:

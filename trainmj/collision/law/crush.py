@@ -21,7 +21,7 @@ from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
-from trainmj.collision.law.curve import inlined, segment, value
+from trainmj.collision.law.curve import follow, inlined, value
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
@@ -34,14 +34,12 @@ PLASTIC = ELEMENT.STATE_0
 
 @inlined
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
-    """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
+    """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
     if stroke <= plastic:
         return 0.0, plastic, 0.0, 0.0, 0.0
     before = int(s[e + ELEMENT.SEGMENT])
-    k = segment(s, curve, before, stroke)
-    if k != before:
-        s[e + ELEMENT.SEGMENT] = k
+    k = follow(s, curve, e + ELEMENT.SEGMENT, stroke)
     return pressed(s, e, stroke, rate, value(s, curve, k, stroke), before, k)
 
 

@@ -27,6 +27,16 @@ def segment(s: Block, curve: int, start: int, stroke: float) -> int:
 
 
 @inlined
+def follow(s: Block, curve: int, place: int, stroke: float) -> int:
+    """The segment in which a stroke is, searched for from the one kept at a place in the block, and then kept there."""
+    before = int(s[place])
+    k = segment(s, curve, before, stroke)
+    if k != before:
+        s[place] = k
+    return k
+
+
+@inlined
 def value(s: Block, curve: int, k: int, stroke: float) -> float:
     """The value of a curve at a stroke in its segment k."""
     at = curve + 3 * k

@@ -23,7 +23,7 @@ from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
-from trainmj.collision.law.curve import segment, value
+from trainmj.collision.law.curve import follow, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import GasHydraulicDevice, Hydraulic, HydraulicDevice
 from trainmj.scenario.parts import Parts
@@ -41,7 +41,7 @@ _GAS_POINTS = 60  # of the gas spring, for pictures
 
 @register_jitable
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
-    """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
+    """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     plunger, given = s[e + PLUNGER], s[e + GIVEN]
     own, before = stroke - s[e + EMPTY] - given, s[e + ELEMENT.STROKE] - s[e + EMPTY] - given
     if own <= 0.0 and plunger <= 0.0:
@@ -65,8 +65,7 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
         force = gas + stop
     elif own >= now and rate >= 0.0:
         curve = int(s[e + ELEMENT.CURVE])
-        k = segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke - given)
-        s[e + ELEMENT.SEGMENT] = k
+        k = follow(s, curve, e + ELEMENT.SEGMENT, stroke - given)
         force = gas + value(s, curve, k, stroke - given) * rate * rate
     elif own >= now and not math.isinf(rebound):
         force = max(0.0, gas - rebound * rate * rate)
@@ -93,9 +92,7 @@ def stored(law: Law, stroke: float, force: float, plunger: float, given: float) 
     """Energy in the gas and in the stop [J]."""
     travel, stop, _, preload, per_length, gamma, ramp, rebound, knee, empty = law.parameters
     over = max(0.0, stroke - empty - travel - given)
-    carried = (
-        ramp * travel if travel <= knee else preload * (1.0 - per_length * travel) ** -gamma
-    )  # along the stop, too
+    carried = _gas([*law.parameters], -ELEMENT.P0, travel)  # along the stop, too
     found = (carried + 0.5 * stop * over) * over
     if math.isinf(rebound):
         return found

@@ -23,7 +23,7 @@ from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
-from trainmj.collision.law.curve import area, segment, value
+from trainmj.collision.law.curve import area, follow, segment, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import HysteresisDevice
 from trainmj.scenario.parts import Parts
@@ -35,7 +35,7 @@ SLIPPED, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
 
 @register_jitable
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
-    """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
+    """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     given, travel = s[e + GIVEN], s[e + TRAVEL]
     own = stroke - given
     if own <= 0.0:
@@ -55,11 +55,8 @@ def _slip(s: Block, e: int, stroke: float, before: float) -> tuple[float, float,
     """Force and slip at a stroke within the travel, and the energy lost; the force was another one before."""
     stiffness, slipped = s[e + TRANSITION], s[e + SLIPPED]
     loading, unloading = int(s[e + ELEMENT.CURVE]), int(s[e + ELEMENT.CURVE_2])
-    k = segment(s, loading, int(s[e + ELEMENT.SEGMENT]), stroke)
-    s[e + ELEMENT.SEGMENT] = k
-    high = value(s, loading, k, stroke)
-    k = segment(s, unloading, int(s[e + ELEMENT.SEGMENT_2]), stroke)
-    s[e + ELEMENT.SEGMENT_2] = k
+    high = value(s, loading, follow(s, loading, e + ELEMENT.SEGMENT, stroke), stroke)
+    k = follow(s, unloading, e + ELEMENT.SEGMENT_2, stroke)
     low = value(s, unloading, k, stroke)
     elastic = stiffness * (stroke - slipped)
     if elastic > high:

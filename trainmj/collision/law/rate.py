@@ -19,7 +19,7 @@ from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.crush import PLASTIC, pressed
-from trainmj.collision.law.curve import behind, segment, value
+from trainmj.collision.law.curve import behind, follow, segment, value
 from trainmj.scenario.devices import CowperSymonds, CrushDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, MM
@@ -33,13 +33,12 @@ REFERENCE, EXPONENT, UNTIL, SPEEDS = ELEMENT.P2, ELEMENT.P3, ELEMENT.P4, ELEMENT
 
 @register_jitable
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
-    """Force and state after one step of the law; see :class:`~trainmj.collision.law.kind.Kind`."""
+    """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
     if stroke <= plastic:
         return 0.0, plastic, 0.0, 0.0, 0.0
     before = int(s[e + ELEMENT.SEGMENT])
-    k = segment(s, curve, before, stroke)
-    s[e + ELEMENT.SEGMENT] = k
+    k = follow(s, curve, e + ELEMENT.SEGMENT, stroke)
     own = value(s, curve, k, stroke)
     crushing = own
     if rate > 0.0 and stroke <= s[e + UNTIL]:
@@ -63,14 +62,14 @@ def _faster(s: Block, e: int, own: float, stroke: float, rate: float) -> float:
         return own * (1.0 + more)
     # one row for each speed: values of a curve over the stroke whose value is the force at that speed
     at = int(s[e + ELEMENT.CURVE_2])
-    low, speed_below, below = own, 0.0, own
+    speed_below, below = 0.0, own
     for _ in range(speeds):
         here = value(s, at + 1, segment(s, at + 1, 0, stroke), stroke)
         if rate <= s[at]:
             return below + (here - below) * (rate - speed_below) / (s[at] - speed_below)
-        speed_below, below, low = s[at], here, here
+        speed_below, below = s[at], here
         at = behind(s, at + 1)
-    return low
+    return below
 
 
 def bounds(law: Law, fastest: float) -> tuple[float, float]:
