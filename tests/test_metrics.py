@@ -443,6 +443,24 @@ def test_each_stage_has_the_energy_of_its_own_part_of_the_curve():
         assert b.energy_kJ == pytest.approx(700 * (40.3 - 2.5) / 1e3, rel=3e-2), k
 
 
+@pytest.mark.parametrize("kind", ["crush", "gas_hydraulic"])
+def test_a_car_body_absorbs_its_collapse_force_times_its_stroke(kind):
+    """Breaks where what the spring gives back is taken from the last stage alone: it was compressed before."""
+    if kind == "crush":
+        v = values([(0, 0), (10, 800), (120, 800)], 20, mass_t=[40.0], speed_m_s=8.0, step_ms=0.05)
+        v["devices"]["d"]["beyond"] = "car_body"
+    else:
+        v = values([(0, 0), (10, 800)], 100, mass_t=[40.0], speed_m_s=8.0, step_ms=0.05)
+        gas = {"force_kN": 50, "length_mm": 120, "exponent": 1.3, "preload_stiffness_kN_per_mm": 50}
+        beyond = {"kind": "car_body", "stiffness_kN_per_mm": 100}
+        orifice = {"orifice_kN_s2_per_m2": 4, "rebound_orifice_kN_s2_per_m2": 4}
+        v["devices"]["d"] = {"kind": kind, "stroke_mm": 100, "gas": gas, "beyond": beyond, **orifice}
+    device, body = summarise(run(Scenario.from_values(v))).interfaces[0].stages
+    assert body.stroke_mm > 50
+    assert body.energy_kJ == pytest.approx(2.0 * body.stroke_mm, rel=1e-2)
+    assert device.energy_kJ > 0
+
+
 def test_status_stroke_exhausted_names_stage_stroke_and_limit():
     summary = summarise(run(load("b_type", {"speed_km_h": 30})))
     assert str(summary.status).startswith("stroke exhausted at S1-M1 anti_climber (")

@@ -24,9 +24,6 @@ It is relative to the energy that the collision can convert.
 UNSEEN = 1e-3
 """Relative excess of a peak between two steps, over the largest at any step, that counts as unseen."""
 
-ROUND_OFF = 1e-12
-"""Of a stroke put together from those of parts, relative."""
-
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -198,27 +195,27 @@ class Used:
         """Whether a dashpot may add to what it absorbed."""
         return self.law.loading.damping > 0.0
 
+    def _absorbed(self, stroke: float) -> float:
+        """What one device absorbs up to a stroke [m] by its curve of first loading at rest [J].
+
+        That is the area below it, climbed as the law does, less what it gives back.
+        """
+        path = self.law.loading.climbing
+        return path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / path.stiffness
+
     def within(self, start: float, stroke: float) -> float:
         """Energy that a stage has absorbed [J], which begins at a stroke of the law and has one of its own [m].
 
-        By the curve of first loading at rest, less what the stage in which that ended gives back; speed may add to it.
+        By the curve of first loading at rest; speed may add to it.
         """
-        path, most = self.law.loading.climbing, max(0.0, self.stroke)
-        end = start + stroke
-        last = stroke > 0.0 and end >= most * (1.0 - ROUND_OFF)
-        back = 0.5 * path.force_at(most) ** 2 / path.stiffness if last else 0.0
-        return max(0.0, path.energy(end) - path.energy(start) - back)
+        return max(0.0, self._absorbed(start + stroke) - self._absorbed(start))
 
     @property
     def beside_curve(self) -> float:
-        """What one device absorbed beside the area below its curve, climbed as the law does, less what it gives back.
-
-        In J; 0 where the area says nothing.
-        """
+        """What one device absorbed beside the area below its curve [J]; 0 where the area says nothing."""
         if not self.law.kind.follows or self.breaks:
             return 0.0
-        path, stroke = self.law.loading.climbing, max(0.0, self.stroke)
-        return self.left("dissipated") - (path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / path.stiffness)
+        return self.left("dissipated") - self._absorbed(max(0.0, self.stroke))
 
 
 class Side:

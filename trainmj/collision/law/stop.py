@@ -48,13 +48,14 @@ class Behind:
         """A curve of first loading up to the end, with what is behind it."""
         inside = loading.stroke <= self.end * (1.0 + 1e-12)
         stroke, force = loading.stroke[inside], loading.force[inside]
+        stiffness = max(loading.stiffness, self.stiffness)  # the stop's rise is no climb along a softer one
         if not np.isfinite(self.most):
-            return Envelope(stroke, force, loading.stiffness, 0.0, self.stiffness)
+            return Envelope(stroke, force, stiffness, 0.0, self.stiffness)
         stroke, force = (
             np.append(stroke, self.end + self.most / self.stiffness),
             np.append(force, self.held + self.most),
         )
-        return Envelope(stroke, force, loading.stiffness)
+        return Envelope(stroke, force, stiffness)
 
     def stages(self, start: float, limit_mm: float | None) -> tuple[Stage, ...]:
         """The stages: the device from a stroke [m] on, with its limit, and the car body."""
