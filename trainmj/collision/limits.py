@@ -98,7 +98,7 @@ def of_responses(
             title = f"{column.title} of the partner" if column.of_partner else column.title
             yield Criterion(name, title, "", responses[name], limit, column.unit, column.digits, True)
         else:
-            quantity = of_each()[name]
+            quantity = of_each(chain)[name]
             worst = max((p for p in own if name in p.values), key=lambda part: _badness(part.values[name]))
             title = quantity.key.replace("_", " ")
             yield Criterion(name, title, worst.name, worst.values[name], limit, quantity.unit, quantity.digits, True)

@@ -79,9 +79,9 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
 def _limits(chain: Chain) -> Iterator[Problem]:
     """What is wrong with the limits of a chain: names of nothing, and of what is not a number here."""
     for name in chain.limits:
-        thing = of_each().get(name) or columns_of(chain).get(name)
+        thing = of_each(chain).get(name) or columns_of(chain).get(name)
         if thing is None:
-            yield no_such("quantity or response", ("limits", name), name, [*of_each(), *columns_of(chain)])
+            yield no_such("quantity or response", ("limits", name), name, [*of_each(chain), *columns_of(chain)])
         elif reason := no_number(thing, chain):
             yield Problem(("limits", name), reason)
 

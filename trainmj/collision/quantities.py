@@ -67,6 +67,7 @@ class Quantity(Generic[T]):
         value: computes it, in its unit.
         column: what it is called in the name of a column of a sweep; empty if it has none.
         interval: longest time between two records with which it is a number [s].
+        there: whether a collision has it: some need what a scenario may or may not state.
     """
 
     key: str
@@ -77,6 +78,7 @@ class Quantity(Generic[T]):
     value: Callable[[T], Any]
     column: str = ""
     interval: float = math.inf
+    there: Callable[[Chain], bool] = lambda _: True
 
     def is_number(self, chain: Chain) -> bool:
         """Whether the records of a chain are close enough for it."""
@@ -238,10 +240,19 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
     }
 
 
-@cache
-def of_each() -> dict[str, Quantity[Any]]:
-    """The quantities of every vehicle and interface by name."""
-    return {q.name: q for q in (*cast(tuple[Quantity[Any], ...], VEHICLE), *INTERFACE)}
+def of_train(chain: Chain) -> tuple[Quantity[Measured], ...]:
+    """The criteria that a chain has."""
+    return tuple(q for q in TRAIN if q.there(chain))
+
+
+def of_vehicles(chain: Chain) -> tuple[Quantity[Measured], ...]:
+    """The quantities of its vehicles that a chain has."""
+    return tuple(q for q in VEHICLE if q.there(chain))
+
+
+def of_each(chain: Chain) -> dict[str, Quantity[Any]]:
+    """The quantities of every vehicle and interface of a chain by name."""
+    return {q.name: q for q in (*cast(tuple[Quantity[Any], ...], of_vehicles(chain)), *INTERFACE)}
 
 
 def columns_of(chain: Chain) -> dict[str, Column]:
@@ -254,6 +265,8 @@ def columns_of(chain: Chain) -> dict[str, Column]:
         ),
         tuple(chain.vehicles[i].name for i in order_of_vehicles(chain)),
         chain.n_moving,
+        of_train(chain),
+        of_vehicles(chain),
     )
 
 
@@ -264,9 +277,13 @@ def _stages(device: Device) -> tuple[str, ...]:
 
 @cache
 def _columns(
-    sides: tuple[tuple[str, bool, int, bool, tuple[str, ...]], ...], vehicles: tuple[str, ...], n_moving: int
+    sides: tuple[tuple[str, bool, int, bool, tuple[str, ...]], ...],
+    vehicles: tuple[str, ...],
+    n_moving: int,
+    of_train: tuple[Quantity[Measured], ...],
+    of_vehicles: tuple[Quantity[Measured], ...],
 ) -> dict[str, Column]:
-    """Columns of all chains whose interfaces and vehicles have these names; not to be changed."""
+    """Columns of all chains with interfaces, vehicles and quantities of these names; not to be changed."""
     found: list[Column] = []
 
     def add(quantity: Quantity[Any], thing: str, *place: int) -> None:
@@ -274,7 +291,7 @@ def _columns(
         name = quantity.head_of(thing)
         found.append(Column(name, quantity.unit, quantity.digits, title, quantity.meaning, quantity.name, place))
 
-    for n, whole in enumerate(with_column((*TRAIN, *COLLISION, *BALANCE))):
+    for n, whole in enumerate(with_column((*of_train, *COLLISION, *BALANCE))):
         add(whole, "", 0, n)
     for name, partner, away, draws, stages in sides:
         for of_interface in of_interfaces(draws):
@@ -282,7 +299,7 @@ def _columns(
         for n, stage in enumerate(stages):
             add(STAGE, f"{name} {stage}", 1, partner, away, len(INTERFACE) + n)
     for k, name in enumerate(vehicles):
-        for n, of_vehicle in enumerate(with_column(VEHICLE)):
+        for n, of_vehicle in enumerate(with_column(of_vehicles)):
             add(of_vehicle, name, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
     return {column.name: column for column in found}
 
@@ -318,7 +335,7 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
 
 def no_number(thing: Column | Quantity[Any], chain: Chain) -> str:
     """Why a response or quantity of a chain is not a number, and the cure; empty if it is one."""
-    quantity = thing if isinstance(thing, Quantity) else of_each().get(thing.quantity)
+    quantity = thing if isinstance(thing, Quantity) else of_each(chain).get(thing.quantity)
     if quantity is None or quantity.is_number(chain):
         return ""
     return (

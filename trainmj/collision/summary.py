@@ -25,11 +25,12 @@ from trainmj.collision.quantities import (
     INTERFACE,
     STAGE,
     TRAIN,
-    VEHICLE,
     Column,
     Quantity,
     columns_of,
     of_interfaces,
+    of_train,
+    of_vehicles,
     with_column,
 )
 from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
@@ -85,7 +86,7 @@ class Summary(Numbers):
                 "where": self.status.where,
                 "reason": self.status.reason,
                 "valid": not self.not_valid,
-                "criteria": _of(self.values, TRAIN),
+                "criteria": _of(self.values, [q for q in TRAIN if q.name in self.values]),
                 **_of(self.values, COLLISION),
                 "interfaces": [i.as_dict() for i in self.interfaces],
                 "vehicles": [v.as_row() for v in self.vehicles],
@@ -135,18 +136,19 @@ def summary_of(measured: Measured) -> Summary:
     """The numbers of a collision that has been measured."""
     chain = measured.chain
     interfaces = tuple(_interface(side) for side in measured.sides)
-    names = [q.name for q in VEHICLE]
+    quantities = of_vehicles(chain)
+    names = [q.name for q in quantities]
     blank = np.full(len(chain.vehicles), np.nan)
-    values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in VEHICLE)
-    of_vehicles = list(zip(*(value.tolist() for value in values), strict=True))
+    values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in quantities)
+    numbers = list(zip(*(value.tolist() for value in values), strict=True))
     vehicles = tuple(
-        VehicleMetrics(dict(zip(names, of_vehicles[i], strict=True)), chain.vehicles[i].name, chain.vehicles[i].kind)
+        VehicleMetrics(dict(zip(names, numbers[i], strict=True)), chain.vehicles[i].name, chain.vehicles[i].kind)
         for i in order_of_vehicles(chain)
     )
     balance = Numbers({q.name: q.value(measured) for q in BALANCE})
-    whole = Numbers({q.name: q.value(measured) for q in (*TRAIN, *COLLISION)})
+    whole = Numbers({q.name: q.value(measured) for q in (*of_train(chain), *COLLISION)})
     columns = columns_of(chain)
-    responses = dict(zip(columns, _responses(whole, balance, interfaces, vehicles), strict=True))
+    responses = dict(zip(columns, _responses(chain, whole, balance, interfaces, vehicles), strict=True))
     found = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
     limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
     status = _status(measured, interfaces, balance, limits)
@@ -155,15 +157,20 @@ def summary_of(measured: Measured) -> Summary:
 
 
 def _responses(
-    whole: Numbers, balance: Numbers, interfaces: Iterable[InterfaceMetrics], vehicles: Iterable[VehicleMetrics]
+    chain: Chain,
+    whole: Numbers,
+    balance: Numbers,
+    interfaces: Iterable[InterfaceMetrics],
+    vehicles: Iterable[VehicleMetrics],
 ) -> list[float]:
     """Every number that has a column, in the order of the columns."""
-    values = [*_shown(whole, (*TRAIN, *COLLISION)), *_shown(balance, BALANCE)]
+    values = [*_shown(whole, (*of_train(chain), *COLLISION)), *_shown(balance, BALANCE)]
     for i in interfaces:
         values += [i.values[q.name] for q in of_interfaces(i.draws)]
         values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
+    quantities = of_vehicles(chain)
     for v in vehicles:
-        values += _shown(v, VEHICLE)
+        values += _shown(v, quantities)
     return values
 
 

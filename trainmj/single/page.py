@@ -55,7 +55,7 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     add_animation(page.section("The collision"), result)
     section = page.section("Interfaces and vehicles")
     section.table(tables.interfaces(summary))
-    section.table(tables.vehicles(summary))
+    section.table(tables.vehicles(result.chain, summary))
     add_histories(page.section("Over time"), result)
     add_devices(page.section("Devices"), result)
     section = page.section("Checks")

@@ -10,7 +10,7 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from trainmj.collision.chain import Chain, largest_step
-from trainmj.collision.quantities import TRAIN
+from trainmj.collision.quantities import of_train
 from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
@@ -34,14 +34,14 @@ def print_summary(result: Result, summary: Summary) -> None:
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
     _print_not_valid(console, summary)
     mark = f" ({summary.not_valid})" if summary.not_valid else ""
-    for quantity in TRAIN:
+    for quantity in of_train(result.chain):
         value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
         console.print(f"{quantity.heading}: {value}{mark}, {quantity.meaning}")
     limits = summary.limits
     for table in (
         *([tables.limits(limits).marked(summary.not_valid)] if limits else []),
         tables.interfaces(summary),
-        tables.vehicles(summary),
+        tables.vehicles(result.chain, summary),
         tables.energy(summary),
         tables.checks(result, summary),
     ):

@@ -12,7 +12,7 @@ from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.limits import Criterion
 from trainmj.collision.measured import UNSTABLE
-from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, VEHICLE, Quantity
+from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, Quantity, of_vehicles
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
@@ -117,7 +117,7 @@ def _limit(stage: StageUse) -> Verdict | str:
     return failed(f"> {limit}") if stage.exhausted else passed(f"≤ {limit}")
 
 
-def vehicles(summary: Summary) -> Table:
+def vehicles(chain: Chain, summary: Summary) -> Table:
     """Every vehicle, from the front backwards, the moving train first."""
     note = (
         "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
@@ -128,7 +128,7 @@ def vehicles(summary: Summary) -> Table:
     if any(np.isnan(list(v.values.values())).any() for v in summary.vehicles):
         note += " Missing values need records closer together (record_every_ms), or a collision that is not cut off."
     table = Table(
-        [*worded("Vehicle", "type"), *_columns(VEHICLE)],
+        [*worded("Vehicle", "type"), *_columns(of_vehicles(chain))],
         [(v.name, v.kind, *v.values.values()) for v in summary.vehicles],
         "Vehicles",
         note,
