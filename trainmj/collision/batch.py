@@ -46,6 +46,8 @@ class _Size(NamedTuple):
     """What cases must share to run in one batch."""
 
     n_vehicle: int
+    n_point: int
+    n_member: int
     walled: bool
     n_element: int
     n_value: int
@@ -58,6 +60,8 @@ class _Size(NamedTuple):
     def of(cls, chain: Chain) -> _Size:
         return cls(
             len(chain.vehicles),
+            len(chain.points),
+            len(chain.members),
             chain.interfaces[-1].right == WALL,
             chain.n_places,
             -(-n_values(chain) // _VALUES) * _VALUES,
@@ -226,9 +230,9 @@ class _Engine(Generic[Key]):
 
     def _load(self, place: int, chain: Chain) -> None:
         self._batch.state[place] = self._fresh_row
-        self._mass[place, 1:] = chain.mass  # body 0 is the world
+        self._mass[place, 1:] = chain.point_mass  # body 0 is the world
         self._qpos[place] = chain.start
-        self._qvel[place] = chain.speed
+        self._qvel[place] = chain.point_speed
         self._blocks[place] = self.layout.block(chain)
         self._read[place] = 0
 

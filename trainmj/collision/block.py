@@ -14,7 +14,7 @@ import numpy as np
 
 from trainmj.collision.chain import Chain, Element
 from trainmj.collision.envelope import Array
-from trainmj.collision.fields import ELEMENT, N_ELEMENT, Car, Head, Joint
+from trainmj.collision.fields import ELEMENT, N_ELEMENT, Car, Head, Joint, Member, Point
 from trainmj.collision.fields import Element as Field
 from trainmj.collision.identity import code_hash
 from trainmj.collision.kind import Law
@@ -24,6 +24,7 @@ MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 """First value of a block, made from the code of the law; the law leaves any other simulation of the process alone."""
 
 
+_OF_MEMBERS = (Member.LEFT, Member.RIGHT, Member.STIFFNESS, Member.DAMPING, Member.COLLAPSE, Member.HARDENING)
 CODES = {kind: code for code, kind in enumerate(KINDS.values())}
 
 
@@ -38,8 +39,10 @@ class Layout:
     """Sizes and places of a block for chains of one size."""
 
     n_vehicle: int  # vehicles
+    n_point: int  # their point masses
     n_interface: int  # interfaces
     n_element: int  # records of elements
+    n_member: int  # members of bodies that give
     n_value: int  # room for curves
     n_ring: int = 0  # latest records of the speeds that the law keeps; with 0 it takes none and never rests
 
@@ -47,19 +50,35 @@ class Layout:
     def of(cls, chain: Chain, n_value: int = 0, n_ring: int = 0) -> Layout:
         """The layout for a chain, with room for n_value values of curves or for those it has."""
         room = max(n_value, n_values(chain))
-        return cls(len(chain.vehicles), len(chain.interfaces), chain.n_places, room, n_ring)
+        return cls(
+            len(chain.vehicles),
+            len(chain.points),
+            len(chain.interfaces),
+            chain.n_places,
+            len(chain.members),
+            room,
+            n_ring,
+        )
+
+    @property
+    def _points(self) -> int:
+        return len(Head) + len(Car) * self.n_vehicle
 
     @property
     def _joints(self) -> int:
-        return len(Head) + len(Car) * self.n_vehicle
+        return self._points + len(Point) * self.n_point
 
     @property
     def _elements(self) -> int:
         return self._joints + len(Joint) * self.n_interface
 
     @property
-    def _curves(self) -> int:
+    def _members(self) -> int:
         return self._elements + N_ELEMENT * self.n_element
+
+    @property
+    def _curves(self) -> int:
+        return self._members + len(Member) * self.n_member
 
     @property
     def _ring(self) -> int:
@@ -72,7 +91,11 @@ class Layout:
 
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
-        return block[..., len(Head) + field : self._joints : len(Car)]
+        return block[..., len(Head) + field : self._points : len(Car)]
+
+    def point(self, block: Array, field: Point) -> Array:
+        """(..., n_point) view of a field of the point masses in blocks (..., size)."""
+        return block[..., self._points + field : self._joints : len(Point)]
 
     def joint(self, block: Array, field: Joint) -> Array:
         """(..., n_interface) view of an interface field in blocks (..., size)."""
@@ -80,7 +103,11 @@ class Layout:
 
     def element(self, block: Array, field: Field) -> Array:
         """(..., n_element) view of a field of the records of elements in blocks (..., size)."""
-        return block[..., self._elements + field : self._curves : N_ELEMENT]
+        return block[..., self._elements + field : self._members : N_ELEMENT]
+
+    def member(self, block: Array, field: Member) -> Array:
+        """(..., n_member) view of a field of the members of bodies in blocks (..., size)."""
+        return block[..., self._members + field : self._curves : len(Member)]
 
     def dissipated(self, block: Array) -> Array:
         """(n_interface,) energy lost in all elements of each interface [J], in a block (size,)."""
@@ -99,6 +126,10 @@ class Layout:
             Head.MAGIC: MAGIC,
             Head.N_VEHICLE: self.n_vehicle,
             Head.N_INTERFACE: self.n_interface,
+            Head.N_MEMBER: self.n_member,
+            Head.POINTS: self._points,
+            Head.JOINTS: self._joints,
+            Head.MEMBERS: self._members,
             Head.FRONT: chain.front,
             Head.TIME: -1.0,
             Head.STEP: chain.step,
@@ -109,21 +140,32 @@ class Layout:
         if self.n_ring:
             head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}
         block[list(head)] = list(head.values())
-        self.car(block, Car.FRICTION_LIMIT)[:] = chain.friction
+        self.car(block, Car.MASS)[:] = chain.mass
+        self.car(block, Car.POINTS)[:] = np.diff(chain.first)
         self.car(block, Car.SPEED)[:] = chain.speed
+        self.point(block, Point.FRICTION_LIMIT)[:] = chain.friction
+        self.point(block, Point.SPEED)[:] = chain.point_speed
         if chain.grade:
-            self.car(block, Car.GRADE)[:] = chain.grade_force
+            self.point(block, Point.GRADE)[:] = chain.grade_force
         for i, vehicle in enumerate(chain.vehicles):
             if vehicle.brake:
-                self.car(block, Car.BRAKE)[i] = vehicle.brake.force
-                self.car(block, Car.BRAKE_DELAY)[i] = vehicle.brake.delay
-                self.car(block, Car.BRAKE_RISE)[i] = vehicle.brake.rise
-                self.car(block, Car.BRAKE_MOST)[i] = vehicle.brake.most
+                part = chain.points_of(i)
+                carried = chain.carried[part]
+                self.point(block, Point.BRAKE)[part] = vehicle.brake.force * carried
+                self.point(block, Point.BRAKE_DELAY)[part] = vehicle.brake.delay
+                self.point(block, Point.BRAKE_RISE)[part] = vehicle.brake.rise
+                self.point(block, Point.BRAKE_MOST)[part] = [vehicle.brake.most * c if c else 0.0 for c in carried]
+        for field in _OF_MEMBERS if chain.members else ():
+            self.member(block, field)[:] = [getattr(member, field.name.lower()) for member in chain.members]
+        for k, member in enumerate(chain.members):
+            if member.span:
+                self.member(block, Member.CAR)[k] = len(Head) + len(Car) * member.vehicle
         self.joint(block, Joint.STROKE)[chain.front] = -chain.gap
         self.joint(block, Joint.FIRST_FORCE_TIME)[:] = -1.0
         at, curves = self._elements, self._curves
         for k, interface in enumerate(chain.interfaces):
-            self.joint(block, Joint.LEFT)[k], self.joint(block, Joint.RIGHT)[k] = interface.left, interface.right
+            self.joint(block, Joint.LEFT)[k], self.joint(block, Joint.RIGHT)[k] = chain.ends(interface)
+            self.joint(block, Joint.CAR)[k] = len(Head) + len(Car) * interface.left
             self.joint(block, Joint.FIRST)[k], self.joint(block, Joint.COUNT)[k] = at, len(interface.elements)
             stroke = -chain.gap if k == chain.front else 0.0
             for element in interface.elements:
@@ -185,15 +227,22 @@ class Tallied:
     """A field that a collision leaves behind."""
 
     name: str  # of the attribute of a :class:`Tally`
-    over: tuple[str, ...]  # what it has a value for: "vehicle", "interface", or nothing for the whole collision
+    over: tuple[str, ...]  # what it has a value for, such as "vehicle"; nothing for the whole collision
     unit: str  # of its values
     meaning: str  # in words
 
 
 TALLY = (
     *(
-        Tallied(("element_" if fields is Field else "") + field.name.lower(), over, field.unit, field.meaning)
-        for fields, over in ((Head, ()), (Car, ("vehicle",)), (Joint, ("interface",)), (Field, ("element",)))
+        Tallied(f"{prefix}{field.name.lower()}", over, field.unit, field.meaning)
+        for fields, over, prefix in (
+            (Head, (), ""),
+            (Car, ("vehicle",), ""),
+            (Point, ("point",), "point_"),
+            (Joint, ("interface",), ""),
+            (Field, ("element",), "element_"),
+            (Member, ("member",), "member_"),
+        )
         for field in fields
         if field.tallied
     ),
@@ -204,15 +253,15 @@ TALLY = (
         "energy lost in all its elements, added up from their laws and not from the work",
     ),
 )
-"""Every tallied field: the header's, the vehicles', the interfaces', the elements'."""
+"""Every tallied field: the header's, the vehicles', their points', the interfaces', the elements', the members'."""
 
 
 class Tally:
     """What the device law counts at every step, as it stands at the end of a collision; all in SI.
 
-    Its attributes are the fields of :data:`TALLY` by name: (n_vehicle,) or (n_interface,) arrays in the order of the
-    chain, (n_element,) arrays of the records of elements in the order of the interfaces, two laws in series behind
-    their pair; plain numbers for the whole collision.
+    Its attributes are the fields of :data:`TALLY` by name: (n_vehicle,), (n_point,), (n_interface,) or (n_member,)
+    arrays in the order of the chain, (n_element,) arrays of the records of elements in the order of the interfaces, two
+    laws in series behind their pair; plain numbers for the whole collision.
     """
 
     def __init__(self, **values: Any) -> None:
@@ -236,6 +285,8 @@ class Tally:
         values["over"] = bool(values["over"])
         values |= {f.name.lower(): layout.car(block, f).copy() for f in Car if f.tallied}
         values |= {f.name.lower(): layout.joint(block, f).copy() for f in Joint if f.tallied}
+        values |= {f"point_{f.name.lower()}": layout.point(block, f).copy() for f in Point if f.tallied}
         values |= {f"element_{f.name.lower()}": layout.element(block, f).copy() for f in Field if f.tallied}
+        values |= {f"member_{f.name.lower()}": layout.member(block, f).copy() for f in Member if f.tallied}
         values["dissipated"] = layout.dissipated(block)
         return cls(**values)

@@ -7,17 +7,20 @@ vehicles are than when they touch.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from trainmj.collision.body import Body, Member, Point, members_of, nearest, points_of
 from trainmj.collision.device import Device
 from trainmj.collision.envelope import Array
 from trainmj.collision.kind import Law
 from trainmj.errors import InputError
 from trainmj.units import G, rounded_down
+
+_ROUNDING = 1e-9  # of a largest step
 
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
@@ -42,7 +45,7 @@ class Brake:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """One vehicle: a body on a slide joint."""
+    """One vehicle: a mass on a slide joint, or several where its body gives."""
 
     name: str  # its place: M1 leads the moving train, S1 is struck first
     kind: str  # what its train calls it
@@ -52,6 +55,7 @@ class Vehicle:
     rail_friction: float = 0.0  # Coulomb coefficient
     brake: Brake | None = None
     drawing: str = "passenger"  # what pictures show it as
+    body: Body | None = None  # if it gives
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,10 +254,95 @@ class Chain:
         """(n_vehicle,) initial speeds [m/s]."""
         return np.array([v.speed for v in self.vehicles])
 
+    @cached_property
+    def points(self) -> tuple[Point, ...]:
+        """The point masses of all vehicles, in their order: one each, and several where a body gives."""
+        return tuple(
+            point
+            for i, v in enumerate(self.vehicles)
+            for point in points_of(v.name, i, v.mass, v.length, v.body, self.facing(i))
+        )
+
+    @cached_property
+    def members(self) -> tuple[Member, ...]:
+        """The members of all bodies that give, and the links of their bogies."""
+        return tuple(
+            replace(member, left=self.first[i] + member.left, right=self.first[i] + member.right)
+            for i, v in enumerate(self.vehicles)
+            if v.body is not None
+            for member in members_of(v.name, i, v.mass, v.length, v.body, self.facing(i))
+        )
+
+    @cached_property
+    def first(self) -> tuple[int, ...]:
+        """(n_vehicle + 1,) index of the first point of each vehicle, and the number of points."""
+        n = [0] * len(self.vehicles)
+        for point in self.points:
+            n[point.vehicle] += 1
+        return tuple(int(place) for place in np.cumsum([0, *n]))
+
+    def points_of(self, vehicle: int) -> slice:
+        """The points of a vehicle."""
+        return slice(self.first[vehicle], self.first[vehicle + 1])
+
+    def ends(self, interface: Interface) -> tuple[int, int]:
+        """The points at which the devices of an interface are attached, or WALL."""
+        left, right = interface.left, interface.right
+        return self._attached(left, 1), WALL if right == WALL else self._attached(right, 0)
+
+    def _attached(self, vehicle: int, end: int) -> int:
+        """The point of a vehicle at which the devices of its left end (0) or right end (1) are attached."""
+        v, first = self.vehicles[vehicle], self.first[vehicle]
+        if v.body is None:
+            return first
+        inward = v.body.attached[end]
+        return first + nearest(v.body, v.length, v.length - inward if end else inward)
+
+    @cached_property
+    def point_mass(self) -> Array:
+        """(n_point,) masses [kg]."""
+        return np.array([point.mass for point in self.points])
+
+    @cached_property
+    def vehicle_of(self) -> Array:
+        """(n_point,) index of the vehicle of each point."""
+        return np.array([point.vehicle for point in self.points])
+
+    @property
+    def point_speed(self) -> Array:
+        """(n_point,) initial speeds [m/s]."""
+        return np.asarray(self.speed[self.vehicle_of])
+
     @property
     def start(self) -> Array:
-        """(n_vehicle,) positions at the start, counted from where the two sides would touch [m]."""
-        return np.where(np.arange(len(self.vehicles)) < self.n_moving, -self.gap, 0.0)
+        """(n_point,) positions at the start, counted from where the two sides would touch [m]."""
+        return np.where(self.vehicle_of < self.n_moving, -self.gap, 0.0)
+
+    def facing(self, vehicle: int) -> int:
+        """The end of a vehicle that faces the impact: 0 left, 1 right."""
+        return int(vehicle < self.n_moving)
+
+    def points_inward(self, vehicle: int) -> list[int]:
+        """The points of a vehicle with a body that gives, from the end that faces the impact; bogies are last."""
+        return sorted(range(*self.points_of(vehicle).indices(len(self.points))), key=lambda i: self.points[i].order)
+
+    def members_inward(self, vehicle: int) -> list[int]:
+        """The members of its body from the end that faces the impact; links of bogies are last."""
+        found = [k for k, member in enumerate(self.members) if member.vehicle == vehicle]
+        return sorted(found, key=lambda k: self.members[k].order)
+
+    def of_vehicles(self, values: Array) -> Array:
+        """Values of points (..., n_point) as those of the centres of mass of their vehicles (..., n_vehicle)."""
+        if not self.members:
+            return values
+        parts = (self.points_of(i) for i in range(len(self.vehicles)))
+        found = [
+            values[..., part.start]
+            if part.stop - part.start == 1
+            else values[..., part] @ self.point_mass[part] / self.point_mass[part].sum()
+            for part in parts
+        ]
+        return np.stack(found, axis=-1)
 
     @cached_property
     def records(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
@@ -291,14 +380,20 @@ class Chain:
         return np.asarray(np.arange(n) * self.record_interval)
 
     @property
+    def carried(self) -> Array:
+        """(n_point,) share of the weight of its vehicle that the wheels of each point carry."""
+        return np.array([point.carried for point in self.points])
+
+    @property
     def friction(self) -> Array:
-        """(n_vehicle,) largest rail friction [N]."""
-        return np.asarray(np.array([v.rail_friction for v in self.vehicles]) * G * self.mass)
+        """(n_point,) largest rail friction [N]."""
+        of_vehicles = np.array([v.rail_friction for v in self.vehicles]) * G * self.mass
+        return np.asarray(of_vehicles[self.vehicle_of] * self.carried)
 
     @property
     def grade_force(self) -> Array:
-        """(n_vehicle,) force of the grade along +x [N]."""
-        return np.asarray(-self.mass * G * self.grade)
+        """(n_point,) force of the grade along +x [N]."""
+        return np.asarray(-self.point_mass * G * self.grade)
 
     @property
     def rolling(self) -> bool:
@@ -344,21 +439,57 @@ def order_of_vehicles(chain: Chain) -> list[int]:
 def largest_step(chain: Chain) -> float:
     """Largest stable step of a chain [s].
 
-    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < 1, K and C the matrices
-    of stiffness and damping over mass with every interface at its stiffest. Gershgorin's circles around the rows of a
-    chain turn that into a bound for each interface: its own two vehicles, both of them held by another one as stiff.
-    For a single oscillator it is 2 (sqrt(1 + z2) - z) / w. What resists the speed, such as an orifice, is taken at the
-    speed at which the two sides close.
+    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
+    matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
+    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. What resists the speed, such as an orifice, is
+    taken at the speed at which the two sides close.
     """
-    steps = []
-    mass = chain.mass
+    from scipy.optimize import brentq
+
+    n = len(chain.points)
+    root = np.sqrt(chain.point_mass)
+    stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
+    for left, right, *of_link in _links(chain):
+        for matrix, value in zip((stiffness, damping), of_link, strict=True):
+            matrix[left, left] += value
+            if right != WALL:
+                matrix[right, right] += value
+                matrix[left, right] -= value
+                matrix[right, left] -= value
+    stiffness /= np.outer(root, root)
+    damping /= np.outer(root, root)
+
+    def over(step: float) -> float:
+        return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
+
+    low = _certain_step(chain)
+    high = 2.0 * low
+    while over(high) < 0.0:
+        low, high = high, 2.0 * high
+    return float(brentq(over, low, high, rtol=1e-12))
+
+
+def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
+    """What acts between two points, or one and the wall: their indices, largest stiffness and damping."""
     for interface in chain.interfaces:
-        inverse = 1.0 / mass[interface.left] + (1.0 / mass[interface.right] if interface.right >= 0 else 0.0)
-        stiffness, damper = interface.bounds(chain.closing_speed)
-        w2 = 2.0 * stiffness * inverse
-        damping = damper * inverse  # half of 2 c / m
-        steps.append(float(2.0 / (damping + np.sqrt(damping**2 + w2))))
-    return min(steps)
+        yield *chain.ends(interface), *interface.bounds(chain.closing_speed)
+    for member in chain.members:
+        yield member.left, member.right, member.stiffness, member.damping
+
+
+def _certain_step(chain: Chain) -> float:
+    """A step that is stable for certain [s]: at most the largest, and found at once.
+
+    Gershgorin's circles around the points: all that acts on a point, twice.
+    """
+    stiffness, damping = np.zeros(len(chain.points)), np.zeros(len(chain.points))
+    for left, right, k, c in _links(chain):
+        for point in (left, right):
+            if point != WALL:
+                stiffness[point] += k
+                damping[point] += c
+    w2, d = 2.0 * stiffness / chain.point_mass, damping / chain.point_mass
+    return float(np.min(2.0 / (d + np.sqrt(d**2 + w2))))
 
 
 def check_step(chain: Chain) -> None:
@@ -367,9 +498,12 @@ def check_step(chain: Chain) -> None:
     Raises:
         InputError: naming the largest step.
     """
+    if chain.step <= _certain_step(chain):
+        return
     limit = largest_step(chain)
-    if chain.step > limit:
+    if chain.step > limit * (1.0 + _ROUNDING):
         raise InputError(
             f"simulation.step_ms = {chain.step * 1e3:.12g}: must be at most {rounded_down(limit * 1e3, 3)} ms for the "
-            "stiffness and damping of these devices and the mass of these vehicles, or the integration is unstable"
+            "stiffness and damping of these devices and bodies and the mass of these vehicles, or the integration is "
+            "unstable"
         )

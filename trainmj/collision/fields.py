@@ -42,6 +42,10 @@ class Head(_Field):
     MAGIC = "1", "marks the block of a simulation with the device law"
     N_VEHICLE = "1", "vehicles"
     N_INTERFACE = "1", "interfaces"
+    N_MEMBER = "1", "members of bodies that give"
+    POINTS = "1", "place of the first point in the block"
+    JOINTS = "1", "place of the first interface"
+    MEMBERS = "1", "place of the first member"
     TIME = "s", "time of the last evaluation; -1 before the first", True
     OVER = "1", "1 when no interface carries force or comes closer, or all vehicles stand", True
     IMPULSE = "N s", "impulse of rails, brakes, grade and wall on all vehicles together", True
@@ -63,19 +67,14 @@ class Head(_Field):
 
 
 class Car(_Field):
-    """Fields of a vehicle."""
+    """Fields of a vehicle as a whole."""
 
-    FRICTION_LIMIT = "N", "largest rail friction"
-    BRAKE = "N", "brake force when fully applied"
-    BRAKE_DELAY = "s", "time at which the brake begins to act"
-    BRAKE_RISE = "s", "time that its force takes to rise"
-    BRAKE_MOST = "N", "what the rail can take of it by adhesion"
-    BRAKING = "N", "what the brake can give now"
-    GRADE = "N", "force of the grade along +x"
-    LOAD = "N", "force of all devices, while it is added up"
+    POINTS = "1", "its point masses: one, or those of a body that gives"
+    MASS = "kg", "mass"
     NET = "N", "force of all devices"
-    SPEED = "m/s", "speed at the last evaluation", True
-    FRICTION = "N", "rail friction and brake force"
+    RAIL = "N", "rail friction and brake force"
+    SLOPE = "N", "force of the grade along +x"
+    SPEED = "m/s", "speed of its centre of mass at the last evaluation", True
     FRICTION_WORK = "J", "work done against rail friction", True
     BRAKE_WORK = "J", "work done against the brake", True
     GRADE_WORK = "J", "work done against the grade", True
@@ -86,13 +85,55 @@ class Car(_Field):
     UNSEEN_PEAK = "m/s2", "largest |acceleration| by the devices at a peak of a curve between two steps", True
     SPEED_FIRST = "m/s", "speed at the first force at the front", True
     SPEED_LAST = "m/s", "speed at the last force at the front", True
+    SHORTENED = "m", "shortening of its body, while it is added up"
+    SHORTENED_MAX = "m", "largest shortening of its body", True
+
+
+class Point(_Field):
+    """Fields of a point mass: a vehicle, or a part of one with a body that gives."""
+
+    FRICTION_LIMIT = "N", "largest rail friction"
+    BRAKE = "N", "brake force when fully applied"
+    BRAKE_DELAY = "s", "time at which the brake begins to act"
+    BRAKE_RISE = "s", "time that its force takes to rise"
+    BRAKE_MOST = "N", "what the rail can take of it by adhesion"
+    BRAKING = "N", "what the brake can give now"
+    GRADE = "N", "force of the grade along +x"
+    LOAD = "N", "force of devices, while it is added up"
+    INNER = "N", "force of the members of its body, while it is added up"
+    FORCE = "N", "force of devices, members, rail, brake and grade"
+    SPEED = "m/s", "speed at the last evaluation", True
+    FRICTION = "N", "rail friction and brake force"
+    PEAK = "m/s2", "largest |acceleration| in a body that gives", True
+
+
+class Member(_Field):
+    """Fields of a member of a body: a spring with a dashpot that yields, between two point masses."""
+
+    LEFT = "1", "index of the point on its left"
+    RIGHT = "1", "index of the point on its right"
+    CAR = "1", "place of its vehicle in the block; 0 for the link of a bogie"
+    STIFFNESS = "N/m", "stiffness"
+    DAMPING = "N s/m", "dashpot beside it"
+    COLLAPSE = "N", "force at which it yields"
+    HARDENING = "N/m", "slope of that force over plastic travel"
+    STROKE = "m", "shortening at the last evaluation", True
+    RATE = "m/s", "rate of it"
+    FORCE = "N", "force of the spring", True
+    PLASTIC = "m", "plastic shortening", True
+    TRAVEL = "m", "plastic travel, to and fro"
+    STROKE_MAX = "m", "largest shortening", True
+    FORCE_MAX = "N", "largest force, of spring and dashpot", True
+    DISSIPATED = "J", "energy lost", True
+    VISCOUS = "J", "part of it that was lost in the dashpot", True
 
 
 class Joint(_Field):
     """Fields of an interface."""
 
-    LEFT = "1", "index of the vehicle on its left"
-    RIGHT = "1", "index of the vehicle on its right; -1 for the wall"
+    LEFT = "1", "index of the point on its left"
+    RIGHT = "1", "index of the point on its right; -1 for the wall"
+    CAR = "1", "place of the vehicle on its left in the block; the next one is on its right"
     FIRST = "1", "place of its first element in the block"
     COUNT = "1", "its elements"
     STROKE = "m", "stroke at the last evaluation", True
@@ -155,8 +196,10 @@ def places(fields: type[IntEnum]) -> Any:
     return kind(*map(int, fields))
 
 
-HEAD, CAR, JOINT, ELEMENT = places(Head), places(Car), places(Joint), places(Element)
+HEAD, CAR, POINT = places(Head), places(Car), places(Point)
+JOINT, ELEMENT, MEMBER = places(Joint), places(Element), places(Member)
 """Numba takes no members of an Enum as indices."""
 
-N_HEAD, N_CAR, N_JOINT, N_ELEMENT = len(Head), len(Car), len(Joint), len(Element)
+N_HEAD, N_CAR, N_POINT = len(Head), len(Car), len(Point)
+N_JOINT, N_ELEMENT, N_MEMBER = len(Joint), len(Element), len(Member)
 N_PARAMETER = ELEMENT.P9 - ELEMENT.P0 + 1

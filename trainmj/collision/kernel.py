@@ -33,9 +33,24 @@ from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
 from trainmj.collision.block import MAGIC
+from trainmj.collision.body import strain
 from trainmj.collision.compiled import address_of
 from trainmj.collision.element import advance, narrowest
-from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_ELEMENT, N_HEAD, N_JOINT, Block
+from trainmj.collision.fields import (
+    CAR,
+    ELEMENT,
+    HEAD,
+    JOINT,
+    MEMBER,
+    N_CAR,
+    N_ELEMENT,
+    N_HEAD,
+    N_JOINT,
+    N_MEMBER,
+    N_POINT,
+    POINT,
+    Block,
+)
 from trainmj.collision.interrupts import held_back
 from trainmj.collision.law import SERIES
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
@@ -167,28 +182,32 @@ def _passive(offsets: Offsets) -> Any:
         if time != s[HEAD.TIME]:  # MuJoCo may ask again at the same time: the state has moved already
             whole = s[HEAD.PARTS_LEFT] == 0.0
             step = _in(model, at_timestep)
-            step[0] = _next_step(s, n, _at(data, at_qpos), qvel)
+            step[0] = _next_step(s, _at(data, at_qpos), qvel)
             elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
             inertia = _at(data, at_inertia)
-            active, peaked, wall = _devices(s, n, _at(data, at_qpos), qvel, elapsed, time)
+            active, peaked, wall = _devices(s, _at(data, at_qpos), qvel, elapsed, time)
+            if s[HEAD.N_MEMBER] > 0.0:
+                _members(s, _at(data, at_qpos), qvel, elapsed)
             still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
             if peaked:
-                _peaks(s, n, inertia)
+                _peaks(s)
             s[HEAD.TIME] = time
             s[HEAD.OVER] = 1.0 if still or not (active or closing) else 0.0
             if whole:
-                _record(s, n, qvel)
+                _record(s, n)
         else:
-            c = N_HEAD
-            for i in range(n):
-                out[i] += s[c + CAR.NET] + s[c + CAR.FRICTION] + s[c + CAR.GRADE]
-                c += N_CAR
+            p, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
+            i = 0
+            while p < joints:
+                out[i] += s[p + POINT.FORCE]
+                p += N_POINT
+                i += 1
 
     return passive
 
 
 @register_jitable
-def _next_step(s: Block, n: int, qpos: Any, qvel: Any) -> float:
+def _next_step(s: Block, qpos: Any, qvel: Any) -> float:
     """The step from here [s]: a whole one, or a part where the vehicles come to a narrow part of a curve."""
     s[HEAD.STEPS] += 1.0
     if s[HEAD.PARTS_LEFT] > 0.0:
@@ -199,7 +218,7 @@ def _next_step(s: Block, n: int, qpos: Any, qvel: Any) -> float:
     if s[HEAD.REFINES] == 0.0:
         return step
     m = int(s[HEAD.N_INTERFACE])
-    joints = N_HEAD + N_CAR * n
+    joints = int(s[HEAD.JOINTS])
     parts = 1.0
     for k in range(m):
         j = joints + N_JOINT * k
@@ -220,16 +239,16 @@ def _next_step(s: Block, n: int, qpos: Any, qvel: Any) -> float:
 
 
 @register_jitable
-def _devices(s: Block, n: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
-    """Move the devices and add up their forces on the vehicles.
+def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
+    """Move the devices and add up their forces on the points.
 
     Returns:
-        Whether one carries force or comes closer; whether one had its largest force on the way; impulse of the wall.
+        Whether one carries force, or draw gear comes taut; whether one had its largest force on the way; the impulse of
+        the wall.
     """
     m = int(s[HEAD.N_INTERFACE])
-    cars, joints = N_HEAD, N_HEAD + N_CAR * n
+    points, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
     active = peaked = False
-    approach = STILL_SPEED if s[HEAD.ROLLING] != 0.0 else APPROACH_SPEED
     wall = 0.0
     for k in range(m):
         j = joints + N_JOINT * k
@@ -257,8 +276,6 @@ def _devices(s: Block, n: int, qpos: Any, qvel: Any, elapsed: float, time: float
             if force > s[j + JOINT.FORCE_MAX]:
                 s[j + JOINT.FORCE_MAX] = force
         before = s[j + JOINT.FORCE]
-        if rate > approach:
-            active = True
         if right < 0:
             wall -= before * elapsed
         s[j + JOINT.STROKE] = u
@@ -266,93 +283,135 @@ def _devices(s: Block, n: int, qpos: Any, qvel: Any, elapsed: float, time: float
         if u > s[j + JOINT.STROKE_MAX]:
             s[j + JOINT.STROKE_MAX] = u
             s[j + JOINT.STROKE_MAX_TIME] = time
-        s[cars + N_CAR * left + CAR.LOAD] -= force
+        s[points + N_POINT * left + POINT.LOAD] -= force
         if right >= 0:
-            s[cars + N_CAR * right + CAR.LOAD] += force
+            s[points + N_POINT * right + POINT.LOAD] += force
     return active, peaked, wall
+
+
+@register_jitable
+def _members(s: Block, qpos: Any, qvel: Any, elapsed: float) -> None:
+    """Move the members of bodies and add up their forces on the points."""
+    points = int(s[HEAD.POINTS])
+    m = int(s[HEAD.MEMBERS])
+    for _ in range(int(s[HEAD.N_MEMBER])):
+        left, right = int(s[m + MEMBER.LEFT]), int(s[m + MEMBER.RIGHT])
+        force = strain(s, m, qpos[left] - qpos[right], qvel[left] - qvel[right], elapsed)
+        car = int(s[m + MEMBER.CAR])
+        if car > 0:
+            s[car + CAR.SHORTENED] += s[m + MEMBER.STROKE]
+        s[points + N_POINT * left + POINT.INNER] -= force
+        s[points + N_POINT * right + POINT.INNER] += force
+        m += N_MEMBER
 
 
 @register_jitable
 def _vehicles(
     s: Block, n: int, qvel: Any, inertia: Any, out: Any, step: float, elapsed: float, time: float, wall: float
 ) -> tuple[bool, bool]:
-    """The whole force on every vehicle, with rail friction and brake.
+    """The whole force on every point, with rail friction and brake, and what it does to the vehicles.
 
     Returns:
-        Whether all stand; whether two may still come together.
+        Whether all stand; whether two come together, or may yet.
     """
-    cars = N_HEAD
-    meeting = cars + N_CAR * n + N_JOINT * int(s[HEAD.FRONT])
+    c, p = N_HEAD, int(s[HEAD.POINTS])
+    meeting = int(s[HEAD.JOINTS]) + N_JOINT * int(s[HEAD.FRONT])
     touching = s[meeting + JOINT.FORCE] > 0.0
     first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
     rolling = s[HEAD.ROLLING] != 0.0
+    approach = STILL_SPEED if rolling else APPROACH_SPEED
     impulse = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
-    for i in range(n):
-        c = cars + N_CAR * i
-        v, mass, net = qvel[i], inertia[i], s[c + CAR.LOAD]
-        s[c + CAR.LOAD] = 0.0
-        s[c + CAR.NET] = net
-        if touching:
-            s[c + CAR.SPEED_LAST] = v
-            if first:
-                s[c + CAR.SPEED_FIRST] = v
-        limit, held = s[c + CAR.FRICTION_LIMIT], s[c + CAR.FRICTION]
-        work = 0.5 * held * (s[c + CAR.SPEED] + v) * elapsed
-        grade = 0.0
-        if rolling:
-            grade = s[c + CAR.GRADE]
-            s[c + CAR.GRADE_WORK] -= 0.5 * grade * (s[c + CAR.SPEED] + v) * elapsed
-            braking = s[c + CAR.BRAKING]
-            if braking > 0.0:  # rail and brake share the work
-                braked = work * braking / (limit + braking)
-                s[c + CAR.BRAKE_WORK] -= braked
-                work -= braked
-            braking = _braking(s, c, time)
-            s[c + CAR.BRAKING] = braking
-            limit += braking
-        s[c + CAR.FRICTION_WORK] -= work
-        if i + 1 == n:
+    i = 0
+    for car in range(n):
+        count = int(s[c + CAR.POINTS])
+        net, rail, slope, whole, momentum, may = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        if car + 1 == n:
             impulse += wall
-        impulse += (held + grade) * elapsed
-        # the friction that would stop the vehicle within this step, within what rail and brake can give
-        friction = min(limit, max(-limit, -(mass * v / step + net + grade)))
-        whole = net + friction + grade
-        out[i] += whole
-        s[c + CAR.SPEED] = v
-        s[c + CAR.FRICTION] = friction
+        for _ in range(count):
+            v, mass, load, inner = qvel[i], inertia[i], s[p + POINT.LOAD], s[p + POINT.INNER]
+            s[p + POINT.LOAD] = s[p + POINT.INNER] = 0.0
+            limit, held = s[p + POINT.FRICTION_LIMIT], s[p + POINT.FRICTION]
+            work = 0.5 * held * (s[p + POINT.SPEED] + v) * elapsed
+            grade = 0.0
+            if rolling:
+                grade = s[p + POINT.GRADE]
+                s[c + CAR.GRADE_WORK] -= 0.5 * grade * (s[p + POINT.SPEED] + v) * elapsed
+                braking = s[p + POINT.BRAKING]
+                if braking > 0.0:  # rail and brake share the work
+                    braked = work * braking / (limit + braking)
+                    s[c + CAR.BRAKE_WORK] -= braked
+                    work -= braked
+                braking = _braking(s, p, time)
+                s[p + POINT.BRAKING] = braking
+                limit += braking
+            s[c + CAR.FRICTION_WORK] -= work
+            impulse += (held + grade) * elapsed
+            # the friction that would stop it within this step, within what rail and brake can give
+            friction = min(limit, max(-limit, -(mass * v / step + load + inner + grade)))
+            force = load + inner + friction + grade
+            out[i] += force
+            s[p + POINT.FORCE] = force
+            s[p + POINT.SPEED] = v
+            s[p + POINT.FRICTION] = friction
+            if count > 1:
+                s[p + POINT.PEAK] = max(s[p + POINT.PEAK], abs(force) / mass)
+            net += load
+            rail += friction
+            slope += grade
+            whole += force
+            may += limit
+            momentum += mass * v
+            p += N_POINT
+            i += 1
+        mass = s[c + CAR.MASS]
+        speed = s[p - N_POINT + POINT.SPEED] if count == 1 else momentum / mass
+        s[c + CAR.NET], s[c + CAR.RAIL], s[c + CAR.SLOPE] = net, rail, slope
+        s[c + CAR.SPEED] = speed
+        if count > 1:
+            s[c + CAR.SHORTENED_MAX] = max(s[c + CAR.SHORTENED_MAX], s[c + CAR.SHORTENED])
+            s[c + CAR.SHORTENED] = 0.0
+        if touching:
+            s[c + CAR.SPEED_LAST] = speed
+            if first:
+                s[c + CAR.SPEED_FIRST] = speed
         if abs(net) > s[c + CAR.DEVICE_FORCE]:
             s[c + CAR.DEVICE_FORCE] = abs(net)
             s[c + CAR.DEVICE_PEAK] = abs(net) / mass
         if abs(whole) > s[c + CAR.TOTAL_FORCE]:
             s[c + CAR.TOTAL_FORCE] = abs(whole)
             s[c + CAR.TOTAL_PEAK] = abs(whole) / mass
-        if abs(v) > STILL_SPEED or abs(net + grade) > limit:
+        if abs(speed) > STILL_SPEED or abs(net + slope) > may:
             still = False
+        if car > 0 and speed_behind - speed > approach:
+            closing = True
         if rolling:
             accelerated = whole / mass
-            if i > 0 and accelerated_behind > accelerated and (speed_behind > STILL_SPEED or v < -STILL_SPEED):
+            if car > 0 and accelerated_behind > accelerated and (speed_behind > STILL_SPEED or speed < -STILL_SPEED):
                 closing = True
-            speed_behind, accelerated_behind = v, accelerated
+            accelerated_behind = accelerated
+        speed_behind = speed
+        c += N_CAR
+    if int(s[HEAD.N_INTERFACE]) == n and speed_behind > approach:  # the last one stands before the wall
+        closing = True
     s[HEAD.IMPULSE] += impulse
     return still, closing
 
 
 @register_jitable
-def _braking(s: Block, c: int, time: float) -> float:
-    """What the brake of a vehicle can give at a time [N]."""
-    rise, since = s[c + CAR.BRAKE_RISE], time - s[c + CAR.BRAKE_DELAY]
+def _braking(s: Block, p: int, time: float) -> float:
+    """What the brake can give on a point at a time [N]."""
+    rise, since = s[p + POINT.BRAKE_RISE], time - s[p + POINT.BRAKE_DELAY]
     part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
-    return min(part * s[c + CAR.BRAKE], s[c + CAR.BRAKE_MOST])
+    return min(part * s[p + POINT.BRAKE], s[p + POINT.BRAKE_MOST])
 
 
 @register_jitable
-def _peaks(s: Block, n: int, inertia: Any) -> None:
+def _peaks(s: Block) -> None:
     """Peaks of forces on the way to this evaluation: noted apart, and counted where steps are made smaller for them."""
-    m = int(s[HEAD.N_INTERFACE])
-    cars, joints = N_HEAD, N_HEAD + N_CAR * n
-    for k in range(m):
+    joints = int(s[HEAD.JOINTS])
+    for k in range(int(s[HEAD.N_INTERFACE])):
         j = joints + N_JOINT * k
         above = s[j + JOINT.ABOVE]
         if above <= 0.0:
@@ -363,30 +422,30 @@ def _peaks(s: Block, n: int, inertia: Any) -> None:
         if s[HEAD.REFINES] != 0.0:
             s[j + JOINT.FORCE_MAX] = max(s[j + JOINT.FORCE_MAX], force)
         for end in range(2):
-            i = int(s[j + (JOINT.RIGHT if end else JOINT.LEFT)])
-            if i < 0:
+            if end and s[j + JOINT.RIGHT] < 0.0:
                 continue
-            c = cars + N_CAR * i
+            c = int(s[j + JOINT.CAR]) + N_CAR * end
+            mass = s[c + CAR.MASS]
             net = s[c + CAR.NET] + (above if end else -above)
-            device = abs(net) / inertia[i]
+            device = abs(net) / mass
             s[c + CAR.UNSEEN_PEAK] = max(s[c + CAR.UNSEEN_PEAK], device)
             if s[HEAD.REFINES] != 0.0:
-                total = abs(net + s[c + CAR.FRICTION] + s[c + CAR.GRADE]) / inertia[i]
+                total = abs(net + s[c + CAR.RAIL] + s[c + CAR.SLOPE]) / mass
                 s[c + CAR.DEVICE_PEAK] = max(s[c + CAR.DEVICE_PEAK], device)
                 s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
-                s[c + CAR.DEVICE_FORCE] = max(s[c + CAR.DEVICE_FORCE], device * inertia[i])
-                s[c + CAR.TOTAL_FORCE] = max(s[c + CAR.TOTAL_FORCE], total * inertia[i])
+                s[c + CAR.DEVICE_FORCE] = max(s[c + CAR.DEVICE_FORCE], device * mass)
+                s[c + CAR.TOTAL_FORCE] = max(s[c + CAR.TOTAL_FORCE], total * mass)
 
 
 @register_jitable
-def _record(s: Block, n: int, qvel: Any) -> None:
+def _record(s: Block, n: int) -> None:
     """Keep the speeds if they are due, and see whether the simulation is done."""
     if s[HEAD.STRIDE] == 0.0:
         return
     if s[HEAD.DUE] == 0.0:
         ring = int(s[HEAD.RING]) + n * (int(s[HEAD.RECORDS]) % int(s[HEAD.N_RING]))
         for i in range(n):
-            s[ring + i] = qvel[i]
+            s[ring + i] = s[N_HEAD + N_CAR * i + CAR.SPEED]
         s[HEAD.RECORDS] += 1.0
         s[HEAD.DUE] = s[HEAD.STRIDE]
         finite = s[HEAD.IMPULSE] - s[HEAD.IMPULSE] == 0.0
@@ -409,7 +468,7 @@ def _sensor(offsets: Offsets) -> Any:
         m = int(s[HEAD.N_INTERFACE])
         out = _at(data, at_sensordata)
         for k in range(m):
-            j = N_HEAD + N_CAR * int(s[HEAD.N_VEHICLE]) + N_JOINT * k
+            j = int(s[HEAD.JOINTS]) + N_JOINT * k
             out[k] = s[j + JOINT.FORCE]
             out[m + k] = 0.0
             e = int(s[j + JOINT.FIRST])
@@ -429,6 +488,10 @@ def _sensor(offsets: Offsets) -> Any:
                 e += int(s[e + ELEMENT.NEXT])
             out[2 * m + k], out[3 * m + k] = left, right
             out[4 * m + k], out[5 * m + k] = left_energy, right_energy
+        member = int(s[HEAD.MEMBERS])
+        for k in range(int(s[HEAD.N_MEMBER])):
+            out[6 * m + k] = s[member + MEMBER.PLASTIC]
+            member += N_MEMBER
 
     return sensor
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from trainmj.collision.body import Body, Bogies
 from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, check_step, meet
 from trainmj.collision.device import Device
 from trainmj.collision.law import KINDS
 from trainmj.collision.quantities import columns_of, no_number, of_each
 from trainmj.files.source import Problem, no_such
 from trainmj.scenario import Scenario, scenario_given
+from trainmj.scenario.bodies import BodySpec
 from trainmj.scenario.parts import Collision
 from trainmj.scenario.trains import RIGID_WALL, Car
-from trainmj.units import KM_H, KN, MM, MS, TONNE, G
+from trainmj.units import KM_H, KN, KN_PER_MM, MM, MS, TONNE, G
 
 
 def line_up(scenario: Scenario | str | Path) -> Chain:
@@ -33,7 +36,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     moving = scenario.trains[c.train].cars()
     n = len(moving)
     drawn: str = scenario.trains[c.train].drawing
-    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn) for i, car in enumerate(moving)][::-1]
+    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn, True) for i, car in enumerate(moving)][::-1]
     interfaces = [
         _coupled(f"M{i + 1}-M{i + 2}", n - i - 2, [devices[name] for name in (car.coupler or ())][::-1])
         for i, car in enumerate(moving[:-1])
@@ -52,7 +55,10 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         far = devices[struck]
         interfaces.append(_front("S1-M1", n - 1, n, near, far))
         drawn = scenario.trains[c.partner].drawing if obstacle is None else obstacle.drawn
-        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn) for i, car in enumerate(cars)]
+        front_right = c.partner_end == "rear"
+        vehicles += [
+            _vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn, front_right) for i, car in enumerate(cars)
+        ]
         interfaces += [
             _coupled(f"S{i + 1}-S{i + 2}", n + i, [devices[name] for name in (car.coupler or ())])
             for i, car in enumerate(cars[:-1])
@@ -102,7 +108,7 @@ def _partner(scenario: Scenario) -> tuple[str, list[Car]]:
     return str(getattr(partner, c.partner_end)), cars
 
 
-def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str) -> Vehicle:
+def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str, front_right: bool) -> Vehicle:
     assert car.mass_t is not None  # held by the rules of a scenario
     brake = None
     if car.brakes is not None:
@@ -110,7 +116,28 @@ def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawi
         most = math.inf if b.adhesion is None else b.adhesion * car.mass_t * TONNE * G
         brake = Brake(b.whole_kN(car.mass_t) * KN, b.delay_s, b.rise_s, most)
     friction = collision.rail_friction if car.rail_friction is None else car.rail_friction
-    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed_km_h * KM_H, friction, brake, drawing)
+    speed, body = speed_km_h * KM_H, None if car.body is None else _body(car.body, car, front_right)
+    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed, friction, brake, drawing, body)
+
+
+def _body(spec: BodySpec, car: Car, front_right: bool) -> Body:
+    """The body of a vehicle, whose front end is on its right or on its left."""
+    assert car.mass_t is not None
+    own_t = car.mass_t - spec.bogies_t
+    front, rear = spec.attached_m
+    body = Body(
+        spec.whole_kN_per_mm(own_t, car.length_m) * KN_PER_MM,
+        spec.damping_ratio,
+        spec.members,
+        math.inf if spec.collapse_force_kN is None else spec.collapse_force_kN * KN,
+        spec.hardening_kN_per_mm * KN_PER_MM,
+        (rear, front) if front_right else (front, rear),
+    )
+    if spec.bogies is None:
+        return body
+    stiffness, mass = spec.bogies.stiffness_kN_per_mm * KN_PER_MM, spec.bogies.mass_t * TONNE
+    damping = 2.0 * spec.damping_ratio * math.sqrt(stiffness * mass)
+    return replace(body, bogies=Bogies(mass, stiffness, damping, spec.bogies.centres_m))
 
 
 def _front(name: str, left: int, right: int, near: Device, far: Device) -> Interface:

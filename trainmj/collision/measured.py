@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from trainmj.collision.block import Tally
+from trainmj.collision.body import plastic_over
 from trainmj.collision.chain import WALL, Chain, n_own_sides, places_of_sides
 from trainmj.collision.device import Stage
 from trainmj.collision.envelope import Array
@@ -47,8 +48,8 @@ class Measured:
     @cached_property
     def kinetic(self) -> tuple[float, float]:
         """Kinetic energy at the start and at the end [J]."""
-        mass = self.chain.mass
-        start, end = (float(0.5 * np.sum(mass * v**2)) for v in (self.chain.speed, self.tally.speed))
+        mass = self.chain.point_mass
+        start, end = (float(0.5 * np.sum(mass * v**2)) for v in (self.chain.point_speed, self.tally.point_speed))
         return start, end
 
     @cached_property
@@ -80,6 +81,44 @@ class Measured:
         return float(self.tally.dissipated.sum())
 
     @cached_property
+    def body_plastic(self) -> tuple[Array, Array]:
+        """(n_vehicle,) plastic shortening of the body [m], and the largest within a length of it; 0 without one."""
+        whole, within = np.zeros(len(self.chain.vehicles)), np.zeros(len(self.chain.vehicles))
+        for i, vehicle in enumerate(self.chain.vehicles):
+            if vehicle.body is None:
+                continue
+            of_body = [k for k, m in enumerate(self.chain.members) if m.vehicle == i and m.span]
+            plastic = self.tally.member_plastic[of_body]
+            whole[i] = plastic.sum()
+            within[i] = plastic_over([self.chain.members[k].span or (0.0, 0.0) for k in of_body], plastic.tolist())
+        return whole, within
+
+    def body_peak(self) -> Array:
+        """(n_vehicle,) largest |acceleration| of any point of the body [m/s2], by all forces; bogies left out."""
+        peaks = self.tally.total_peak.copy()
+        for i, vehicle in enumerate(self.chain.vehicles):
+            if vehicle.body is not None:
+                first = self.chain.first[i]
+                peaks[i] = self.tally.point_peak[first : first + vehicle.body.n_members + 1].max()
+        return np.asarray(peaks)
+
+    def body_energy(self) -> Array:
+        """(n_vehicle,) energy lost in the body of each vehicle [J]."""
+        of_vehicle = [member.vehicle for member in self.chain.members]
+        return np.bincount(of_vehicle, self.tally.member_dissipated, len(self.chain.vehicles)).astype(np.float64)
+
+    @property
+    def in_bodies(self) -> float:
+        """Energy that bodies still hold at the end [J]."""
+        stiffness = np.array([member.stiffness for member in self.chain.members])
+        return float(np.sum(0.5 * self.tally.member_force**2 / stiffness))
+
+    @property
+    def lost_in_bodies(self) -> float:
+        """Energy lost in bodies, by yielding and by damping [J]."""
+        return float(self.tally.member_dissipated.sum())
+
+    @cached_property
     def energy_error(self) -> float:
         """What is missing in the balance of energy, relative to what the collision can convert.
 
@@ -88,7 +127,7 @@ class Measured:
         the step is small enough.
         """
         start, end = self.kinetic
-        left = self.stored("elastic") + self.stored("gas")
+        left = self.stored("elastic") + self.stored("gas") + self.in_bodies + self.lost_in_bodies
         rails = float(self.tally.friction_work.sum()) + float(self.tally.brake_work.sum())
         return (start - end - left - self.absorbed - rails - float(self.tally.grade_work.sum())) / self.convertible
 

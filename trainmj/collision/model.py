@@ -1,7 +1,8 @@
 """From a chain of vehicles to a MuJoCo model: a body for each vehicle, a tendon for each interface.
 
-Names are those a person uses: body and joint M1, tendon S1-M1, sensor "stroke S1-M1". A joint's position is 0 where
-the two sides touch, so a tendon's length is the stroke of its interface.
+A vehicle with a body that gives has one for each of its points: M1 1, M1 2 and so on, from the end that faces the
+impact. Names are those a person uses: body and joint M1, tendon S1-M1, sensor "stroke S1-M1". A joint's position is 0
+where the two sides touch, so a tendon's length is the stroke of its interface.
 """
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from trainmj.collision.block import Layout
-from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
+from trainmj.collision.body import Member, Point
+from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.press import press
@@ -23,7 +25,10 @@ OF_DEVICES = ("force", "energy", "left stroke", "right stroke", "left energy", "
 """What the law of the devices writes for every interface; left and right are its devices."""
 
 SENSED = (*OF_DEVICES, "stroke", "stroke rate")
-"""What is sensed at every interface, in the order of the sensor data; then each vehicle's MOTION."""
+"""What is sensed at every interface, in the order of the sensor data; then each point's MOTION."""
+
+OF_MEMBERS = "plastic"
+"""What the law of the members writes for every member of a body, behind that."""
 
 MOTION = ("position", "velocity", "acceleration")
 
@@ -89,22 +94,26 @@ def spec(
     base.option.timestep = chain.step
     base.option.integrator = _INTEGRATORS[chain.integrator]
     base.nuserdata = 0 if stand_in else (layout or Layout.of(chain)).size
-    for i, vehicle in enumerate(chain.vehicles):
-        _add_vehicle(base, chain, i, vehicle)
-    base.add_key(name="start", qpos=chain.start, qvel=chain.speed)
+    for i, point in enumerate(chain.points):
+        _add_point(base, chain, i, point)
+    base.add_key(name="start", qpos=chain.start, qvel=chain.point_speed)
     if bare:
         return base
     for interface in chain.interfaces:
         tendon = base.add_tendon(name=interface.name)
-        tendon.wrap_joint(chain.vehicles[interface.left].name, 1.0)
-        if interface.right != WALL:
-            tendon.wrap_joint(chain.vehicles[interface.right].name, -1.0)
+        left, right = chain.ends(interface)
+        tendon.wrap_joint(chain.points[left].name, 1.0)
+        if right != WALL:
+            tendon.wrap_joint(chain.points[right].name, -1.0)
         if stand_in:
             stiffness, force = stand_in_of(interface, chain.stand_in_speed)
             tendon.stiffness[0] = stiffness
             tendon.springyield = force / stiffness
             tendon.springlength[:] = -_NEVER, 0.0
-    _add_sensors(base, chain, SENSED[len(OF_DEVICES) :] if stand_in else SENSED)
+    if stand_in:
+        for member in chain.members:
+            _add_member(base, chain, member)
+    _add_sensors(base, chain, SENSED[len(OF_DEVICES) :] if stand_in else SENSED, stand_in)
     return base
 
 
@@ -142,38 +151,57 @@ def _centre(chain: Chain, index: int) -> float:
     return sum(lengths[chain.n_moving : index]) + lengths[index] / 2
 
 
-def _add_vehicle(base: mujoco.MjSpec, chain: Chain, index: int, vehicle: Vehicle) -> None:
+def _add_point(base: mujoco.MjSpec, chain: Chain, index: int, point: Point) -> None:
+    vehicle = chain.vehicles[point.vehicle]
     # the inertia tensor is a uniform box's; it never matters on a slide joint, but MuJoCo wants a physical one
     x, y, z = vehicle.length, 2.8, 3.6
     body = base.worldbody.add_body(
-        name=vehicle.name,
-        pos=[_centre(chain, index), 0, 0],
-        mass=vehicle.mass,
+        name=point.name,
+        pos=[_centre(chain, point.vehicle) - 0.5 * vehicle.length + point.place, 0, 0],
+        mass=point.mass,
         ipos=[0, 0, 0],
-        inertia=np.array([y * y + z * z, x * x + z * z, x * x + y * y]) * vehicle.mass / 12,
+        inertia=np.array([y * y + z * z, x * x + z * z, x * x + y * y]) * point.mass / 12,
         explicitinertial=True,
     )
-    body.add_joint(name=vehicle.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0], ref=float(chain.start[index]))
+    body.add_joint(name=point.name, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[1, 0, 0], ref=float(chain.start[index]))
 
 
-def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed_here: Sequence[str] = SENSED) -> None:
+def _add_member(base: mujoco.MjSpec, chain: Chain, member: Member) -> None:
+    """A member of a body as a tendon of MuJoCo's: a spring with a dashpot, which yields but does not harden."""
+    tendon = base.add_tendon(name=member.name)
+    tendon.wrap_joint(chain.points[member.left].name, 1.0)
+    tendon.wrap_joint(chain.points[member.right].name, -1.0)
+    tendon.stiffness[0], tendon.damping[0] = member.stiffness, member.damping
+    tendon.springlength[:] = 0.0, 0.0
+    if member.collapse < np.inf:
+        tendon.springyield = member.collapse / member.stiffness
+
+
+def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed: Sequence[str], stand_in: bool) -> None:
     kind, thing = mujoco.mjtSensor, mujoco.mjtObj
-    for sensed in sensed_here:
+
+    def of_law(name: str) -> None:  # the first user sensors
+        base.add_sensor(name=name, type=kind.mjSENS_USER, dim=1, needstage=mujoco.mjtStage.mjSTAGE_ACC)
+
+    for name in (name for name in sensed if name in OF_DEVICES):
         for interface in chain.interfaces:
-            sensor = base.add_sensor(name=f"{sensed} {interface.name}")
-            if sensed in OF_DEVICES:  # the first user sensors
-                sensor.type, sensor.dim, sensor.needstage = kind.mjSENS_USER, 1, mujoco.mjtStage.mjSTAGE_ACC
-            else:
-                sensor.type = kind.mjSENS_TENDONPOS if sensed == "stroke" else kind.mjSENS_TENDONVEL
-                sensor.objtype, sensor.objname = thing.mjOBJ_TENDON, interface.name
+            of_law(f"{name} {interface.name}")
+    for member in () if stand_in else chain.members:
+        of_law(f"{OF_MEMBERS} {member.name}")
+    for name in (name for name in sensed if name not in OF_DEVICES):
+        for interface in chain.interfaces:
+            of_tendon = kind.mjSENS_TENDONPOS if name == "stroke" else kind.mjSENS_TENDONVEL
+            base.add_sensor(
+                name=f"{name} {interface.name}", type=of_tendon, objtype=thing.mjOBJ_TENDON, objname=interface.name
+            )
     kinds = {
         "position": kind.mjSENS_JOINTPOS,
         "velocity": kind.mjSENS_JOINTVEL,
         "acceleration": kind.mjSENS_FRAMELINACC,
     }
     for motion in MOTION:
-        for vehicle in chain.vehicles:
-            sensor = base.add_sensor(name=f"{motion} {vehicle.name}", type=kinds[motion], objname=vehicle.name)
+        for point in chain.points:
+            sensor = base.add_sensor(name=f"{motion} {point.name}", type=kinds[motion], objname=point.name)
             sensor.objtype = thing.mjOBJ_BODY if motion == "acceleration" else thing.mjOBJ_JOINT
 
 
@@ -185,12 +213,21 @@ def split_sensors(chain: Chain, logged: Array) -> dict[str, Array]:
         logged: (n_sample, n_sensordata).
 
     Returns:
-        (n_sample, n_interface) for each of SENSED, (n_sample, n_vehicle) for each of MOTION.
+        (n_sample, n_interface) for each of SENSED; OF_MEMBERS (n_sample, n_member); each of MOTION (n_sample, n_point),
+        and (n_sample, n_vehicle) of the centres of mass.
     """
-    m, n = len(chain.interfaces), len(chain.vehicles)
-    columns = {name.replace(" ", "_"): logged[:, k * m : (k + 1) * m] for k, name in enumerate(SENSED)}
-    start = len(SENSED) * m
-    columns["position"] = logged[:, start : start + n]
-    columns["velocity"] = logged[:, start + n : start + 2 * n]
-    columns["acceleration"] = logged[:, start + 2 * n : start + 5 * n : 3]  # its x component
-    return columns
+    m, n, inner = len(chain.interfaces), len(chain.points), len(chain.members)
+    columns, start = {}, 0
+    for name in SENSED:
+        columns[name.replace(" ", "_")] = logged[:, start : start + m]
+        start += m
+        if name == OF_DEVICES[-1]:
+            columns[f"member_{OF_MEMBERS}"] = logged[:, start : start + inner]
+            start += inner
+    motion = {
+        "position": logged[:, start : start + n],
+        "velocity": logged[:, start + n : start + 2 * n],
+        "acceleration": logged[:, start + 2 * n : start + 5 * n : 3],  # its x component
+    }
+    columns |= {f"point_{name}": values for name, values in motion.items()}
+    return columns | {name: chain.of_vehicles(values) for name, values in motion.items()}

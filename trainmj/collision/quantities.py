@@ -124,6 +124,12 @@ INTERFACE: tuple[Quantity[Side], ...] = (
 )  # fmt: skip
 """Quantities of an interface, or of one train's side of the front; a number each."""
 
+
+def _bodies_give(chain: Chain) -> bool:
+    """Whether a vehicle has a body that gives; the others have that of one mass."""
+    return bool(chain.members)
+
+
 VEHICLE: tuple[Quantity[Measured], ...] = (
     Quantity("mass", "t", -6, "mass", "mass", lambda m: m.chain.mass / TONNE),
     Quantity(
@@ -160,8 +166,57 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         "balance_time", "s", 3, "balance\ntime", "when the interface on the side of the impact had its largest stroke",
         lambda m: m.balance_time(), "balance_time",
     ),
+    Quantity(
+        "body_shortening", "mm", 1, "body\nshortening", "largest shortening of its body",
+        lambda m: m.tally.shortened_max / MM, "body_shortening", there=_bodies_give,
+    ),
+    Quantity(
+        "body_plastic", "mm", 1, "body\nplastic", "plastic shortening of its body",
+        lambda m: m.body_plastic[0] / MM, "body_plastic", there=_bodies_give,
+    ),
+    Quantity(
+        "body_plastic_5m", "mm", 1, "plastic\nin 5 m",
+        "largest plastic shortening within 5 m of its body: a proxy of survival space, no measure of it",
+        lambda m: m.body_plastic[1] / MM, "body_plastic_5m", there=_bodies_give,
+    ),
+    Quantity(
+        "body_peak", "g", 3, "body\npeak", "largest |acceleration| at any point of its body, from every step",
+        lambda m: m.body_peak() / G, "body_peak", there=_bodies_give,
+    ),
+    Quantity(
+        "body_energy", "kJ", 2, "body\nenergy", "energy lost in its body, by yielding and by damping",
+        lambda m: m.body_energy() / KJ, "body_energy", there=_bodies_give,
+    ),
 )  # fmt: skip
 """Quantities of a vehicle; (n_vehicle,) numbers in the order of the chain each."""
+
+MEMBER: tuple[Quantity[Measured], ...] = (
+    Quantity(
+        "shortening", "mm", 2, "largest\nshortening", "largest shortening of a member of a body",
+        lambda m: m.tally.member_stroke_max / MM, "shortening",
+    ),
+    Quantity(
+        "plastic", "mm", 2, "plastic", "plastic shortening of a member of a body; negative where it was drawn out",
+        lambda m: m.tally.member_plastic / MM, "plastic",
+    ),
+    Quantity(
+        "peak_force", "kN", 1, "peak\nforce", "largest |force| in a member of a body",
+        lambda m: m.tally.member_force_max / KN, "force",
+    ),
+    Quantity(
+        "energy", "kJ", 2, "lost\nenergy", "energy lost in a member of a body, by yielding and by damping",
+        lambda m: m.tally.member_dissipated / KJ,
+    ),
+)  # fmt: skip
+"""Quantities of a member of a body that gives, or of the link of a bogie; (n_member,) numbers each."""
+
+POINT: tuple[Quantity[Measured], ...] = (
+    Quantity(
+        "peak_acceleration", "g", 3, "total\npeak", "largest |acceleration| of a point of a body, by all forces",
+        lambda m: m.tally.point_peak / G, "peak_acceleration",
+    ),
+)  # fmt: skip
+"""Quantities of a point of a body that gives, or of a bogie; (n_point,) numbers each."""
 
 TRAIN: tuple[Quantity[Measured], ...] = (
     Quantity(
@@ -195,6 +250,10 @@ BALANCE: tuple[Quantity[Measured], ...] = (
              lambda m: m.stored("elastic") / KJ),
     Quantity("gas", "kJ", 1, "in gas, still in the devices", "energy still in the gas of hydraulic devices",
              lambda m: m.stored("gas") / KJ),
+    Quantity("in_bodies", "kJ", 1, "elastic, still in the car bodies", "energy still in the car bodies",
+             lambda m: m.in_bodies / KJ, there=_bodies_give),
+    Quantity("bodies", "kJ", 1, "absorbed by the car bodies", "energy lost in car bodies, by yielding and by damping",
+             lambda m: m.lost_in_bodies / KJ, "bodies", there=_bodies_give),
     Quantity("absorbed", "kJ", 1, "absorbed by the devices", "energy absorbed by all devices",
              lambda m: m.absorbed / KJ, "absorbed"),
     Quantity("crushed", "kJ", 1, "by crushing", "part of the absorbed energy that crushing took",
@@ -237,12 +296,19 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
         "An interface": INTERFACE,
         "A stage": (STAGE,),
         "A vehicle": VEHICLE,
+        "A member of a body that gives": MEMBER,
+        "A point of a body that gives": POINT,
     }
 
 
 def of_train(chain: Chain) -> tuple[Quantity[Measured], ...]:
     """The criteria that a chain has."""
     return tuple(q for q in TRAIN if q.there(chain))
+
+
+def of_balance(chain: Chain) -> tuple[Quantity[Measured], ...]:
+    """Where energy and momentum of a chain went."""
+    return tuple(q for q in BALANCE if q.there(chain))
 
 
 def of_vehicles(chain: Chain) -> tuple[Quantity[Measured], ...]:
@@ -266,7 +332,22 @@ def columns_of(chain: Chain) -> dict[str, Column]:
         tuple(chain.vehicles[i].name for i in order_of_vehicles(chain)),
         chain.n_moving,
         of_train(chain),
+        of_balance(chain),
         of_vehicles(chain),
+        _bodies(chain),
+    )
+
+
+def _bodies(chain: Chain) -> tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]:
+    """Names of the members and points of each vehicle with a body that gives, from the front backwards."""
+    if not chain.members:
+        return ()
+    return tuple(
+        (
+            tuple(chain.members[k].name for k in chain.members_inward(i)),
+            tuple(chain.points[k].name for k in chain.points_inward(i) if chain.vehicles[i].body),
+        )
+        for i in order_of_vehicles(chain)
     )
 
 
@@ -281,7 +362,9 @@ def _columns(
     vehicles: tuple[str, ...],
     n_moving: int,
     of_train: tuple[Quantity[Measured], ...],
+    of_balance: tuple[Quantity[Measured], ...],
     of_vehicles: tuple[Quantity[Measured], ...],
+    bodies: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...],
 ) -> dict[str, Column]:
     """Columns of all chains with interfaces, vehicles and quantities of these names; not to be changed."""
     found: list[Column] = []
@@ -291,7 +374,7 @@ def _columns(
         name = quantity.head_of(thing)
         found.append(Column(name, quantity.unit, quantity.digits, title, quantity.meaning, quantity.name, place))
 
-    for n, whole in enumerate(with_column((*of_train, *COLLISION, *BALANCE))):
+    for n, whole in enumerate(with_column((*of_train, *COLLISION, *of_balance))):
         add(whole, "", 0, n)
     for name, partner, away, draws, stages in sides:
         for of_interface in of_interfaces(draws):
@@ -301,6 +384,11 @@ def _columns(
     for k, name in enumerate(vehicles):
         for n, of_vehicle in enumerate(with_column(of_vehicles)):
             add(of_vehicle, name, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
+        for quantities, things in zip((MEMBER, POINT), bodies[k] if bodies else ((), ()), strict=True):
+            for of_part in with_column(quantities):
+                for thing in things:
+                    at = len(of_vehicles) + things.index(thing)
+                    add(of_part, thing, 2, k >= n_moving, k if k < n_moving else k - n_moving, at)
     return {column.name: column for column in found}
 
 

@@ -10,7 +10,7 @@ from trainmj.collision.device import CAR_BODY
 from trainmj.errors import close_match
 from trainmj.units import beyond
 
-_COLLAPSED = 1.0  # stroke of a car body from which on it counts as collapsed [mm]
+_COLLAPSED = 1.0  # plastic shortening of a car body from which on it counts as collapsed [mm]
 
 
 @dataclass(frozen=True)
@@ -107,6 +107,23 @@ class InterfaceMetrics(Numbers):
 
 
 @dataclass(frozen=True)
+class PartMetrics(Numbers):
+    """One member or one point of a body that gives.
+
+    Its numbers are those of :data:`trainmj.collision.quantities.MEMBER` or ``POINT``.
+
+    Attributes:
+        name: "M1 member 1", "M1 2", "M1 bogie 1".
+    """
+
+    name: str
+
+    def as_row(self) -> dict[str, Any]:
+        """Plain values for a table."""
+        return {"name": self.name, **self.values}
+
+
+@dataclass(frozen=True)
 class VehicleMetrics(Numbers):
     """One vehicle.
 
@@ -115,11 +132,25 @@ class VehicleMetrics(Numbers):
     Attributes:
         name: M1, S1 and so on.
         kind: what its train calls it.
+        members: of its body, if it gives, from the end that faces the impact; then the links of its bogies.
+        points: likewise, the points between them; then its bogies.
     """
 
     name: str
     kind: str
+    members: tuple[PartMetrics, ...] = ()
+    points: tuple[PartMetrics, ...] = ()
+
+    @property
+    def collapsed(self) -> bool:
+        """Whether its body has given way."""
+        return bool(self.members) and self.body_plastic_mm > _COLLAPSED
 
     def as_row(self) -> dict[str, Any]:
-        """Plain values for a table."""
+        """Plain values for a table; members and points are left out."""
         return {"name": self.name, "kind": self.kind, **self.values}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, those of members and points too."""
+        parts = {"members": self.members, "points": self.points} if self.members else {}
+        return self.as_row() | {key: [part.as_row() for part in of_key] for key, of_key in parts.items()}

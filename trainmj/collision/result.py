@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.block import TALLY, Tally
+from trainmj.collision.block import TALLY, Tallied, Tally
 from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -38,7 +38,7 @@ FILE = "result.nc"
 class History(NamedTuple):
     """A quantity that is recorded over time."""
 
-    over: str  # what it has a value for at each time: vehicle or interface
+    over: str  # what it has a value for at each time: vehicle, interface, point or member
     unit: str  # of the recorded values
     meaning: str  # in words
     shown: str = ""  # unit in a spreadsheet; empty for a quantity that has no column there
@@ -57,8 +57,15 @@ HISTORIES = {
     "right_stroke": History("interface", "m", "stroke of the device of the right side, if it has its own"),
     "left_energy": History("interface", "J", "energy absorbed by the device of the left side, or by the only one"),
     "right_energy": History("interface", "J", "energy absorbed by the device of the right side, if it has its own"),
+    "point_position": History("point", "m", "position of a point of a body, 0 where the two sides touch"),
+    "point_velocity": History("point", "m/s", "speed of a point of a body along +x"),
+    "point_acceleration": History("point", "m/s2", "acceleration of a point of a body by all forces"),
+    "member_plastic": History("member", "m", "plastic shortening of a member of a body"),
 }
-"""What a result has over time, (n_sample, n_vehicle) or (n_sample, n_interface), by name."""
+"""What a result has over time, (n_sample, n_vehicle), (n_sample, n_interface) and so on, by name.
+
+Without bodies that give, the points are the vehicles, and a file has neither points nor members.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +77,7 @@ class Result:
         chain: the same as vehicles and interfaces in SI.
         tally: peaks, energies and impulses from every step.
         time: (n_sample,) recorded times [s].
-        position: (n_sample, n_vehicle) [m], 0 where the two sides touch.
+        position: (n_sample, n_vehicle) of the centres of mass [m], 0 where the two sides touch.
         velocity: (n_sample, n_vehicle) [m/s].
         acceleration: (n_sample, n_vehicle) of all forces [m/s2].
         stroke: (n_sample, n_interface) [m].
@@ -81,6 +88,10 @@ class Result:
         right_stroke: (n_sample, n_interface) of the device of the right side, if it has its own [m].
         left_energy: (n_sample, n_interface) absorbed by the device of the left side, or by the only one [J].
         right_energy: (n_sample, n_interface) absorbed by the device of the right side, if it has its own [J].
+        point_position: (n_sample, n_point) [m]; a vehicle without a body that gives is one point.
+        point_velocity: (n_sample, n_point) [m/s].
+        point_acceleration: (n_sample, n_point) of all forces [m/s2].
+        member_plastic: (n_sample, n_member) plastic shortening of the members of bodies [m].
         versions: of trainmj, MuJoCo and the rest that computed it, and the platform.
     """
 
@@ -99,6 +110,10 @@ class Result:
     right_stroke: Array
     left_energy: Array
     right_energy: Array
+    point_position: Array
+    point_velocity: Array
+    point_acceleration: Array
+    member_plastic: Array
     versions: dict[str, str]
 
     @property
@@ -111,10 +126,16 @@ class Result:
         """What marks its numbers where a curve ended behind which nothing is stated: "not valid after 0.213 s"."""
         return not_valid(self.tally.valid_until)
 
+    @property
+    def kinetic(self) -> Array:
+        """(n_sample,) kinetic energy of all vehicles [J]."""
+        return np.asarray(0.5 * (self.point_velocity**2 @ self.chain.point_mass))
+
     def numbers(self) -> dict[str, Array]:
         """Every number of the result by name, histories and tally."""
-        histories = {name: getattr(self, name) for name in ("time", *HISTORIES)}
-        return histories | {f"tally_{t.name}": np.asarray(getattr(self.tally, t.name), dtype=np.float64) for t in TALLY}
+        histories = {name: getattr(self, name) for name in ("time", *_histories(self.chain))}
+        tally = {f"tally_{t.name}": getattr(self.tally, t.name) for t in _tallied(self.chain)}
+        return histories | {name: np.asarray(value, dtype=np.float64) for name, value in tally.items()}
 
     def dataset(self) -> xr.Dataset:
         """Everything as an xarray Dataset with named dimensions and units."""
@@ -122,11 +143,15 @@ class Result:
 
         histories = {
             name: (("time", h.over), getattr(self, name), {"units": h.unit, "long_name": h.meaning})
-            for name, h in HISTORIES.items()
+            for name, h in _histories(self.chain).items()
         }
         tally = {
             f"tally_{t.name}": (t.over, getattr(self.tally, t.name), {"units": t.unit, "long_name": t.meaning})
-            for t in TALLY
+            for t in _tallied(self.chain)
+        }
+        bodies = {
+            "point": [point.name for point in self.chain.points],
+            "member": [member.name for member in self.chain.members],
         }
         return xr.Dataset(
             histories | tally,
@@ -134,6 +159,7 @@ class Result:
                 "time": ("time", self.time, {"units": "s"}),
                 "vehicle": [v.name for v in self.chain.vehicles],
                 "interface": [i.name for i in self.chain.interfaces],
+                **(bodies if self.chain.members else {}),
             },
             attrs={
                 "title": self.scenario.heading,
@@ -234,7 +260,12 @@ def load_result(file: str | Path) -> Result:
         scenario = scenario.with_values({"simulation.step_ms": step_ms})
         chain = line_up(scenario)
     chain = replace(chain, refined=attributes.get("refined") == 1)
-    numbers = {name: arrays[name].astype(np.float64) for name in _OVER}
+    numbers = {name: arrays[name].astype(np.float64) for name in _dimensions(chain)}
+    if not chain.members:  # each vehicle is a point
+        numbers |= {f"point_{name}": numbers[name] for name in ("position", "velocity", "acceleration")}
+        numbers |= {"tally_point_speed": numbers["tally_speed"], "tally_point_peak": np.zeros(len(chain.vehicles))}
+        numbers |= {f"tally_{t.name}": np.zeros(0) for t in TALLY if t.over == ("member",)}
+        numbers["member_plastic"] = np.zeros((numbers["time"].size, 0))
     tally: dict[str, Any] = {t.name: numbers[f"tally_{t.name}"] for t in TALLY}
     tally |= {t.name: tally[t.name].item() for t in TALLY if not t.over}
     tally["over"] = bool(tally["over"])
@@ -303,9 +334,9 @@ def _scenario_in(attributes: Mapping[str, Any], arrays: Mapping[str, Array], fil
     if attributes.get("format") != _FORMAT:
         said = ascii(str(attributes.get("format"))[:60])
         raise InputError(f"is not a result of this trainmj (format {said}, not {_FORMAT!r})")
-    missing = set(_OVER) - set(arrays)
-    if missing or "scenario" not in attributes:
-        raise InputError(f"is not a whole result: {min(missing, default='scenario')} is missing")
+    for name in ("scenario", "time"):
+        if name not in (attributes if name == "scenario" else arrays):
+            raise InputError(f"is not a whole result: {name} is missing")
     scenario = from_yaml(str(attributes["scenario"]), file)
     try:
         return scenario, float(attributes.get("step_ms", scenario.simulation.step_ms))
@@ -319,11 +350,15 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
         "vehicle": len(chain.vehicles),
         "interface": len(chain.interfaces),
         "element": chain.n_places,
+        "point": len(chain.points),
+        "member": len(chain.members),
         "time": arrays["time"].size,
     }
     if not 0 < sizes["time"] <= chain.n_records:
         raise InputError(f"{file}: has {sizes['time']} records and not 1 to {chain.n_records}, as its scenario would")
-    for name, over in _OVER.items():
+    for name, over in _dimensions(chain).items():
+        if name not in arrays:
+            raise InputError(f"{file}: is not a whole result: {name} is missing")
         shape = tuple(sizes[dimension] for dimension in over)
         if arrays[name].shape != shape or arrays[name].dtype.kind not in "fbiu":
             raise InputError(
@@ -334,12 +369,26 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
         raise InputError(f"{file}: time does not grow from 0 s to the time limit of its scenario")
 
 
-_OVER: dict[str, tuple[str, ...]] = {
-    "time": ("time",),
-    **{name: ("time", history.over) for name, history in HISTORIES.items()},
-    **{f"tally_{t.name}": t.over for t in TALLY},
-}
-"""The dimensions of every variable that is read."""
+def _histories(chain: Chain) -> dict[str, History]:
+    """What a file of a chain has over time: points and members only where bodies give."""
+    return {name: h for name, h in HISTORIES.items() if chain.members or h.over not in _OF_BODIES}
+
+
+def _tallied(chain: Chain) -> list[Tallied]:
+    """What a file of a chain has of the tally."""
+    return [t for t in TALLY if chain.members or not set(_OF_BODIES) & set(t.over)]
+
+
+def _dimensions(chain: Chain) -> dict[str, tuple[str, ...]]:
+    """The dimensions of every variable in a file of a chain."""
+    return {
+        "time": ("time",),
+        **{name: ("time", history.over) for name, history in _histories(chain).items()},
+        **{f"tally_{t.name}": t.over for t in _tallied(chain)},
+    }
+
+
+_OF_BODIES = ("point", "member")
 
 _LONGEST_INTERVAL = 0.1
 """Between two records [s]."""

@@ -20,20 +20,22 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
 from trainmj.collision.measured import UNSTABLE, Measured, Side
 from trainmj.collision.quantities import (
-    BALANCE,
     COLLISION,
     INTERFACE,
+    MEMBER,
+    POINT,
     STAGE,
     TRAIN,
     Column,
     Quantity,
     columns_of,
+    of_balance,
     of_interfaces,
     of_train,
     of_vehicles,
     with_column,
 )
-from trainmj.collision.records import InterfaceMetrics, Numbers, StageUse, VehicleMetrics
+from trainmj.collision.records import InterfaceMetrics, Numbers, PartMetrics, StageUse, VehicleMetrics
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status, not_valid
@@ -89,7 +91,7 @@ class Summary(Numbers):
                 "criteria": _of(self.values, [q for q in TRAIN if q.name in self.values]),
                 **_of(self.values, COLLISION),
                 "interfaces": [i.as_dict() for i in self.interfaces],
-                "vehicles": [v.as_row() for v in self.vehicles],
+                "vehicles": [v.as_dict() for v in self.vehicles],
                 "balance": self.balance.values,
                 "limits": [criterion.as_dict() for criterion in self.limits],
                 "remarks": self.remarks,
@@ -142,16 +144,21 @@ def summary_of(measured: Measured) -> Summary:
     values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in quantities)
     numbers = list(zip(*(value.tolist() for value in values), strict=True))
     vehicles = tuple(
-        VehicleMetrics(dict(zip(names, numbers[i], strict=True)), chain.vehicles[i].name, chain.vehicles[i].kind)
+        VehicleMetrics(
+            dict(zip(names, numbers[i], strict=True)),
+            chain.vehicles[i].name,
+            chain.vehicles[i].kind,
+            *_parts(measured, i),
+        )
         for i in order_of_vehicles(chain)
     )
-    balance = Numbers({q.name: q.value(measured) for q in BALANCE})
+    balance = Numbers({q.name: q.value(measured) for q in of_balance(chain)})
     whole = Numbers({q.name: q.value(measured) for q in (*of_train(chain), *COLLISION)})
     columns = columns_of(chain)
     responses = dict(zip(columns, _responses(chain, whole, balance, interfaces, vehicles), strict=True))
     found = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
     limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
-    status = _status(measured, interfaces, balance, limits)
+    status = _status(measured, interfaces, vehicles, balance, limits)
     said = (*remarks(chain), *remarks_of(measured))
     return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
 
@@ -164,14 +171,34 @@ def _responses(
     vehicles: Iterable[VehicleMetrics],
 ) -> list[float]:
     """Every number that has a column, in the order of the columns."""
-    values = [*_shown(whole, (*of_train(chain), *COLLISION)), *_shown(balance, BALANCE)]
+    values = [*_shown(whole, (*of_train(chain), *COLLISION)), *_shown(balance, of_balance(chain))]
     for i in interfaces:
         values += [i.values[q.name] for q in of_interfaces(i.draws)]
         values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
     quantities = of_vehicles(chain)
     for v in vehicles:
         values += _shown(v, quantities)
+        for parts, of_parts in ((v.members, with_column(MEMBER)), (v.points, with_column(POINT))):
+            values += [part.values[q.name] for q in of_parts for part in parts]
     return values
+
+
+def _parts(measured: Measured, vehicle: int) -> tuple[tuple[PartMetrics, ...], tuple[PartMetrics, ...]]:
+    """Members and points of the body of a vehicle, if it gives."""
+    chain = measured.chain
+    if chain.vehicles[vehicle].body is None:
+        return (), ()
+    members, points = ({q.name: q.value(measured) for q in table} for table in (MEMBER, POINT))
+    return (
+        tuple(
+            PartMetrics({name: float(values[k]) for name, values in members.items()}, chain.members[k].name)
+            for k in chain.members_inward(vehicle)
+        ),
+        tuple(
+            PartMetrics({name: float(values[k]) for name, values in points.items()}, chain.points[k].name)
+            for k in chain.points_inward(vehicle)
+        ),
+    )
 
 
 def _interface(side: Side) -> InterfaceMetrics:
@@ -190,7 +217,11 @@ def _interface(side: Side) -> InterfaceMetrics:
 
 
 def _status(
-    measured: Measured, interfaces: Iterable[InterfaceMetrics], balance: Numbers, limits: Iterable[Criterion]
+    measured: Measured,
+    interfaces: Iterable[InterfaceMetrics],
+    vehicles: Iterable[VehicleMetrics],
+    balance: Numbers,
+    limits: Iterable[Criterion],
 ) -> Status:
     tally, energy_error = measured.tally, balance.energy_error
     if not (np.isfinite(energy_error) and np.isfinite(tally.stroke_max).all()):
@@ -215,6 +246,11 @@ def _status(
         )
     ended = [i for i in interfaces if i.beyond_curve]
     spent = [one for interface in interfaces for one in _spent(interface)]
+    spent += [
+        (f"body of {v.name}", f"body of {v.name} (crushed by {v.body_plastic_mm:.1f} mm)")
+        for v in vehicles
+        if v.collapsed
+    ]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
     if ended:

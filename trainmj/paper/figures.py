@@ -76,7 +76,7 @@ def _scenarios(collisions: Collisions) -> Figure:
 
 
 def _energy_conversion(axes: Axes, result: Result, title: str) -> None:
-    kinetic = 0.5 * (result.velocity**2 @ result.chain.mass) / KJ
+    kinetic = result.kinetic / KJ
     absorbed = result.energy.sum(axis=1) / KJ
     lines = (
         ("kinetic", kinetic, BLUE, "-"),

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import chain
 
 from trainmj.files.source import Path, Problem, no_such
+from trainmj.scenario.bodies import body_rules
 from trainmj.scenario.curves import Curve, listed
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
@@ -76,6 +77,11 @@ def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, last: bool) -> 
     elif mass_t is not None and mass_t + train.load_t(vehicle) > MAX_MASS:
         rule = f"makes {mass_t + train.load_t(vehicle):g} t of {mass_t:g} t, more than {MAX_MASS:g} t"
         yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger")
+    body = train.body_of(vehicle)
+    if body is not None and mass_t is not None:
+        at = path if vehicle.body is not None else path[:2]
+        length_m = train.length_m if vehicle.length_m is None else vehicle.length_m
+        yield from body_rules((*at, "body"), body, mass_t + train.load_t(vehicle), length_m)
 
 
 def _obstacle(name: str, obstacle: ObstacleSpec, parts: Parts) -> Iterator[Problem]:
@@ -122,11 +128,14 @@ def _collision(parts: Parts) -> Iterator[Problem]:
     count = sum(len(train.each()) for train in sides) + (collision.partner in parts.obstacles)
     if count > MAX_VEHICLES:
         yield Problem(("collision",), f"has more than {MAX_VEHICLES} vehicles in all")
+    bodies = [body for train in sides for car in train.cars() if (body := car.body) is not None]
+    count += sum(body.n_points - 1 for body in bodies)
+    what = "masses" if bodies else "vehicles"
     s = parts.simulation
     if count * s.time_limit_s * 1e3 / s.record_every_ms > _MOST_RECORDS:
         yield Problem(
             ("simulation", "record_every_ms"),
-            f"gives more than {_MOST_RECORDS} records of {count} vehicles: increase it, or shorten time_limit_s",
+            f"gives more than {_MOST_RECORDS} records of {count} {what}: increase it, or shorten time_limit_s",
         )
 
 

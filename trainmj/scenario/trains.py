@@ -9,6 +9,7 @@ from pydantic import Field
 from trainmj.errors import InputError, close_match
 from trainmj.files.parts import WHOLE, Above, Either, Part
 from trainmj.files.tables import Table, first_of_no_number
+from trainmj.scenario.bodies import Body, BodySpec
 from trainmj.scenario.curves import TableFile
 from trainmj.scenario.ranges import Force, Friction, Label, Length, Mass, Seconds
 
@@ -93,6 +94,7 @@ class VehicleSpec(Part):
     rail_friction: Friction | None = Field(
         default=None, description="Coulomb coefficient between wheel and rail, in place of that of the train"
     )
+    body: Body | None = Field(default=None, description="car body, in place of that of the train; rigid for one mass")
 
 
 class VehiclesFile(TableFile):
@@ -140,6 +142,7 @@ class Car(NamedTuple):
     load_t: float = 0.0
     rail_friction: float | None = None
     brakes: BrakeForce | BrakeDeceleration | None = None
+    body: BodySpec | None = None
 
 
 class TrainSpec(Part):
@@ -163,6 +166,9 @@ class TrainSpec(Part):
     rail_friction: Friction | None = Field(
         default=None, description="Coulomb coefficient between wheel and rail, in place of that of the collision"
     )
+    body: Body | None = Field(
+        default=None, description="car body of each vehicle that states none of its own; one mass if left out"
+    )
     drawing: Literal["passenger", "wagon", "locomotive"] = Field(
         default="passenger", description="what pictures show it as"
     )
@@ -184,6 +190,11 @@ class TrainSpec(Part):
         load = self.load_of(vehicle)
         return (load.seats or 0.0) * (load.share or 0.0) * (load.kg or 0.0) * KG
 
+    def body_of(self, vehicle: VehicleSpec) -> BodySpec | None:
+        """The body of a vehicle; None where it is rigid."""
+        body = vehicle.body or self.body
+        return None if isinstance(body, str) else body
+
     def cars(self) -> list[Car]:
         """Every vehicle from the front end, with the values that the train states for all."""
         return [self._car(vehicle) for vehicle in self.each()]
@@ -199,6 +210,7 @@ class TrainSpec(Part):
             load_t,
             self.rail_friction if v.rail_friction is None else v.rail_friction,
             v.brakes or self.brakes,
+            self.body_of(v),
         )
 
 

@@ -91,12 +91,12 @@ def _interface_lines(result: Result, history: str, step: int, joints: list[int])
 def _balance_lines(result: Result, step: int) -> list[Trace]:
     """Kinetic and absorbed energy, work of rails and brakes over the way, of the grade, and the rest [kJ]."""
     chain = result.chain
-    way = np.vstack([np.zeros(len(chain.vehicles)), np.abs(np.diff(result.position, axis=0))])
-    kinetic = 0.5 * np.sum(chain.mass * result.velocity**2, axis=1)
+    way = np.vstack([np.zeros(len(chain.points)), np.abs(np.diff(result.point_position, axis=0))])
+    kinetic = result.kinetic
     absorbed = np.sum(result.energy, axis=1)
     rails = np.cumsum(np.sum(chain.friction * way, axis=1))
     brakes = np.cumsum(np.sum(_braking(result) * way, axis=1))
-    grade = -np.sum(chain.grade_force * (result.position - result.position[0]), axis=1)
+    grade = -np.sum(chain.grade_force * (result.point_position - result.point_position[0]), axis=1)
     held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - rails - brakes - grade)
     return [
         line(name, result.time[::step], values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")

@@ -151,7 +151,9 @@ def energy(summary: Summary) -> Table:
     rows = [
         (f"{_INDENT * (q.name in _PARTS)}{q.heading}", values[q.name], 100 * values[q.name] / start)
         for q in BALANCE
-        if q.unit == "kJ" and (q.name in _ALWAYS or (values[q.name] != 0.0 and (several or q.name not in _PARTS)))
+        if q.name in values
+        and q.unit == "kJ"
+        and (q.name in _ALWAYS or (values[q.name] != 0.0 and (several or q.name not in _PARTS)))
     ]
     table = Table([*worded("Energy"), Column("", "kJ", 1), Column("share", "%", 2)], rows)
     return table.marked(summary.not_valid)
