@@ -24,7 +24,7 @@ from trainmj.errors import EngineError, InputError, OutputError
 from trainmj.scenario import Scenario, load
 from trainmj.view import film, offscreen, parts
 from trainmj.view.scene import visible
-from trainmj.view.shapes import DeviceShapes, colour, largest_energy
+from trainmj.view.shapes import Shapes, colour, largest_energy
 
 SMALL = (192, 108)
 
@@ -124,7 +124,7 @@ def test_devices_meet_at_true_scale_as_they_are_crushed(standard_result):
     chain = standard_result.chain
     model = visible(chain).compile()
     data = mujoco.MjData(model)
-    wear, devices = Wear(chain), DeviceShapes(model, chain, largest_energy(standard_result))
+    wear, devices = Wear(chain), Shapes(model, chain, largest_energy(standard_result))
     tube = model.geom("M1 front coupler tube").id
     at_rest = 2 * model.geom_size[tube, 1]
     coupler = chain.interfaces[chain.front].devices[0].stages[0]
@@ -246,7 +246,7 @@ def test_a_car_body_gives_way_at_its_own_end_and_takes_the_colour():
     result = drawn("lorry", **{"collision.speed_km_h": 80, "trains.train.mass_t": 80})
     chain, full = result.chain, largest_energy(result)
     model = visible(chain).compile()
-    shapes, wear = DeviceShapes(model, chain, full), worn_by(result)
+    shapes, wear = Shapes(model, chain, full), worn_by(result)
     (end,) = (end for end in parts.ends(chain) if (end.interface, end.side) == (chain.front, 0))
     skin = model.geom(f"{end.body.name} skin")
     data = mujoco.MjData(model)
@@ -305,7 +305,7 @@ def test_mp4_has_every_frame(standard_result, tmp_path):
 @pytest.mark.parametrize("position", [np.nan, np.inf, 1e300])
 def test_vehicles_that_are_nowhere_are_not_drawn(standard_result, tmp_path, position):
     """Breaks if a run that became unstable, or a forged result, ends in a traceback of the package that draws."""
-    lost = replace(standard_result, position=np.full_like(standard_result.position, position))
+    lost = replace(standard_result, point_position=np.full_like(standard_result.point_position, position))
     with pytest.raises(InputError, match="cannot be drawn"):
         film.render(lost, tmp_path / "still.png")
 

@@ -13,12 +13,13 @@ has risen by N h p, so that a body that collapses evenly follows the slope h ove
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numba.extending import register_jitable
 
+from trainmj.collision.envelope import Array
 from trainmj.collision.fields import MEMBER, Block
 
 SURVIVAL_LENGTH = 5.0
@@ -206,6 +207,13 @@ def strain(s: Block, m: int, stroke: float, rate: float, elapsed: float) -> floa
     s[m + MEMBER.STROKE_MAX] = max(s[m + MEMBER.STROKE_MAX], stroke)
     s[m + MEMBER.FORCE_MAX] = max(s[m + MEMBER.FORCE_MAX], abs(whole))
     return whole
+
+
+def yielded(members: Sequence[Member], travel: Array) -> Array:
+    """Energy that members have lost by yielding (..., n_member) [J], by their plastic travel (..., n_member) [m]."""
+    collapse = np.array([m.collapse if m.collapse < math.inf else 0.0 for m in members])
+    hardening = np.array([m.hardening for m in members])
+    return np.asarray((collapse + 0.5 * hardening * travel) * travel)
 
 
 def plastic_over(spans: list[tuple[float, float]], plastic: list[float], length: float = SURVIVAL_LENGTH) -> float:

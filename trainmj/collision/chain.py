@@ -285,6 +285,11 @@ class Chain:
         """The points of a vehicle."""
         return slice(self.first[vehicle], self.first[vehicle + 1])
 
+    def edge(self, vehicle: int, end: int) -> int:
+        """The point at the left end (0) or the right end (1) of a vehicle."""
+        body = self.vehicles[vehicle].body
+        return self.first[vehicle] + (body.n_members if body and end else 0)
+
     def ends(self, interface: Interface) -> tuple[int, int]:
         """The points at which the devices of an interface are attached, or WALL."""
         left, right = interface.left, interface.right

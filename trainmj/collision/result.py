@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from trainmj.collision.block import TALLY, Tallied, Tally
+from trainmj.collision.body import yielded
 from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -38,7 +39,7 @@ FILE = "result.nc"
 class History(NamedTuple):
     """A quantity that is recorded over time."""
 
-    over: str  # what it has a value for at each time: vehicle, interface, point or member
+    over: str  # what it has a value for at each time: vehicle, interface, point, member or body
     unit: str  # of the recorded values
     meaning: str  # in words
     shown: str = ""  # unit in a spreadsheet; empty for a quantity that has no column there
@@ -66,6 +67,12 @@ HISTORIES = {
 
 Without bodies that give, the points are the vehicles, and a file has neither points nor members.
 """
+
+SHOWN = {name: h for name, h in HISTORIES.items() if h.shown} | {
+    "body_shortening": History("body", "m", "shortening of a body", "mm", MM),
+    "body_plastic": History("body", "m", "plastic shortening of a body", "mm", MM),
+}
+"""What tables and figures show of it, each vehicle's body as a whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +138,37 @@ class Result:
         """(n_sample,) kinetic energy of all vehicles [J]."""
         return np.asarray(0.5 * (self.point_velocity**2 @ self.chain.point_mass))
 
+    @property
+    def body_shortening(self) -> Array:
+        """(n_sample, n_vehicle) shortening of the body of each vehicle [m]; 0 where it does not give."""
+        left, right = ([self.chain.edge(i, end) for i in range(len(self.chain.vehicles))] for end in (0, 1))
+        return np.asarray(self._moved[:, left] - self._moved[:, right])
+
+    @property
+    def body_plastic(self) -> Array:
+        """(n_sample, n_vehicle) plastic shortening of the body of each vehicle [m]; 0 where it does not give."""
+        plastic = np.zeros_like(self.position)
+        for k, member in enumerate(self.chain.members):
+            plastic[:, member.vehicle] += self.member_plastic[:, k] if member.span else 0.0
+        return plastic
+
+    @property
+    def member_shortening(self) -> Array:
+        """(n_sample, n_member) shortening of the members of bodies [m]; of a bogie, how far it is behind its point."""
+        left, right = ([getattr(member, side) for member in self.chain.members] for side in ("left", "right"))
+        return np.asarray(self._moved[:, left] - self._moved[:, right])
+
+    @property
+    def member_yielded(self) -> Array:
+        """(n_sample, n_member) energy that the members of bodies have lost by yielding [J], from the records."""
+        travel = np.cumsum(np.abs(np.diff(self.member_plastic, axis=0, prepend=0.0)), axis=0)
+        return yielded(self.chain.members, travel)
+
+    @property
+    def _moved(self) -> Array:
+        """(n_sample, n_point) how far points have moved [m]."""
+        return self.point_position - self.chain.start
+
     def numbers(self) -> dict[str, Array]:
         """Every number of the result by name, histories and tally."""
         histories = {name: getattr(self, name) for name in ("time", *_histories(self.chain))}
@@ -188,21 +226,22 @@ class Result:
         import pandas as pd
 
         columns: dict[str, Array] = {"time_s": self.time, "valid": (self.time <= self.tally.valid_until).astype(int)}
-        for name, h in HISTORIES.items():
-            for thing, values in (self.shown(name) if h.shown else {}).items():
+        for name, h in SHOWN.items():
+            for thing, values in self.shown(name).items():
                 columns[head(f"{name}_{thing.replace(' ', '_')}", h.shown)] = values
         return pd.DataFrame(columns)
 
     def shown(self, name: str) -> dict[str, Array]:
         """A history as tables and figures show it: (n_sample,) values in its shown unit, by vehicle or interface.
 
-        They come in the order of the tables. At the front, stroke and energy are those of one train's side: where the
-        sides are not equal, the partner's are there too.
+        They come in the order of the tables, of bodies those that give. At the front, stroke and energy are those of
+        one train's side: where the sides are not equal, the partner's are there too.
         """
-        history, chain = HISTORIES[name], self.chain
+        history, chain = SHOWN[name], self.chain
         values: Array = getattr(self, name) / history.factor
-        if history.over == "vehicle":
-            return {chain.vehicles[i].name: values[:, i] for i in order_of_vehicles(chain)}
+        if history.over in ("vehicle", "body"):
+            shown = (i for i in order_of_vehicles(chain) if history.over == "vehicle" or chain.vehicles[i].body)
+            return {chain.vehicles[i].name: values[:, i] for i in shown}
         found = {}
         for k, side in places_of_sides(chain):
             interface, column = chain.interfaces[k], values[:, k]

@@ -1,4 +1,4 @@
-"""What a collision has done to its devices so far, as pictures show it: how far each is pressed, what it absorbed."""
+"""What a collision has done to devices and bodies so far, as pictures show it: how far pressed, what they absorbed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from trainmj.collision.block import alone
+from trainmj.collision.body import yielded
 from trainmj.collision.chain import Chain, Element, n_own_sides, places_of_sides
 from trainmj.collision.device import Device, Path
 from trainmj.collision.element import advance
@@ -15,7 +16,10 @@ from trainmj.collision.fields import ELEMENT
 from trainmj.collision.result import Result
 from trainmj.units import MM
 
-SEEN = ("stroke", "force", "left_stroke", "right_stroke", "left_energy", "right_energy")
+SEEN = (
+    *("stroke", "force", "left_stroke", "right_stroke", "left_energy", "right_energy"),
+    *("point_position", "member_plastic"),
+)
 _CLOSE = 1e-9  # [m]
 
 
@@ -79,10 +83,12 @@ class _Pressed:
 
 
 class Wear:
-    """Devices of a chain as they are used up; update it with every sample, in order.
+    """Devices and bodies of a chain as they are used up; update it with every sample, in order.
 
     Attributes:
         worn: the device on each side (0 left, 1 right) of each interface; both sides draw one that they share.
+        moved: (n_point,) how far points have moved [m].
+        plastic: (n_member,) plastic shortening of the members of bodies [m].
     """
 
     def __init__(self, chain: Chain) -> None:
@@ -97,9 +103,11 @@ class Wear:
                 self.worn[k, 1] = self.worn[k, 0]
         self._coupled = {k: i for k, i in enumerate(chain.interfaces) if any(e.sign < 0 for e in i.elements)}
         self._stroke = self._lowest = np.zeros(len(chain.interfaces))
+        self.moved = np.zeros(len(chain.points))
+        self.plastic = self._travel = np.zeros(len(chain.members))
 
     def update(self, seen: Mapping[str, Array]) -> None:
-        """Follow a sample: of SEEN, the (n_interface,) histories of a result by name, in SI."""
+        """Follow a sample: of SEEN, the histories of a result by name, in SI."""
         for (k, side), worn in self.worn.items():
             name = ("left", "right")[side]
             if side < len(self._chain.interfaces[k].devices):
@@ -110,6 +118,9 @@ class Wear:
             if self._stroke[k] < min(self._lowest[k], -slack) - _CLOSE and seen["force"][k] >= 0.0:
                 del self._coupled[k]  # drawn farther apart than ever without force: it has broken
         self._lowest = np.minimum(self._lowest, self._stroke)
+        self.moved = np.asarray(seen["point_position"] - self._chain.start)
+        self._travel = self._travel + np.abs(seen["member_plastic"] - self.plastic)
+        self.plastic = np.array(seen["member_plastic"])
 
     def shown(self, k: int, side: int) -> float:
         """What one side of an interface shows of its stroke now [m]: its own device's, or half of a shared one's.
@@ -126,6 +137,11 @@ class Wear:
         """What an interface has absorbed; at the front one train [J]."""
         sides = range(1 if k == self._chain.front else len(self._chain.interfaces[k].devices))
         return float(sum(self.worn[k, side].energy.sum() for side in sides))
+
+    @property
+    def yielded(self) -> Array:
+        """(n_member,) energy that the members of bodies have lost by yielding [J]."""
+        return yielded(self._chain.members, self._travel)
 
     @property
     def TS_mm(self) -> float:

@@ -27,7 +27,7 @@ class Director:
     Args:
         camera: which one.
         chain: what it looks at.
-        position: (n_sample, n_vehicle) of the whole collision [m].
+        position: (n_sample, n_point) of the whole collision [m].
         width: of the picture [pixels].
         height: [pixels].
 
@@ -44,22 +44,22 @@ class Director:
         self._left = float(position[:, 0].min() - lengths[: chain.n_moving].sum() - _AROUND)
         beyond = lengths[chain.n_moving :].sum() + (2.0 if self._wall else 0.0)
         beyond += chain.obstacle.length if chain.obstacle is not None else 0.0
-        self._right = float(position[:, -1].max() + beyond + _AROUND)
+        self._right = float(position[:, self._chain.edge(len(lengths) - 1, 1)].max() + beyond + _AROUND)
         self._middle = np.median(self._meeting(position))
 
     def _meeting(self, position: Array) -> Array:
-        """(...,) where the two sides meet, or would meet, from (..., n_vehicle) positions [m]."""
-        front = self._chain.front
-        ours = position[..., front]
-        return np.asarray(ours if self._wall else 0.5 * (ours + position[..., front + 1]))
+        """(...,) where the two sides meet, or would meet, from (..., n_point) positions [m]."""
+        chain = self._chain
+        ours = position[..., chain.edge(chain.front, 1)]
+        return np.asarray(ours if self._wall else 0.5 * (ours + position[..., chain.edge(chain.front + 1, 0)]))
 
     def views(self, position: Array) -> list[View]:
-        """The cameras for one sample: (n_vehicle,) positions [m]."""
+        """The cameras for one sample: (n_point,) positions [m]."""
         width, height = self._size
         followed = {
             "overview": self._middle,
             "front": self._meeting(position),
-            "follow": position[self._chain.front],
+            "follow": position[self._chain.edge(self._chain.front, 1)],
         }
         eye, aim, angle = _PLACES[self._camera]
         at = np.array([followed[self._camera], 0.0, 0.0])

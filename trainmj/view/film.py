@@ -22,7 +22,7 @@ from trainmj.view.files import FILMS, STILLS, write_film, write_still
 from trainmj.view.offscreen import canvas
 from trainmj.view.overlay import Label, Overlay
 from trainmj.view.scene import visible
-from trainmj.view.shapes import DeviceShapes, largest_energy
+from trainmj.view.shapes import Shapes, largest_energy
 
 _FARTHEST = 1e6  # from the start [m]
 _LARGEST = 7680, 4320  # most pixels of a picture, wide and high
@@ -81,7 +81,7 @@ def samples(result: Result, file: Path, slow: float, fps: float, at: float | Non
     Raises:
         InputError: if the time of a still is not within the collision, or vehicles are nowhere.
     """
-    if not np.all(np.abs(result.position) < _FARTHEST):
+    if not np.all(np.abs(result.point_position) < _FARTHEST):
         raise InputError("cannot be drawn: vehicles have no position, or are farther away than they can get")
     end = float(result.time[-1])
     if file.suffix.lower() in STILLS:
@@ -145,18 +145,19 @@ def _draw(
     model = visible(chain).compile()
     data = mujoco.MjData(model)
     full = largest_energy(result)
-    wear, devices = Wear(chain), DeviceShapes(model, chain, full)
-    director = Director(camera, chain, result.position, *size)
-    overlay = Overlay(*size, (result.scenario.heading, result.scenario.subject), full / KJ, director.strip)
+    wear, shapes = Wear(chain), Shapes(model, chain, full)
+    director = Director(camera, chain, result.point_position, *size)
+    title = result.scenario.heading, result.scenario.subject
+    overlay = Overlay(*size, title, full / KJ, director.strip, bodies=bool(chain.members))
     with canvas(model, *size, samples=4 if smooth else 0) as draw:
         for n, sample in enumerate(shown):
             for k in range(shown[n - 1] + 1 if n else 0, sample + 1):
                 wear.update(seen_at(result, k))
-            moved = devices.show(wear)
-            data.qpos[:] = result.position[sample]
+            moved = shapes.show(wear)
+            data.qpos[:] = result.point_position[sample]
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
-            picture = draw(data, director.views(result.position[sample]), moved)
+            picture = draw(data, director.views(result.point_position[sample]), moved)
             labels = _labels(chain, director, data, wear, full) if director.strip else []
             rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
             yield overlay.write(picture, float(result.time[sample]), rows, labels)
@@ -177,12 +178,14 @@ def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, f
 
     Names come in order of importance, as there may not be room for all: heads, tails, round numbers, the rest.
     """
-    middles = data.xpos[1:, 0]
+    points = data.xpos[1:, 0]
+    middles = chain.of_vehicles(points)
     names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)]
     ends = {chain.n_moving - 1: 0, chain.n_moving: 1, 0: 2, len(names) - 1: 3}
     order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + int(names[i].text[1:]) % 10))
     names = [names[i] for i in order if len(names) <= _MOST_NAMES or i in ends or int(names[i].text[1:]) % 5 == 0]
-    tails = middles + np.array([v.length for v in chain.vehicles]) / 2
+    rights = [chain.edge(i, 1) for i in range(len(chain.vehicles))]
+    tails = points[rights] + [chain.vehicles[i].length - chain.points[p].place for i, p in enumerate(rights)]
     energies = [wear.energy(k) for k in range(len(chain.interfaces))]
     few = len(chain.vehicles) <= _MOST_NUMBERS
     return names + [

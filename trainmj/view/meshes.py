@@ -25,6 +25,9 @@ _APRON = (  # the coloured front below the windscreen, bent where the cab begins
 )
 _LAMPS = (-0.82, 0.82)  # y of their middles [m]
 _RADIUS, _TREAD, _CORNERS = 0.42, 0.13, 16  # of a wheel: radius and width [m], corners of its rim
+ON_BOGIES = ("passenger", "locomotive", "wagon")
+"""Drawings of vehicles with two bogies below them."""
+
 _SLEEPER_EVERY = 0.6  # distance between sleepers [m]
 
 
@@ -103,7 +106,7 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
             for x in rear + (front - rear) * np.array([0.28, 0.72])
             if front - rear > 9
         ],
-        "bogie": _bogies(rear, front),
+        "bogie": _underframe(rear, front),
         "shade": [_shadow(rear, front)],
         "lamp": [],
     }
@@ -137,7 +140,7 @@ def locomotive(rear: float, front: float) -> dict[str, Mesh]:
             *(_both(x - 0.45, x + 0.45, (2.2, 2.8)) for x in grilles),
         ],
         "bogie": [
-            *_bogies(rear, front),
+            *_underframe(rear, front),
             *(_strut((middle, middle + side * arm), (-0.5, -0.42), (3.9, 4.9), 0.08) for side in (-1, 1)),
             *(_strut((middle, middle + side * arm), (0.42, 0.5), (3.9, 4.9), 0.08) for side in (-1, 1)),
             *(
@@ -204,24 +207,31 @@ def buffer_stop(rear: float, front: float) -> dict[str, Mesh]:
 
 
 def cut(mesh: Mesh, x: float, direction: int) -> tuple[Mesh | None, Mesh | None]:
-    """The parts of a mesh up to a plane across the track and beyond it, seen in a direction along the track."""
+    """The parts of a mesh up to a plane across the track and beyond it, seen in a direction along the track.
+
+    Faces share corners as before, so that smooth surfaces stay smooth.
+    """
     found: list[Mesh | None] = []
     for way in (-direction, direction):
         ahead = way * (mesh.vertices[:, 0] - x) > 0.0
         inside = ahead[mesh.faces].all(axis=1)
-        corners = [mesh.vertices[mesh.faces[inside]].reshape(-1, 3)]
-        for face in mesh.faces[ahead[mesh.faces].any(axis=1) & ~inside]:
+        corners, faces = mesh.vertices.tolist(), mesh.faces[inside].tolist()
+        crossings: dict[tuple[int, int], int] = {}
+        for face in mesh.faces[ahead[mesh.faces].any(axis=1) & ~inside].tolist():
             points = []
-            for a, b in zip(face, np.roll(face, -1), strict=True):
-                start, end = mesh.vertices[a], mesh.vertices[b]
+            for a, b in zip(face, [*face[1:], face[0]], strict=True):
                 if ahead[a]:
-                    points.append(start)
+                    points.append(a)
                 if ahead[a] != ahead[b]:
-                    points.append(start + (x - start[0]) / (end[0] - start[0]) * (end - start))
-            corners += [np.array([points[0], points[k], points[k + 1]]) for k in range(1, len(points) - 1)]
-        vertices = np.concatenate(corners)
-        faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
-        found.append(Mesh(vertices, faces) if len(faces) else None)
+                    edge = min(a, b), max(a, b)
+                    if edge not in crossings:
+                        start, end = mesh.vertices[a], mesh.vertices[b]
+                        crossings[edge] = len(corners)
+                        corners.append(start + (x - start[0]) / (end[0] - start[0]) * (end - start))
+                    points.append(crossings[edge])
+            faces += [[points[0], points[k], points[k + 1]] for k in range(1, len(points) - 1)]
+        used, own = np.unique(np.array(faces, dtype=np.int32), return_inverse=True)
+        found.append(Mesh(np.array(corners)[used], own.reshape(-1, 3).astype(np.int32)) if faces else None)
     return found[0], found[1]
 
 
@@ -236,7 +246,7 @@ def wagon(rear: float, front: float) -> dict[str, Mesh]:
     rims += [box((x - 0.07, x + 0.07), (-1.4, 1.4), (3.05, 3.2)) for x in (rear + 0.07, front - 0.07)]
     return {
         "livery": joined([box((rear, front), (-1.38, 1.38), (1.2, 3.08)), *ribs, *rims]),
-        "bogie": joined([*_bogies(rear, front), box((rear, front), (-1.1, 1.1), (0.95, 1.2))]),
+        "bogie": joined([*_underframe(rear, front), box((rear, front), (-1.1, 1.1), (0.95, 1.2))]),
         "shade": _shadow(rear, front),
     }
 
@@ -308,19 +318,22 @@ def _both(a: float, b: float, z: tuple[float, float], out: float = 0.0) -> Mesh:
     return joined([box((a, b), (s * (_SIDE + out) - 0.02, s * (_SIDE + out) + 0.02), z) for s in (-1, 1)])
 
 
-def _bogies(rear: float, front: float) -> list[Mesh]:
-    length = front - rear
-    reach = min(1.25, length / 6)
+def _underframe(rear: float, front: float) -> list[Mesh]:
     pieces = [box((rear + 0.1, front - 0.1), (-1.15, 1.15), (0.8, 0.97))]
-    if length > 12:
+    if front - rear > 12:
         middle = (rear + front) / 2
         pieces.append(box((middle - 3.2, middle + 3.2), (-1.1, 1.1), (0.42, 0.82)))
-    for x in (rear + 0.17 * length, front - 0.17 * length):
-        for y in (-0.98, 0.98):
-            pieces.append(box((x - reach * 1.35, x + reach * 1.35), (y - 0.07, y + 0.07), (0.42, 0.66)))
-            pieces += [wheel(x + d * reach, 0.77 * np.sign(y)) for d in (-0.9, 0.9)]
-        pieces.append(box((x - 0.3, x + 0.3), (-0.95, 0.95), (0.4, 0.8)))
     return pieces
+
+
+def bogie(length: float) -> Mesh:
+    """A bogie of a body of a length [m], its middle at 0."""
+    reach = min(1.25, length / 6)
+    pieces = [box((-0.3, 0.3), (-0.95, 0.95), (0.4, 0.8))]
+    for y in (-0.98, 0.98):
+        pieces.append(box((-reach * 1.35, reach * 1.35), (y - 0.07, y + 0.07), (0.42, 0.66)))
+        pieces += [wheel(d * reach, 0.77 * np.sign(y)) for d in (-0.9, 0.9)]
+    return joined(pieces)
 
 
 def _front_panel(

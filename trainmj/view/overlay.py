@@ -36,6 +36,7 @@ class Overlay:
     title: tuple[str, ...]  # of the collision, in lines
     full_kJ: float  # energy at the end of the colours
     strip: int = 0  # height of the strip [pixels]
+    bodies: bool = False  # whether bodies give, which then take the same colours
 
     def write(
         self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]
@@ -81,10 +82,13 @@ class Overlay:
         small = font(p(14))
         length, thick = p(280), p(12)
         right, bottom = self.width - p(30), self.height - self.strip - p(44)
-        self._plate(draw, (right - length - p(12), bottom - p(32), right + p(12), bottom + thick + p(26)))
+        said = ["absorbed energy (front: of one train)", *self.bodies * ["bodies: each member, by yielding"]]
+        top = bottom - p(14 + 18 * len(said))
+        self._plate(draw, (right - length - p(12), top, right + p(12), bottom + thick + p(26)))
         bar = (255 * colour(np.linspace(0, 1, length))).astype(np.uint8)
         image.paste(Image.fromarray(np.repeat(bar[None], thick, axis=0)), (right - length, bottom))
-        draw.text((right - length, bottom - p(15)), "absorbed energy (front: of one train)", _INK, small, anchor="lm")
+        for k, line in enumerate(said):
+            draw.text((right - length, top + p(17 + 18 * k)), line, _INK, small, anchor="lm")
         for share, anchor in ((0.0, "lm"), (0.5, "mm"), (1.0, "rm")):
             text = f"{share * self.full_kJ:.0f}" + (" kJ" if share == 1.0 else "")
             draw.text((right - length * (1 - share), bottom + thick + p(12)), text, _SOFT, small, anchor=anchor)

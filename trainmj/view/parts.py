@@ -95,6 +95,7 @@ class End:
     """One end of a vehicle with the device that it carries there."""
 
     vehicle: int  # index in the chain, or WALL for what stands fixed at the wall
+    point: int  # at which its device is attached, or WALL
     direction: int  # 1 if the end faces +x, -1 if it faces -x
     interface: int  # index of the interface
     side: int  # 0 on the left of the interface, 1 on the right
@@ -118,9 +119,12 @@ def bearer(chain: Chain, vehicle: int) -> Vehicle:
     return chain.obstacle
 
 
-def middle_of(chain: Chain, vehicle: int) -> float:
-    """Where the middle of a vehicle is in its own frame [m]; what stands at the wall has that of the track."""
-    return 0.5 * bearer(chain, vehicle).length if vehicle == WALL else 0.0
+def middle_of(chain: Chain, point: int) -> float:
+    """Where the middle of a vehicle is, seen from a point of it [m]; at the wall, from where the two sides touch."""
+    if point == WALL:
+        return 0.5 * bearer(chain, WALL).length
+    of = chain.points[point]
+    return 0.5 * chain.vehicles[of.vehicle].length - of.place
 
 
 def device_of(interface: Interface, side: int) -> Device:
@@ -156,11 +160,16 @@ def _end(chain: Chain, k: int, interface: Interface, side: int) -> End:
     name = f"{of.name} {'front' if direction > 0 else 'rear'}"
     body, face = of.length / 2 - setback(chain, vehicle, direction), of.length / 2
     share = 0.5 if interface.is_shared else 1.0
-    parts = _side_wall if of.drawing == "lorry" else _coupler
+    make = _side_wall if of.drawing == "lorry" else _coupler
+    parts = make(name, body, face, device, interface)
+    point = chain.ends(interface)[side]
+    attached = WALL if point == WALL else -direction * middle_of(chain, point)
+    if vehicle != WALL and of.body and attached < body - _ROD:  # a bar from there to the end of the body
+        parts = (*parts, Part(f"{name} draw bar", _COUPLER_ROD, _COUPLER, attached, body, parts[0].zone))
     crumpling = None
     if device.stages[-1].name == CAR_BODY and vehicle != WALL:
         crumpling = Body(f"{name} body", (1.0 - _END) * body, body, share * device.stages[-1].start)
-    return End(vehicle, direction, k, side, parts(name, body, face, device, interface), crumpling)
+    return End(vehicle, point, direction, k, side, parts, crumpling)
 
 
 def _side_wall(name: str, body: float, face: float, device: Device, interface: Interface) -> tuple[Part, ...]:

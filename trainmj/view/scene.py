@@ -10,6 +10,7 @@ from textwrap import fill
 import numpy as np
 
 from trainmj.collision.block import Layout
+from trainmj.collision.body import nearest
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.device import CAR_BODY, Stage
 from trainmj.collision.law.hydraulic import recovers
@@ -20,6 +21,8 @@ from trainmj.view import meshes
 from trainmj.view.parts import SKIN, Body, Part, ends, middle_of, setback
 
 _TRACK = 120.0  # track beyond the ends of the trains [m]
+_BOGIES = 0.17  # of the length of a body, from its ends to the middles of its bogies
+_SLIVER = 0.005  # what is shorter of a car body is not drawn [m]
 _SLEEPERS = 800  # at most; a longer track has them near the impact only
 _BOX, _CYLINDER, _MESH = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_MESH
 _UNTOUCHED = {"contype": 0, "conaffinity": 0}
@@ -41,9 +44,9 @@ def visible(chain: Chain, layout: Layout | None = None, stand_in: bool = False) 
     for i in range(len(chain.vehicles)):
         _add_vehicle(model, chain, i, [end.body for end in found if end.vehicle == i and end.body is not None])
     for end in found:
-        body = model.worldbody if end.vehicle == WALL else model.body(chain.vehicles[end.vehicle].name)
+        body = model.worldbody if end.point == WALL else model.body(chain.points[end.point].name)
         for part in end.parts:
-            _add_part(body, part, end.direction, middle_of(chain, end.vehicle))
+            _add_part(body, part, end.direction, middle_of(chain, end.point))
     return model
 
 
@@ -109,7 +112,7 @@ def _left_out(chain: Chain) -> Iterator[str]:
 
 
 def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Body]) -> None:
-    """The body of a vehicle, of meshes; equal vehicles share them, but for the ends that give way."""
+    """The body of a vehicle, of meshes; equal vehicles share them, but for what gives way."""
     vehicle = chain.vehicles[i]
     rear, front = (vehicle.length / 2 - setback(chain, i, direction) for direction in (-1, 1))
     side = range(chain.n_moving) if i < chain.n_moving else range(chain.n_moving, len(chain.vehicles))
@@ -117,19 +120,63 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
     pieces = _pieces(vehicle.drawing, -rear, front, cabs)
     key = f"{vehicle.drawing} {rear:.3f} {front:.3f} {cabs} {[body.name.split()[1] for body in given]}"
     skin = next(iter(pieces))
-    for body in given:
-        direction = 1 if "front" in body.name.split() else -1
-        for material in [m for m in pieces if m != "shade"]:
-            whole = pieces.pop(material)
-            kept, end = meshes.cut(whole, direction * body.start, direction)
-            if kept is not None:
-                pieces[material] = kept
-            if end is not None:
-                name = f"{body.name} {SKIN if material == skin else material}"
-                _add_shape(model.body(vehicle.name), model, name, name, end, _paint(material, i < chain.n_moving))
-    for material, mesh in pieces.items():
+    for material, whole in pieces.items():
         paint = _paint(material, i < chain.n_moving)
-        _add_shape(model.body(vehicle.name), model, f"{vehicle.name} {material}", f"{key} {material}", mesh, paint)
+        for name, point, piece in _sections(chain, i, whole):
+            body, x = model.body(chain.points[point].name), middle_of(chain, point)
+            kept: meshes.Mesh | None = piece
+            for end in given if material != "shade" else ():
+                direction = 1 if "front" in end.name.split() else -1
+                kept, crumpling = meshes.cut(kept, direction * end.start, direction) if kept else (None, None)
+                if crumpling is not None:
+                    of_end = f"{end.name}{f' {name}' if vehicle.body else ''} {SKIN if material == skin else material}"
+                    _add_shape(body, model, of_end, of_end, crumpling, paint, x)
+            if kept is not None:
+                own = f"{name} {SKIN if vehicle.body and material == skin else material}"
+                _add_shape(body, model, own, own if vehicle.body else f"{key} {material}", kept, paint, x)
+    _add_bogies(model, chain, i, rear, front)
+
+
+def _sections(chain: Chain, i: int, mesh: meshes.Mesh) -> Iterator[tuple[str, int, meshes.Mesh]]:
+    """A mesh of a vehicle, cut where its members meet: names, the points that hold the pieces, and these."""
+    vehicle = chain.vehicles[i]
+    inner = [member for member in chain.members if member.vehicle == i and member.span]
+    if not inner:
+        yield vehicle.name, chain.first[i], mesh
+        return
+    rest: meshes.Mesh | None = mesh
+    for member in inner:
+        piece = rest
+        if member is not inner[-1] and rest is not None and member.span is not None:
+            piece, rest = meshes.cut(rest, member.span[1] - 0.5 * vehicle.length, 1)
+        if piece is not None and np.ptp(piece.vertices[:, 0]) > _SLIVER:
+            yield member.name, member.left, piece
+
+
+def _add_bogies(model: mujoco.MjSpec, chain: Chain, i: int, rear: float, front: float) -> None:
+    """The two bogies of a vehicle: on points of their own, if it has such, or on the nearest one."""
+    vehicle, length = chain.vehicles[i], rear + front
+    if vehicle.drawing not in meshes.ON_BOGIES:
+        return
+    body = vehicle.body
+    places = -rear + _BOGIES * length, front - _BOGIES * length
+    for k, place in enumerate(places):
+        point = chain.first[i]
+        if body and body.bogies:
+            point += body.n_members + 1 + k
+            place = (k - 0.5) * body.bogies.centres
+        elif body:
+            point += nearest(body, vehicle.length, place + 0.5 * vehicle.length)
+        name = f"{vehicle.name} bogie {'left' if k == 0 else 'right'}"
+        _add_shape(
+            model.body(chain.points[point].name),
+            model,
+            name,
+            f"bogie {length:.3f}",
+            meshes.bogie(length),
+            "bogie",
+            place + middle_of(chain, point),
+        )
 
 
 def _pieces(drawing: str, rear: float, front: float, cabs: Sequence[int] = ()) -> dict[str, meshes.Mesh]:

@@ -1,4 +1,4 @@
-"""The shapes of devices and of the ends of car bodies, shortened and coloured as a collision uses them up."""
+"""The shapes of devices and of car bodies, shortened and coloured as a collision uses them up."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.collision.wear import Wear
-from trainmj.view.parts import SKIN, Body, End, ends, middle_of
+from trainmj.view.parts import SKIN, End, ends, middle_of
 
 _RAMP = {  # colours by share: from steel to dark red, darker for more, to every eye; after ColorBrewer's YlOrRd
     0.0: (0.74, 0.76, 0.78),
@@ -21,31 +21,39 @@ _RAMP = {  # colours by share: from steel to dark red, darker for more, to every
 }
 
 
+_GIVEN = 1e-3  # plastic shortening of a member from which on it is coloured [m]
+_UNSEEN = 5e-4  # a piece of a body that has changed by less is left as it is [m]
+
+
 def colour(share: float | Array) -> Array:
     """(..., 3) red, green and blue for a share of the largest energy."""
     return np.stack([np.interp(share, list(_RAMP), channel) for channel in zip(*_RAMP.values(), strict=True)], axis=-1)
 
 
 def largest_energy(result: Result) -> float:
-    """The largest energy that any device of a collision absorbs [J], at which the colours end."""
-    return float(max(result.left_energy.max(), result.right_energy.max()))
+    """The largest energy that any device, or member of a body, of a collision absorbs [J], at which the colours end."""
+    return float(max(result.left_energy.max(), result.right_energy.max(), result.member_yielded.max(initial=0.0)))
 
 
-class DeviceShapes:
-    """The shapes of devices in a compiled model, and of the ends of car bodies, which follow their wear."""
+class Shapes:
+    """The shapes of devices and car bodies in a compiled model, which follow their wear."""
 
     def __init__(self, model: mujoco.MjModel, chain: Chain, full: float) -> None:
         """Find them by name; full is the energy at the end of the colours [J]."""
         self._model, self._full = model, max(full, 1.0)
         self._ends = [
-            (end, middle_of(chain, end.vehicle), [(part, model.geom(part.name).id) for part in end.parts])
+            (end, middle_of(chain, end.point), [(part, model.geom(part.name).id) for part in end.parts])
             for end in ends(chain)
         ]
-        self._bodies = [
-            (end, body, [_Crumpling(model, g) for g in range(model.ngeom) if model.geom(g).name.startswith(body.name)])
-            for end, *_ in self._ends
-            if (body := end.body) is not None
-        ]
+        self._pieces: list[tuple[_Piece, End | None, int | None]] = []
+        for g in range(model.ngeom):
+            name = model.geom(g).name
+            end = next((end for end, *_ in self._ends if end.body and name.startswith(f"{end.body.name} ")), None)
+            member = next((k for k, m in enumerate(chain.members) if m.span and f"{m.name} " in name), None)
+            if member is not None:
+                self._pieces.append((_Piece(model, g, chain, chain.members[member].left), end, member))
+            elif end is not None:
+                self._pieces.append((_Piece(model, g, chain, end.point), end, None))
 
     def show(self, wear: Wear) -> list[int]:
         """Shorten and colour every part; ids of the meshes whose corners have moved."""
@@ -61,23 +69,33 @@ class DeviceShapes:
                 if part.shape.material == "device":
                     model.geom_matid[geom] = -1
                     model.geom_rgba[geom, :3] = colours[part.zone.stage]
+        given = self._given(wear)
         moved = []
-        for end, body, pieces in self._bodies:
-            shorter = body.shorter(wear.shown(end.interface, end.side))
-            paint = self._colours(wear, end)[-1] if shorter > 0.0 else None
-            moved += [piece.mesh for piece in pieces if piece.crumple(end.direction, body, shorter, paint)]
+        for piece, end, member in self._pieces:
+            shorter = 0.0 if end is None or end.body is None else end.body.shorter(wear.shown(end.interface, end.side))
+            paint = None
+            if end is not None and shorter > 0.0:
+                paint = self._colours(wear, end)[-1]
+            elif member is not None:
+                paint = given[member]
+            moved += [piece.mesh] if piece.follow(wear.moved, end, shorter, paint) else []
         return moved
+
+    def _given(self, wear: Wear) -> list[Array | None]:
+        """(n_member,) the colours of members of bodies that have given way, or have been drawn out."""
+        yielded = colour(wear.yielded / self._full)
+        return [paint if abs(p) > _GIVEN else None for paint, p in zip(yielded, wear.plastic, strict=True)]
 
     def _colours(self, wear: Wear, end: End) -> Array:
         """(n_stage, 3) of the device at an end."""
         return colour(wear.worn[end.interface, end.side].energy / self._full)
 
 
-class _Crumpling:
-    """A piece of the end of a car body."""
+class _Piece:
+    """A piece of a car body, in front of its wheels or of a member."""
 
-    def __init__(self, model: mujoco.MjModel, geom: int) -> None:
-        """Look at the geom, whose corners are those of a mesh that nothing else has."""
+    def __init__(self, model: mujoco.MjModel, geom: int, chain: Chain, point: int) -> None:
+        """Look at the geom, whose corners are those of a mesh that nothing else has, held by a point of the chain."""
         self._model, self._geom, self.mesh = model, geom, int(model.geom_dataid[geom])
         start = model.mesh_vertadr[self.mesh]
         self._place = slice(start, start + model.mesh_vertnum[self.mesh])
@@ -85,20 +103,36 @@ class _Crumpling:
         mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
         self._turn = turn.reshape(3, 3)
         self._whole = model.mesh_vert[self._place] @ self._turn.T + model.geom_pos[geom]
-        self._shorter = 0.0
+        self._middle, self._point = middle_of(chain, point), point
+        vehicle = chain.points[point].vehicle
+        self._points = slice(chain.edge(vehicle, 0), chain.edge(vehicle, 1) + 1)
+        self._places = np.array([-middle_of(chain, p) for p in range(self._points.start, self._points.stop)])
+        self._back = np.zeros(len(self._whole))  # how far each corner has gone, seen from the point [m]
         self._look = int(model.geom_matid[geom]), model.geom_rgba[geom].copy()
 
-    def crumple(self, direction: int, body: Body, shorter: float, paint: Array | None) -> bool:
-        """Make it shorter and paint its skin; whether it has changed its length."""
+    def follow(self, moved: Array, end: End | None, shorter: float, paint: Array | None) -> bool:
+        """Go with the points of the body, and paint its skin; whether it has changed its length.
+
+        Args:
+            moved: (n_point,) how far points have moved [m].
+            end: of which it is a piece, if it is.
+            shorter: by how much that is shorter [m].
+            paint: of the skin; None for its own look.
+        """
         model = self._model
         if model.geom(self._geom).name.endswith(SKIN):
             model.geom_matid[self._geom], model.geom_rgba[self._geom] = self._look
             if paint is not None:
                 model.geom_matid[self._geom], model.geom_rgba[self._geom, :3] = -1, paint
-        if shorter == self._shorter:
+        at = self._whole[:, 0] - self._middle
+        back = np.zeros_like(at)
+        if end is not None and end.body is not None:
+            back -= end.direction * shorter * (end.direction * at - end.body.start) / (end.body.end - end.body.start)
+        back += np.interp(at + back, self._places, moved[self._points] - moved[self._point])
+        if np.abs(back - self._back).max() < _UNSEEN:
             return False
-        self._shorter = shorter
+        self._back = back
         corners = self._whole.copy()
-        corners[:, 0] -= direction * shorter * (direction * corners[:, 0] - body.start) / (body.end - body.start)
+        corners[:, 0] += back
         model.mesh_vert[self._place] = (corners - model.geom_pos[self._geom]) @ self._turn
         return True

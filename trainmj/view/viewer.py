@@ -18,7 +18,7 @@ from trainmj.errors import EngineError
 from trainmj.scenario import Scenario
 from trainmj.view.film import check_pace
 from trainmj.view.scene import visible
-from trainmj.view.shapes import DeviceShapes, largest_energy
+from trainmj.view.shapes import Shapes, largest_energy
 
 _FRAME = 1 / 30  # of the screen [s]
 _PAUSE = 1.5  # before the collision begins, and before it begins again [s]
@@ -41,7 +41,7 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
     with kernel.installed():
         model = visible(chain, layout).compile()
         data = start(model, chain, layout)
-        devices = DeviceShapes(model, chain, full)
+        shapes = Shapes(model, chain, full)
         steps = max(1, round(_FRAME * slow / chain.step))
         with mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False) as window:
             window.cam.lookat[:], window.cam.distance = (0.0, 0.0, 1.6), 40.0
@@ -53,7 +53,7 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
                     mujoco.mj_forward(model, data)
                     data.userdata[:] = layout.block(chain)
                 wear = Wear(chain)
-                _show(window, devices, wear)
+                _show(window, shapes, wear)
                 _wait(window, _PAUSE)
                 while window.is_running() and not data.userdata[Head.OVER] and data.time < chain.time_limit:
                     began = time.monotonic()
@@ -61,14 +61,14 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
                         mujoco.mj_step(model, data, nstep=steps)
                         seen = split_sensors(chain, data.sensordata[None])
                         wear.update({name: values[0] for name, values in seen.items()})
-                    _show(window, devices, wear)
+                    _show(window, shapes, wear)
                     time.sleep(max(0.0, steps * chain.step / slow - (time.monotonic() - began)))
                 _wait(window, 2 * _PAUSE)
 
 
-def _show(window: mujoco.viewer.Handle, devices: DeviceShapes, wear: Wear) -> None:
+def _show(window: mujoco.viewer.Handle, shapes: Shapes, wear: Wear) -> None:
     with window.lock():
-        moved = devices.show(wear)
+        moved = shapes.show(wear)
     for mesh in moved:
         window.update_mesh(mesh)
     window.sync()
