@@ -166,6 +166,10 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         "balance_time", "s", 3, "balance\ntime", "when the interface on the side of the impact had its largest stroke",
         lambda m: m.balance_time(), "balance_time",
     ),
+)  # fmt: skip
+"""Quantities of a vehicle; (n_vehicle,) numbers in the order of the chain each."""
+
+BODY: tuple[Quantity[Measured], ...] = (
     Quantity(
         "body_shortening", "mm", 1, "body\nshortening", "largest shortening of its body",
         lambda m: m.tally.shortened_max / MM, "body_shortening", there=_bodies_give,
@@ -188,7 +192,7 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         lambda m: m.body_energy() / KJ, "body_energy", there=_bodies_give,
     ),
 )  # fmt: skip
-"""Quantities of a vehicle; (n_vehicle,) numbers in the order of the chain each."""
+"""Quantities of a vehicle as well, where bodies give."""
 
 MEMBER: tuple[Quantity[Measured], ...] = (
     Quantity(
@@ -296,6 +300,7 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
         "An interface": INTERFACE,
         "A stage": (STAGE,),
         "A vehicle": VEHICLE,
+        "The body of a vehicle, where one gives": BODY,
         "A member of a body that gives": MEMBER,
         "A point of a body that gives": POINT,
     }
@@ -313,7 +318,7 @@ def of_balance(chain: Chain) -> tuple[Quantity[Measured], ...]:
 
 def of_vehicles(chain: Chain) -> tuple[Quantity[Measured], ...]:
     """The quantities of its vehicles that a chain has."""
-    return tuple(q for q in VEHICLE if q.there(chain))
+    return tuple(q for q in (*VEHICLE, *BODY) if q.there(chain))
 
 
 def of_each(chain: Chain) -> dict[str, Quantity[Any]]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
+from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.result import FILE, Result
 from trainmj.collision.summary import Summary
 from trainmj.files.folder import staged
@@ -14,7 +16,7 @@ from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
 OWN = (
-    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|collision\.{ENDINGS}"
+    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|bodies)\.csv|collision\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
@@ -43,8 +45,32 @@ def write_run(
         result.save(stage / FILE)
         (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
         result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
-        for file, parts in (("interfaces.csv", summary.interfaces), ("vehicles.csv", summary.vehicles)):
-            rows = pd.DataFrame([part.as_row() | {"valid_until_s": summary.valid_until_s} for part in parts])
-            rows.to_csv(stage / file, index=False, float_format="%.9g")
+        tables = {"interfaces": [i.as_row() for i in summary.interfaces]}
+        tables["vehicles"] = [v.as_row() for v in summary.vehicles]
+        tables["bodies"] = list(_bodies(result.chain, summary))
+        for name, rows in tables.items():
+            if rows:
+                table = pd.DataFrame([row | {"valid_until_s": summary.valid_until_s} for row in rows])
+                table.to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
         save(figures.collision(result, width), stage / "collision", formats)
         (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
+
+
+def _bodies(chain: Chain, summary: Summary) -> Iterator[dict[str, Any]]:
+    """A row for each member and each point of a body that gives, with its place from the end that faces the impact."""
+    for i, v in zip(order_of_vehicles(chain), summary.vehicles, strict=True):
+        length = chain.vehicles[i].length
+
+        def inward(*places: float, length: float = length, facing: int = chain.facing(i)) -> dict[str, float]:
+            first, *_, last = sorted(length - place if facing else place for place in (*places, places[0]))
+            return {"from_m": first, "to_m": last}
+
+        if v.members:
+            for k, part in zip(chain.members_inward(i), v.members, strict=True):
+                member = chain.members[k]
+                kind, span = ("member", member.span) if member.span else ("link", (chain.points[member.left].place,))
+                yield {"vehicle": v.name, "part": kind, **inward(*span), **part.as_row()}
+            for k, part in zip(chain.points_inward(i), v.points, strict=True):
+                point = chain.points[k]
+                kind = "point" if k <= chain.edge(i, 1) else "bogie"
+                yield {"vehicle": v.name, "part": kind, **inward(point.place), **part.as_row()}

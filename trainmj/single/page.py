@@ -56,6 +56,8 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     section = page.section("Interfaces and vehicles")
     section.table(tables.interfaces(summary))
     section.table(tables.vehicles(result.chain, summary))
+    if result.chain.members:
+        section.table(tables.bodies(result.chain, summary))
     add_histories(page.section("Over time"), result)
     add_devices(page.section("Devices"), result)
     section = page.section("Checks")
@@ -143,4 +145,6 @@ def _add_scenario(section: Section, result: Result) -> None:
         }
     )
     section.table(tables.vehicles_of(chain), folded=len(chain.vehicles) > _MOST_ROWS)
+    if chain.members:
+        section.table(tables.bodies_of(chain))
     section.code(to_yaml(scenario), "scenario.yaml")

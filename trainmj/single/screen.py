@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def print_summary(result: Result, summary: Summary) -> None:
-    """Status, criteria, interfaces, vehicles, energy and checks of one collision."""
+    """Status, criteria, interfaces, vehicles, bodies, energy and checks of one collision."""
     console = new_console()
     _print_head(console, result.scenario)
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
@@ -42,6 +42,7 @@ def print_summary(result: Result, summary: Summary) -> None:
         *([tables.limits(limits).marked(summary.not_valid)] if limits else []),
         tables.interfaces(summary),
         tables.vehicles(result.chain, summary),
+        *([tables.bodies(result.chain, summary)] if result.chain.members else []),
         tables.energy(summary),
         tables.checks(result, summary),
     ):
@@ -123,6 +124,9 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     _print_head(console, scenario)
     print_table(console, tables.vehicles_of(chain))
     console.print()
+    if chain.members:
+        print_table(console, tables.bodies_of(chain))
+        console.print()
     print_table(console, tables.interfaces_of(chain))
     console.print()
     print_table(console, devices.table(scenario, chain))

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step
+from trainmj.collision.body import Body, nearest
+from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.limits import Criterion
 from trainmj.collision.measured import UNSTABLE
-from trainmj.collision.quantities import BALANCE, INTERFACE, STAGE, Quantity, of_vehicles
+from trainmj.collision.quantities import BALANCE, BODY, INTERFACE, MEMBER, STAGE, Quantity, of_vehicles
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
-from trainmj.units import KM_H, KN, MS, TONNE, against
+from trainmj.units import KM_H, KN, KN_PER_MM, MS, TONNE, against
 
 if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
 
 _SEEN = 5e-4  # g: half a digit of the table
 _INDENT = "\u00a0\u00a0"  # before what is part of the row above
+_YIELDED = 0.05  # mm: plastic shortening of a member that is told
+_MOST_MEMBERS = 8  # of a body, that are told
 _ALWAYS = ("kinetic_start_kJ", "kinetic_end_kJ", "elastic_kJ", "absorbed_kJ", "friction_kJ")
 _PARTS = ("crushed_kJ", "frictional_kJ", "viscous_kJ")
 """Rows of the balance that are always there, and those of what is absorbed, if it is more than one."""
@@ -127,11 +131,41 @@ def vehicles(chain: Chain, summary: Summary) -> Table:
         note += " A CFC 60 peak above the total peak is the filter's overshoot, no acceleration that was there."
     if any(np.isnan(list(v.values.values())).any() for v in summary.vehicles):
         note += " Missing values need records closer together (record_every_ms), or a collision that is not cut off."
+    shown = [q for q in of_vehicles(chain) if q not in BODY]
     table = Table(
-        [*worded("Vehicle", "type"), *_columns(of_vehicles(chain))],
-        [(v.name, v.kind, *v.values.values()) for v in summary.vehicles],
+        [*worded("Vehicle", "type"), *_columns(shown)],
+        [(v.name, v.kind, *(v.values[q.name] for q in shown)) for v in summary.vehicles],
         "Vehicles",
         note,
+    )
+    return table.marked(summary.not_valid)
+
+
+def bodies(chain: Chain, summary: Summary) -> Table:
+    """Every body that gives, and below it those of its members that have yielded."""
+    of = {q.key: q for q in MEMBER}
+    force = of["peak_force"]
+    rows: list[tuple[Any, ...]] = []
+    for i, v in zip(order_of_vehicles(chain), summary.vehicles, strict=True):
+        body = chain.vehicles[i].body
+        if body is None:
+            continue
+        members = v.members[: body.n_members]  # behind them there are the links of bogies
+        most = max(member.values[force.name] for member in members)
+        rows.append((v.name, *(v.values[q.name] for q in BODY[:3]), most, *(v.values[q.name] for q in BODY[3:])))
+        yielded = [m for m in members if abs(m.values[of["plastic"].name]) >= _YIELDED]
+        for m in yielded[:_MOST_MEMBERS] if len(members) > 1 else ():
+            shortening, plastic, peak, lost = (m.values[q.name] for q in MEMBER)
+            name = m.name.removeprefix(f"{v.name} ")
+            rows.append((f"{_INDENT}{name}", shortening, plastic, "", peak, "", lost))
+        if yielded[_MOST_MEMBERS:]:
+            rows.append((f"{_INDENT}{len(yielded) - _MOST_MEMBERS} more", *[""] * 6))
+    table = Table(
+        [*worded("Body"), *_columns((*BODY[:3], force, *BODY[3:]))],
+        rows,
+        "Bodies that give",
+        "Below a body the members that have yielded, from the end that faces the impact. Plastic in 5 m is a proxy of "
+        "survival space, no measure of it. Body peak: at any of its points, by all forces.",
     )
     return table.marked(summary.not_valid)
 
@@ -203,6 +237,50 @@ def vehicles_of(chain: Chain) -> Table:
         ],
         "Vehicles along the track",
     )
+
+
+def bodies_of(chain: Chain) -> Table:
+    """The bodies that give, those that are alike in one row."""
+    names: dict[tuple[Any, ...], list[str]] = {}
+    for i in order_of_vehicles(chain):
+        v, facing = chain.vehicles[i], chain.facing(i)
+        if v.body is None:
+            continue
+        b, own = v.body, v.mass - (2 * v.body.bogies.mass if v.body.bogies else 0.0)
+        at = [nearest(b, v.length, v.length - a if end else a) for end, a in enumerate(b.attached)]
+        inward = [v.length * n / b.n_members for n in (at[0], b.n_members - at[1])]
+        numbers = (
+            b.stiffness / KN_PER_MM,
+            b.frequency(own),
+            0.5 * math.sqrt(b.stiffness / own),
+            b.collapse / KN,
+            b.hardening / KN_PER_MM if b.collapse < math.inf else None,
+            b.damping_ratio,
+        )
+        row = (b.n_members, *numbers, ", ".join(f"{inward[end]:.4g}" for end in (facing, 1 - facing)), _bogies(b))
+        names.setdefault(row, []).append(v.name)
+    stiffness, hertz = Column("stiffness EA / L", "kN/mm", ".5g"), Column("first mode, of a bar", "Hz", ".4g")
+    heads = [
+        *(*worded("Body"), Column("members", digits=0), stiffness, Column("first mode", "Hz", ".4g"), hertz),
+        *(Column("collapse at", "kN", ".6g"), Column("hardening", "kN/mm", ".4g"), Column("damping ratio")),
+        *(Column("devices at", "m", text=True), Column("bogies", text=True)),
+    ]
+    rows = [(", ".join(of), *row) for row, of in names.items()]
+    if not any(v.body and v.body.bogies for v in chain.vehicles):
+        heads, rows = heads[:-1], [row[:-1] for row in rows]
+    return Table(
+        heads,
+        rows,
+        "Bodies that give",
+        "First axial mode of the free body without bogies: of its members, and of a uniform bar. Devices are attached "
+        "at the points nearest to where they are stated to be, here from the end that faces the impact, and from the "
+        "other one.",
+    )
+
+
+def _bogies(body: Body) -> str:
+    b = body.bogies
+    return f"2 x {b.mass / TONNE:.4g} t, {b.centres:.4g} m, {b.stiffness / KN_PER_MM:.4g} kN/mm" if b else "-"
 
 
 def interfaces_of(chain: Chain) -> Table:

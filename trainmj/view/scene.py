@@ -68,17 +68,36 @@ def export(chain: Chain, title: str = "") -> str:
         for i in chain.interfaces
         for stiffness, force in [stand_in_of(i, chain.stand_in_speed)]
     )
+    stand_ins += "".join(f"\n       {line}" for line in _bodies(chain))
+    bodies = (
+        "Car bodies that give have such a tendon for each member, which shortens, is drawn out and yields at the "
+        "collapse force of the scenario, with its dashpot. "
+        if chain.members
+        else ""
+    )
     said = (
         "Written by trainmj. Start from the keyframe 'start', which has both trains at speed: in MuJoCo's viewer, "
         "section Simulation, Load key. The devices of the scenario are NOT in this file: MJCF cannot express them. "
         "Stand-ins take their place, one for each interface: ideal elasto-plastic tendons (springyield, of MuJoCo 4.0) "
         "that push and never pull, with the unloading stiffness of the devices and one force, their mean up to the "
-        f"first stroke limit. Left out: {'; '.join(_left_out(chain))}. Strokes and accelerations differ from those of "
-        "trainmj."
+        f"first stroke limit. {bodies}Left out: {'; '.join(_left_out(chain))}. "
+        "Strokes and accelerations differ from those of trainmj."
     )
     lines = fill(said, 112, initial_indent="     ", subsequent_indent="     ", break_on_hyphens=False)
     comment = f"<!-- {words or 'Train collision'}\n{lines}"
     return f"{comment}{stand_ins} -->\n{visible(chain, stand_in=True).to_xml()}"
+
+
+def _bodies(chain: Chain) -> Iterator[str]:
+    """A line for the body of each vehicle that gives."""
+    for i, vehicle in enumerate(chain.vehicles):
+        inner = [member for member in chain.members if member.vehicle == i]
+        for whole, said in ((True, "member"), (False, "bogie")):
+            alike = [member for member in inner if bool(member.span) == whole]
+            if alike:
+                collapse = f", yields at {alike[0].collapse / KN:.0f} kN" if alike[0].collapse < np.inf else ""
+                stiffness = f"{alike[0].stiffness / KN_PER_MM:.6g} kN/mm"
+                yield f"{vehicle.name}, {len(alike)} {said}{'s' * (len(alike) > 1)}: {stiffness} each{collapse}"
 
 
 def _left_out(chain: Chain) -> Iterator[str]:
@@ -104,6 +123,7 @@ def _left_out(chain: Chain) -> Iterator[str]:
         "that two devices in series have a state each": any(len(element.laws) > 1 for element in elements),
         "parallel paths": any(sum(e.sign > 0 for e in i.elements) > 1 for i in chain.interfaces),
         "draw gear": any(element.sign < 0 for element in elements),
+        "that members of car bodies harden as they yield": any(member.hardening for member in chain.members),
         "friction of rails and ground": any(vehicle.rail_friction for vehicle in chain.vehicles),
         "brakes": any(vehicle.brake for vehicle in chain.vehicles),
         "the grade of the track": bool(chain.grade),
