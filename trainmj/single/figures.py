@@ -1,4 +1,4 @@
-"""The figure of a collision: speeds, strokes, forces and energies over time."""
+"""The figures of a collision: speeds, strokes, forces and energies over time; and its bodies that give."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.collision.result import HISTORIES, Result
+from trainmj.collision.chain import order_of_vehicles
+from trainmj.collision.result import SHOWN, Result
 from trainmj.output.style import Width, grid, styled
+from trainmj.single.bodies import ALONG, along
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,16 +22,16 @@ _MOST_VEHICLES, _MOST_INTERFACES = 6, 8  # of one side, that are all named; of m
 OF_INTERFACES = {"stroke": "Stroke", "force": "Force", "energy": "Absorbed energy"}
 """Histories of interfaces that are drawn, and their titles."""
 
+BODIES = {"body_shortening": "Shortening", "body_plastic": "Plastic shortening"}
+"""Those of bodies."""
+
 
 def collision(result: Result, width: Width = "page") -> Figure:
     """Speeds, strokes, forces and energies of one collision over time, in four panels, stacked in a column."""
     chain = result.chain
     with styled(width):
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
-        # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
-        lines = (result.scenario.heading, result.scenario.subject, result.not_valid and f"Grey: {result.not_valid}")
-        title = "\n".join(filter(None, lines)).replace("$", r"\$")
-        figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
+        _title(figure, result)
         own, partner = range(chain.n_moving), range(chain.n_moving, len(chain.vehicles))
         front = chain.interfaces[chain.front]
         joints = range(chain.n_moving + front.unequal_sides)  # then both trains' devices at the front
@@ -56,6 +58,50 @@ def collision(result: Result, width: Width = "page") -> Figure:
     return figure
 
 
+def bodies(result: Result, width: Width = "page") -> Figure:
+    """The bodies that give: how each shortens over time, and along them shortening, what remains, and accelerations."""
+    from matplotlib import colormaps
+
+    chain = result.chain
+    own = [i for i in order_of_vehicles(chain) if i < chain.n_moving]
+    partner = [i for i in order_of_vehicles(chain) if i >= chain.n_moving]
+    with styled(width):
+        figure, panels = grid(1 + len(ALONG), 62.0 if width == "page" else 50.0, most=2)
+        _title(figure, result)
+        shortening = result.shown("body_shortening")
+        for side, colours in ((own, "Blues_r"), (partner, "Oranges_r")):
+            for place, i in enumerate(side):
+                vehicle = chain.vehicles[i]
+                if vehicle.body is None:
+                    continue
+                colour = colormaps[colours](0.1 + 0.6 * _part(place, len(side)))
+                panels[0].plot(result.time, shortening[vehicle.name], color=colour, label=vehicle.name)
+                for panel, one in zip(panels[1:], ALONG, strict=True):
+                    x, y = along(result, i, one)
+                    if one.of_members:
+                        panel.stairs(y, x, baseline=None, color=colour, linewidth=1.2)
+                    else:
+                        panel.plot(x, y, ".-", color=colour)
+        n_own = sum(chain.vehicles[i].body is not None for i in own)
+        sides = [side for side in (panels[0].lines[:n_own], panels[0].lines[n_own:]) if side]
+        _legend(panels[0], [_named(side, _MOST_VEHICLES) for side in sides])
+        panels[0].set(title="Shortening", ylabel="mm", xlim=(0, result.time[-1]), xlabel="Time (s)")
+        if result.not_valid:
+            panels[0].axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
+        for panel, one in zip(panels[1:], ALONG, strict=True):
+            panel.set(title=one.title, ylabel=one.unit, xlabel="Distance from the end that faces the impact (m)")
+            panel.set_xlim(left=0)
+    return figure
+
+
+def _title(figure: Figure, result: Result) -> None:
+    """What was collided, above the panels."""
+    # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
+    lines = (result.scenario.heading, result.scenario.subject, result.not_valid and f"Grey: {result.not_valid}")
+    title = "\n".join(filter(None, lines)).replace("$", r"\$")
+    figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
+
+
 def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range, str, float, float]) -> None:
     """A history: for each side of the collision its places in it, a scale of colours, its start and length."""
     from matplotlib import colormaps
@@ -67,7 +113,7 @@ def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range
             if name != "force" or i < result.chain.n_moving:  # that of both sides is one
                 axes.plot(result.time, lines[i][1], color=colour, label=lines[i][0])
     axes.set_title(title)
-    axes.set_ylabel(HISTORIES[name].shown)
+    axes.set_ylabel(SHOWN[name].shown)
 
 
 def _part(place: int, n: int) -> float:

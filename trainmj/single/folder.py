@@ -16,7 +16,7 @@ from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
 OWN = (
-    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|bodies)\.csv|collision\.{ENDINGS}"
+    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|bodies)\.csv|(collision|bodies)\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
@@ -53,6 +53,8 @@ def write_run(
                 table = pd.DataFrame([row | {"valid_until_s": summary.valid_until_s} for row in rows])
                 table.to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
         save(figures.collision(result, width), stage / "collision", formats)
+        if result.chain.members:
+            save(figures.bodies(result, width), stage / "bodies", formats)
         (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
 
 

@@ -16,6 +16,7 @@ from trainmj.scenario import to_yaml
 from trainmj.scenario.trains import RIGID_WALL
 from trainmj.single import tables
 from trainmj.single.page_animation import add_animation
+from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
 
@@ -57,7 +58,7 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     section.table(tables.interfaces(summary))
     section.table(tables.vehicles(result.chain, summary))
     if result.chain.members:
-        section.table(tables.bodies(result.chain, summary))
+        add_bodies(page.section("Bodies"), result, summary)
     add_histories(page.section("Over time"), result)
     add_devices(page.section("Devices"), result)
     section = page.section("Checks")

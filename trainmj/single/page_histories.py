@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from trainmj.collision.chain import Brake, Chain, places_of_sides
 from trainmj.collision.envelope import Array
-from trainmj.collision.result import HISTORIES, Result
+from trainmj.collision.result import SHOWN, Result
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade, shaded
-from trainmj.output.style import BLUE, GREEN, PURPLE, SKY, YELLOW
-from trainmj.single.figures import OF_INTERFACES
+from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
+from trainmj.single.figures import BODIES, OF_INTERFACES
 from trainmj.units import KJ, MS
 
 MOST_LINES = 8
 """Vehicles and interfaces of each side that are drawn, those nearest to the impact."""
 
 _MOST_SAMPLES = 1000  # of a line over time; more are thinned
+_DARK = "#404040"
 _MOVING = ("#08306b", "#7fb5de")
 _PARTNER = ("#8c3a00", "#f5a65b")
 
@@ -25,19 +28,23 @@ def add_histories(section: Section, result: Result) -> None:
     """Put the plots over time into a section."""
     chain = result.chain
     step = -(-len(result.time) // _MOST_SAMPLES)
-    joints = _nearest(chain, len(chain.interfaces))
+    joints = nearest(chain, len(chain.interfaces))
     one_side = chain.interfaces[chain.front].equal_sides
     section.text(
         f"Drawn every {step * chain.record_interval / MS:.3g} ms; peaks in the tables are from every step. Drag to "
         "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        _plot(section, result, axis + more, _vehicle_lines(result, name, step), axis, HISTORIES[name].shown)
+        _plot(section, result, axis + more, _vehicle_lines(result, name, step), axis, SHOWN[name].shown)
     for name, title in OF_INTERFACES.items():
         traces = _interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        _plot(section, result, title, traces, title, HISTORIES[name].shown, " ".join(notes))
+        _plot(section, result, title, traces, title, SHOWN[name].shown, " ".join(notes))
+    for name, axis in BODIES.items() if chain.members else ():
+        lines = _vehicle_lines(result, name, step)
+        if any(any(one["y"]) for one in lines):
+            _plot(section, result, f"{axis} of car bodies", lines, axis, SHOWN[name].shown)
     note = "Stacked; what the devices still hold is the rest of the kinetic energy at the start."
     if chain.grade:
         note += " What a grade gives comes on top."
@@ -56,7 +63,7 @@ def _plot(
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
 
 
-def _nearest(chain: Chain, n: int) -> list[int]:
+def nearest(chain: Chain, n: int) -> list[int]:
     """Indices of those of n that are drawn, from the front backwards along the moving train, then along the partner."""
     own = range(chain.front, max(-1, chain.front - MOST_LINES), -1)
     return [*own, *range(chain.front + 1, min(n, chain.front + MOST_LINES))]
@@ -64,20 +71,26 @@ def _nearest(chain: Chain, n: int) -> list[int]:
 
 def _vehicle_lines(result: Result, history: str, step: int) -> list[Trace]:
     """A line for each vehicle: the moving train in blue, its partner in orange, paler towards the rear."""
-    chain, unit, shown, traces = result.chain, HISTORIES[history].shown, result.shown(history), []
-    for i in _nearest(chain, len(chain.vehicles)):
-        moving = i < chain.n_moving
-        away = chain.front - i if moving else i - chain.n_moving
-        colour = shade(away / max(1, MOST_LINES - 2), _MOVING if moving else _PARTNER)
-        more: Trace = {} if moving else {"line": {"dash": "4px,2px"}}
-        name = chain.vehicles[i].name
-        traces.append(line(name, result.time[::step], shown[name][::step], unit, colour, **more))
+    chain, unit, shown, traces = result.chain, SHOWN[history].shown, result.shown(history), []
+    for i in nearest(chain, len(chain.vehicles)):
+        if chain.vehicles[i].name in shown:
+            values = shown[chain.vehicles[i].name]
+            traces.append(vehicle_line(chain, i, result.time[::step], values[::step], unit))
     return traces
+
+
+def vehicle_line(chain: Chain, i: int, x: Array, y: Array, unit: str, **more: Any) -> Trace:
+    """A line of a vehicle, in its colour."""
+    moving = i < chain.n_moving
+    away = chain.front - i if moving else i - chain.n_moving
+    colour = shade(away / max(1, MOST_LINES - 2), _MOVING if moving else _PARTNER)
+    look = more.pop("line", {}) | ({} if moving else {"dash": "4px,2px"})
+    return line(chain.vehicles[i].name, x, y, unit, colour, **more, **({"line": look} if look else {}))
 
 
 def _interface_lines(result: Result, history: str, step: int, joints: list[int]) -> list[Trace]:
     """A line for each interface, in the same colour on both sides; those behind the partner's head are hidden."""
-    chain, unit, traces = result.chain, HISTORIES[history].shown, []
+    chain, unit, traces = result.chain, SHOWN[history].shown, []
     most = max(1, max(abs(k - chain.front) for k in joints))
     for (k, side), (name, values) in zip(places_of_sides(chain), result.shown(history).items(), strict=True):
         if k in joints:
@@ -89,23 +102,29 @@ def _interface_lines(result: Result, history: str, step: int, joints: list[int])
 
 
 def _balance_lines(result: Result, step: int) -> list[Trace]:
-    """Kinetic and absorbed energy, work of rails and brakes over the way, of the grade, and the rest [kJ]."""
+    """Kinetic energy, that absorbed in devices and bodies, work of rails, brakes and grade, and the rest [kJ]."""
     chain = result.chain
     way = np.vstack([np.zeros(len(chain.points)), np.abs(np.diff(result.point_position, axis=0))])
     kinetic = result.kinetic
     absorbed = np.sum(result.energy, axis=1)
     rails = np.cumsum(np.sum(chain.friction * way, axis=1))
-    brakes = np.cumsum(np.sum(_braking(result) * way, axis=1))
+    brakes = np.cumsum(np.sum(_braking(result)[:, chain.vehicle_of] * chain.carried * way, axis=1))
     grade = -np.sum(chain.grade_force * (result.point_position - result.point_position[0]), axis=1)
-    held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - rails - brakes - grade)
+    yielded = np.sum(result.member_yielded, axis=1)
+    stiffness = np.array([member.stiffness for member in chain.members])
+    elastic = np.sum(0.5 * stiffness * (result.member_shortening - result.member_plastic) ** 2, axis=1)
+    held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - yielded - elastic - rails - brakes - grade)
+    rest = "elastic or gas, in the devices" + (" (or damped in car bodies)" if chain.members else "")
     return [
         line(name, result.time[::step], values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")
         for name, values, colour in (
             ("absorbed by the devices", absorbed, BLUE),
+            ("by yielding of car bodies", yielded, ORANGE),
             ("by the rails", rails, GREY),
             ("by the brakes", brakes, GREEN),
             ("by the grade", np.maximum(0.0, grade), SKY),
-            ("elastic or gas, in the devices", held, PURPLE),
+            ("elastic, in the car bodies", elastic, _DARK),
+            (rest, held, PURPLE),
             ("kinetic", kinetic, YELLOW),
         )
         if values.any()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import compress, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -259,23 +259,39 @@ def bodies_of(chain: Chain) -> Table:
         )
         row = (b.n_members, *numbers, ", ".join(f"{inward[end]:.4g}" for end in (facing, 1 - facing)), _bogies(b))
         names.setdefault(row, []).append(v.name)
-    stiffness, hertz = Column("stiffness EA / L", "kN/mm", ".5g"), Column("first mode, of a bar", "Hz", ".4g")
     heads = [
-        *(*worded("Body"), Column("members", digits=0), stiffness, Column("first mode", "Hz", ".4g"), hertz),
-        *(Column("collapse at", "kN", ".6g"), Column("hardening", "kN/mm", ".4g"), Column("damping ratio")),
-        *(Column("devices at", "m", text=True), Column("bogies", text=True)),
+        Column("Body", text=True),
+        Column("members", digits=0),
+        Column("stiffness EA / L", "kN/mm", ".5g", head="EA / L"),
+        Column("first mode", "Hz", ".4g"),
+        Column("first mode of a bar", "Hz", ".4g", head="of a\nbar"),
+        Column("collapse force", "kN", ".6g"),
+        Column("hardening", "kN/mm", ".4g"),
+        Column("damping ratio"),
+        Column("devices at", "m", text=True, head="devices\nat"),
+        Column("bogies", text=True),
     ]
-    rows = [(", ".join(of), *row) for row, of in names.items()]
-    if not any(v.body and v.body.bogies for v in chain.vehicles):
-        heads, rows = heads[:-1], [row[:-1] for row in rows]
-    return Table(
-        heads,
-        rows,
-        "Bodies that give",
-        "First axial mode of the free body without bogies: of its members, and of a uniform bar. Devices are attached "
-        "at the points nearest to where they are stated to be, here from the end that faces the impact, and from the "
-        "other one.",
-    )
+    rows = [(_listed(of), *row) for row, of in names.items()]
+    note = "First axial mode of the free body without bogies: of its members, and of a uniform bar."
+    inner = any(v.body and any(v.body.attached) for v in chain.vehicles)
+    if inner:
+        note += (
+            " Devices are attached at the points nearest to where they are stated to be, here from the end that faces "
+            "the impact, and from the other one."
+        )
+    shown = [True] * (len(heads) - 2) + [inner, any(v.body and v.body.bogies for v in chain.vehicles)]
+    return Table(list(compress(heads, shown)), [tuple(compress(row, shown)) for row in rows], "Bodies that give", note)
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names of vehicles, those that follow one another as a range: M1 to M6, S1."""
+    runs: list[list[str]] = []
+    for name in names:
+        if runs and (runs[-1][-1][0], int(runs[-1][-1][1:]) + 1) == (name[0], int(name[1:])):
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join(run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
 
 
 def _bogies(body: Body) -> str:
