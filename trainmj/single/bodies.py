@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trainmj.collision.chain import order_of_vehicles
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.units import MM, G
@@ -31,15 +32,24 @@ ALONG = (
 """What is drawn along bodies, in this order."""
 
 
-def along(result: Result, vehicle: int, one: Along) -> tuple[Array, Array]:
-    """A quantity along the body of a vehicle: distances from the end that faces the impact [m], and values.
+def along(result: Result, one: Along) -> dict[str, tuple[Array, Array]]:
+    """A quantity along every body that gives, by the name of its vehicle, in the order of the tables.
 
-    Of members (n + 1,) edges and (n,) values by their length at rest, of points (n + 1,) each; bogies are left out.
+    Returns:
+        (n_member + 1,) distances from the end that faces the impact [m], and values there. Values of members are by
+        their length at rest, each from its distance to the next one, so that the last one stands twice. Bogies are left
+        out.
     """
-    chain = result.chain
-    body, length = chain.vehicles[vehicle].body, chain.vehicles[vehicle].length
-    assert body is not None
-    edges = np.linspace(0.0, length, body.n_members + 1)
-    order = chain.members_inward(vehicle)[: body.n_members] if one.of_members else chain.points_inward(vehicle)
-    values = getattr(result.tally, one.tallied)[order[: len(edges) - one.of_members]] / one.factor
-    return edges, values / (length / body.n_members) if one.of_members else values
+    chain, found = result.chain, {}
+    for i in order_of_vehicles(chain):
+        vehicle = chain.vehicles[i]
+        if vehicle.body is not None:
+            n = vehicle.body.n_members
+            values = getattr(result.tally, one.tallied) / one.factor
+            if one.of_members:
+                order = chain.members_inward(i)[:n]
+                y = values[[*order, order[-1]]] * n / vehicle.length
+            else:
+                y = values[chain.points_inward(i)[: n + 1]]
+            found[vehicle.name] = np.linspace(0.0, vehicle.length, n + 1), y
+    return found

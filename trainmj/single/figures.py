@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -62,33 +62,30 @@ def bodies(result: Result, width: Width = "page") -> Figure:
     """The bodies that give: how each shortens over time, and along them shortening, what remains, and accelerations."""
     from matplotlib import colormaps
 
-    chain = result.chain
-    own = [i for i in order_of_vehicles(chain) if i < chain.n_moving]
-    partner = [i for i in order_of_vehicles(chain) if i >= chain.n_moving]
+    chain, shortening = result.chain, result.shown("body_shortening")
+    drawn = {one: along(result, one) for one in ALONG}
+    drawn = {one: lines for one, lines in drawn.items() if one.always or any(y.any() for _, y in lines.values())}
     with styled(width):
-        figure, panels = grid(1 + len(ALONG), 62.0 if width == "page" else 50.0, most=2)
+        figure, panels = grid(1 + len(drawn), 62.0 if width == "page" else 50.0, most=2)
         _title(figure, result)
-        shortening = result.shown("body_shortening")
-        for side, colours in ((own, "Blues_r"), (partner, "Oranges_r")):
-            for place, i in enumerate(side):
-                vehicle = chain.vehicles[i]
-                if vehicle.body is None:
-                    continue
-                colour = colormaps[colours](0.1 + 0.6 * _part(place, len(side)))
-                panels[0].plot(result.time, shortening[vehicle.name], color=colour, label=vehicle.name)
-                for panel, one in zip(panels[1:], ALONG, strict=True):
-                    x, y = along(result, i, one)
-                    if one.of_members:
-                        panel.stairs(y, x, baseline=None, color=colour, linewidth=1.2)
-                    else:
-                        panel.plot(x, y, ".-", color=colour)
-        n_own = sum(chain.vehicles[i].body is not None for i in own)
-        sides = [side for side in (panels[0].lines[:n_own], panels[0].lines[n_own:]) if side]
-        _legend(panels[0], [_named(side, _MOST_VEHICLES) for side in sides])
+        sides: tuple[list[Line2D], list[Line2D]] = [], []
+        order = order_of_vehicles(chain)
+        cars = order[: chain.n_moving], order[chain.n_moving :]
+        for side, places, colours, dashes in zip(
+            sides, cars, ("Blues_r", "Oranges_r"), ("-", (0, (4, 1.5))), strict=True
+        ):
+            for place, i in enumerate(places):
+                if (name := chain.vehicles[i].name) in shortening:
+                    colour = colormaps[colours](0.1 + 0.6 * _part(place, len(places)))
+                    look: dict[str, Any] = {"color": colour, "linestyle": dashes}
+                    side += panels[0].plot(result.time, shortening[name], label=name, **look)
+                    for panel, (one, lines) in zip(panels[1:], drawn.items(), strict=True):
+                        panel.plot(*lines[name], drawstyle="steps-post" if one.of_members else "default", **look)
+        _legend(panels[0], [_named(side, _MOST_VEHICLES - 1) for side in sides if side])
         panels[0].set(title="Shortening", ylabel="mm", xlim=(0, result.time[-1]), xlabel="Time (s)")
         if result.not_valid:
             panels[0].axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
-        for panel, one in zip(panels[1:], ALONG, strict=True):
+        for panel, one in zip(panels[1:], drawn, strict=True):
             panel.set(title=one.title, ylabel=one.unit, xlabel="Distance from the end that faces the impact (m)")
             panel.set_xlim(left=0)
     return figure

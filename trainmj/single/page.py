@@ -84,6 +84,9 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     kept = sum(c.kept for c in limits)
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
     b = summary.balance
+    absorbed = f"of {b.kinetic_start_kJ:.0f} kJ before the impact"
+    if "bodies_kJ" in b.values:
+        absorbed = f"by the devices, {b.bodies_kJ:.0f} kJ by car bodies, {absorbed}"
     invalid = failed(summary.not_valid) if summary.not_valid else None
     if invalid:
         section.facts({"NOT VALID": failed(f"after {summary.valid_until_s:.4g} s: {tables.why_not_valid(summary)}")})
@@ -110,7 +113,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
             f"device acceleration of {worst.name}",
             invalid,
         ),
-        Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", f"of {b.kinetic_start_kJ:.0f} kJ before the impact", invalid),
+        Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", absorbed, invalid),
     )
     if summary.status.detail:
         section.text(f"Status: {summary.status}.")

@@ -1,4 +1,4 @@
-"""A side view of the collision that plays in the page: devices shorten and take the colour of the energy absorbed."""
+"""A side view of the collision that plays in the page: devices and bodies shorten, coloured by what they absorbed."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from trainmj.units import KJ, KM_H, MM
 
 _MOST_CARS = 7  # vehicles of each side that are drawn, those nearest to the impact
 _FRAMES = 240
+_BODIES = " members of bodies take the colour of what they have lost by yielding;"
+_SEEN = 2e-3  # shortening of a body from which on it is drawn [m]
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
@@ -25,11 +27,14 @@ def add_animation(section: Section, result: Result) -> None:
     """Put the animation of a collision into a section of a page."""
     content = animation_data(result)
     markup, script = ((_TEMPLATES / f"animation.{end}").read_text(encoding="utf-8") for end in ("html", "js"))
+    markup = markup.replace("BODIES", _BODIES if any(content["bodies"]) else "")
     section.raw(Markup(markup.replace("DATA", as_json(content))), script)
     left_out = len(result.chain.vehicles) - len(content["vehicles"])
     few = {0: "", 1: " 1 vehicle further away is left out."}
     section.text(
-        "Not to scale: strokes are enlarged, and each device is as long as its stroke needs. The view follows the "
+        "Not to scale: strokes are enlarged, and each device"
+        + (" or body" if any(content["bodies"]) else "")
+        + " is as long as its stroke needs. The view follows the "
         "place of the impact, and the sleepers pass below it."
         + few.get(left_out, f" {left_out} vehicles further away are left out.")
     )
@@ -38,7 +43,8 @@ def add_animation(section: Section, result: Result) -> None:
 def animation_data(result: Result) -> dict[str, Any]:
     """What the script needs: names, and strokes, energies, speeds and the place of the impact at evenly spaced times.
 
-    An interface has a stroke as a whole, and stroke and energy of each device, one or one of each side.
+    An interface has a stroke as a whole, and stroke and energy of each device, one or one of each side. A body that
+    shortens to be seen has members, along the track, with what they are shorter and the energy lost by yielding.
     """
     chain = result.chain
     n = len(chain.vehicles)
@@ -47,7 +53,9 @@ def animation_data(result: Result) -> dict[str, Any]:
     frames = np.unique(np.linspace(0, len(result.time) - 1, _FRAMES).round().astype(int))
     every = _devices(result, frames)
     devices = [every[k] for k in joints]
-    most = max(float(np.nan_to_num(energy).max(initial=0.0)) for sides in devices for _, energy in sides)
+    bodies = [_members(result, i, frames) for i in cars]
+    parts = [part for group in (*devices, *bodies) for part in group]
+    most = max(float(np.nan_to_num(energy).max(initial=0.0)) for _, energy in parts)
     return {
         "time": numbers(result.time[frames]),
         "vehicles": [chain.vehicles[i].name for i in cars],
@@ -59,14 +67,29 @@ def animation_data(result: Result) -> dict[str, Any]:
         "interfaces": [chain.interfaces[k].name for k in joints],
         "front": joints.index(chain.front),
         "stroke": [numbers(result.stroke[frames, k] / MM) for k in joints],
-        "devices": [
-            [{"stroke": numbers(stroke), "energy": numbers(energy, 4)} for stroke, energy in sides] for sides in devices
-        ],
+        "devices": [_parts(sides) for sides in devices],
+        "bodies": [_parts(members) for members in bodies],
         "largest_energy": float(f"{max(most, 1e-6):.4g}"),
         "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
         "impact": numbers(_impact(chain, result.position[frames]) / MM),
         "colours": VIRIDIS,
     }
+
+
+def _parts(parts: list[tuple[Array, Array]]) -> list[dict[str, Any]]:
+    return [{"stroke": numbers(stroke), "energy": numbers(energy, 4)} for stroke, energy in parts]
+
+
+def _members(result: Result, vehicle: int, frames: Array) -> list[tuple[Array, Array]]:
+    """Of each member of a body, from left to right, (n_frame,) shortening [mm] and energy lost by yielding [kJ].
+
+    None where the body does not shorten enough to be seen.
+    """
+    if np.abs(result.body_shortening[:, vehicle]).max() < _SEEN:
+        return []
+    inner = [k for k, member in enumerate(result.chain.members) if member.vehicle == vehicle and member.span]
+    shortening, energy = result.member_shortening[frames] / MM, result.member_yielded[frames] / KJ
+    return [(shortening[:, k], energy[:, k]) for k in inner]
 
 
 def _devices(result: Result, frames: Array) -> list[list[tuple[Array, Array]]]:

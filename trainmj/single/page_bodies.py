@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.output.blocks import Section
@@ -23,11 +21,9 @@ def add_bodies(section: Section, result: Result, summary: Summary) -> None:
     )
     drawn = [i for i in nearest(chain, len(chain.vehicles)) if chain.vehicles[i].body]
     for one in ALONG:
-        traces = []
-        for i in drawn:
-            x, y = along(result, i, one)
-            steps = {"line": {"shape": "hv"}} if one.of_members else {"mode": "lines+markers"}
-            traces.append(vehicle_line(chain, i, x, np.append(y, y[-1]) if one.of_members else y, one.unit, **steps))
-        if one.always or any(np.any(trace["y"]) for trace in traces):
+        lines = along(result, one)
+        steps = {"line": {"shape": "hv"}} if one.of_members else {"mode": "lines+markers"}
+        traces = [vehicle_line(chain, i, *lines[chain.vehicles[i].name], one.unit, **steps) for i in drawn]
+        if one.always or any(any(trace["y"]) for trace in traces):
             layout = axes("Distance from the end that faces the impact", "m", one.axis, one.unit, hovermode="x unified")
             section.plot(traces, layout, title=one.title, height=400, half=True)

@@ -48,12 +48,12 @@ class Shapes:
         self._pieces: list[tuple[_Piece, End | None, int | None]] = []
         for g in range(model.ngeom):
             name = model.geom(g).name
-            end = next((end for end, *_ in self._ends if end.body and name.startswith(f"{end.body.name} ")), None)
+            of = next((one for one, *_ in self._ends if one.body and name.startswith(f"{one.body.name} ")), None)
             member = next((k for k, m in enumerate(chain.members) if m.span and f"{m.name} " in name), None)
             if member is not None:
-                self._pieces.append((_Piece(model, g, chain, chain.members[member].left), end, member))
-            elif end is not None:
-                self._pieces.append((_Piece(model, g, chain, end.point), end, None))
+                self._pieces.append((_Piece(model, g, chain, chain.members[member].left), of, member))
+            elif of is not None:
+                self._pieces.append((_Piece(model, g, chain, of.point), of, None))
 
     def show(self, wear: Wear) -> list[int]:
         """Shorten and colour every part; ids of the meshes whose corners have moved."""
@@ -71,14 +71,14 @@ class Shapes:
                     model.geom_rgba[geom, :3] = colours[part.zone.stage]
         given = self._given(wear)
         moved = []
-        for piece, end, member in self._pieces:
-            shorter = 0.0 if end is None or end.body is None else end.body.shorter(wear.shown(end.interface, end.side))
+        for piece, of, member in self._pieces:
+            shorter = 0.0 if of is None or of.body is None else of.body.shorter(wear.shown(of.interface, of.side))
             paint = None
-            if end is not None and shorter > 0.0:
-                paint = self._colours(wear, end)[-1]
+            if of is not None and shorter > 0.0:
+                paint = self._colours(wear, of)[-1]
             elif member is not None:
                 paint = given[member]
-            moved += [piece.mesh] if piece.follow(wear.moved, end, shorter, paint) else []
+            moved += [piece.mesh] if piece.follow(wear.moved, of, shorter, paint) else []
         return moved
 
     def _given(self, wear: Wear) -> list[Array | None]:

@@ -15,10 +15,13 @@ document.querySelectorAll(".animation").forEach((figure) => {
   const body = Math.min(BODY, (0.62 * WIDTH) / n);
   const behind = !data.wall ? 0 : data.obstacle ? body : 20; // the wall, and what stands fixed at it
   const count = largest.flat().length;
+  const shorter = data.bodies.map((b) => data.time.map((_, j) => b.reduce((sum, member) => sum + member.stroke[j], 0)));
+  const give = data.bodies.map((b) => b.map((member) => most(member.stroke))); // members are drawn longer by so much
   const room = WIDTH - 2 * MARGIN - n * body - (count + 1) * SHORTEST - behind;
-  const scale = Math.min(0.2, room / Math.max(1, largest.flat().reduce((a, b) => a + b, 0)));
+  const scale = Math.min(0.2, room / Math.max(1, [...largest.flat(), ...give.flat()].reduce((a, b) => a + b, 0)));
   const lengths = largest.map((sides) => sides.map((u) => u * scale + SHORTEST));
   const length = lengths.map((sides) => sides.reduce((a, b) => a + b, 0));
+  const bodies = give.map((b) => body + scale * b.reduce((a, u) => a + u, 0));
 
   const add = (parent, name, attributes, text) => {
     const element = document.createElementNS(SVG, name);
@@ -42,7 +45,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
     add(g, "path", { class: "body", d: `${left} ${right} Z` });
   };
   const wheels = (g, w, parts) => {
-    for (const x of parts) add(g, "circle", { class: "wheel", cx: x * w, cy: 105, r: Math.min(6, w / 8) });
+    const r = Math.min(6, w / 8);
+    for (const x of parts) add(g, "ellipse", { class: "wheel", cx: x * w, cy: 105, rx: r, ry: r });
   };
   const drawings = {
     passenger: (g, w, head) => {
@@ -80,11 +84,35 @@ document.querySelectorAll(".animation").forEach((figure) => {
 
   const cars = data.vehicles.map((name, i) => {
     const g = add(svg, "g", { class: i < data.moving ? "car moving" : "car standing" });
-    const w = body, head = i === data.moving - 1 ? 1 : i === data.moving ? -1 : 0;
-    drawings[data.drawings[i]](g, w, head);
-    add(g, "text", { class: "name", x: (data.drawings[i] === "lorry" ? 0.34 : 0.5) * w, y: 88 }, name);
-    return { g, speed: add(g, "text", { class: "speed", x: w / 2, y: 134 }) };
+    const w = bodies[i], head = i === data.moving - 1 ? 1 : i === data.moving ? -1 : 0;
+    const shape = add(g, "g", {});
+    drawings[data.drawings[i]](shape, w, head);
+    const members = data.bodies[i].map(() => add(shape, "rect", { class: "member", y: 71, height: 26.5 }));
+    const part = data.drawings[i] === "lorry" ? 0.34 : 0.5;
+    return { g, w, give: give[i], shape, members, part, name: add(g, "text", { class: "name", y: 88 }, name), speed: add(g, "text", { class: "speed", y: 134 }),
+      wheels: [...shape.querySelectorAll(".wheel")].map((wheel) => ({ wheel, r: Number(wheel.getAttribute("ry")) })) };
   });
+
+  // A body as long as it is then; its members take the colour of the energy that they have lost by yielding.
+  const squeeze = (car, own, mix) => {
+    const now = own.map((member) => mix(member.stroke)), width = car.w - scale * now.reduce((a, b) => a + b, 0);
+    const part = width / car.w, share = body / Math.max(1, own.length);
+    let x = 0, crushed = false;
+    car.shape.setAttribute("transform", `scale(${part},1)`);
+    for (const { wheel, r } of car.wheels) wheel.setAttribute("rx", r / part);
+    car.members.forEach((box, k) => {
+      const energy = mix(own[k].energy), w = (share + scale * (car.give[k] - now[k])) / part, yields = energy > 0.001;
+      box.setAttribute("x", x);
+      box.setAttribute("width", w);
+      box.setAttribute("fill", yields ? colour(energy / data.largest_energy) : "none");
+      crushed = crushed || yields;
+      x += w;
+    });
+    car.g.classList.toggle("crushed", crushed);
+    car.name.setAttribute("x", car.part * width);
+    car.speed.setAttribute("x", width / 2);
+    return width;
+  };
 
   const device = (halves) => {
     const g = add(svg, "g", { class: "device" });
@@ -119,10 +147,11 @@ document.querySelectorAll(".animation").forEach((figure) => {
     const stroke = data.stroke.map(mix);
     const used = data.devices.map((sides) => sides.map((d) => ({ stroke: mix(d.stroke), energy: mix(d.energy) })));
     const width = stroke.map((u, k) => Math.min(length[k] - scale * u, length[k] + FAR));
-    const whole = n * body + length.reduce((a, b) => a + b, 0) + behind;
+    const whole = bodies.reduce((a, b) => a + b, 0) + length.reduce((a, b) => a + b, 0) + behind;
     let x = (WIDTH - whole) / 2;
     for (let k = 0; k < front; k++) x += length[k] - width[k];
     x += (length[front] - width[front]) / (data.wall ? 1 : 2);
+    for (let i = 0; i < data.moving; i++) x += scale * mix(shorter[i]);
     let car = 0;
     const place = (k) => {
       const d = devices[k], own = used[k].map((one, j) => lengths[k][j] - scale * one.stroke);
@@ -135,10 +164,10 @@ document.querySelectorAll(".animation").forEach((figure) => {
       d.energy.textContent = used[k].map((one) => one.energy.toFixed(0)).join(" + ");
       x += width[k];
     };
-    for (const { g, speed } of cars) {
-      g.setAttribute("transform", `translate(${x},0)`);
-      speed.textContent = mix(data.speed[car]).toFixed(1).replace("-0.0", "0.0");
-      x += body;
+    for (const one of cars) {
+      one.g.setAttribute("transform", `translate(${x},0)`);
+      one.speed.textContent = mix(data.speed[car]).toFixed(1).replace("-0.0", "0.0");
+      x += squeeze(one, data.bodies[car], mix);
       if (car < joints) place(car);
       car += 1;
     }
