@@ -20,6 +20,9 @@ SEEN = (
     *("stroke", "force", "left_stroke", "right_stroke", "left_energy", "right_energy"),
     *("point_position", "member_plastic"),
 )
+GIVEN = 1e-3
+"""Plastic shortening of a member from which on pictures colour it [m]."""
+
 _CLOSE = 1e-9  # [m]
 
 

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
-from trainmj.collision.wear import Wear, seen_at
+from trainmj.collision.wear import GIVEN, Wear, seen_at
 from trainmj.output.blocks import Section, as_json
 from trainmj.output.plot import VIRIDIS, numbers
 from trainmj.units import KJ, KM_H, MM
@@ -83,13 +83,14 @@ def _parts(parts: list[tuple[Array, Array]]) -> list[dict[str, Any]]:
 def _members(result: Result, vehicle: int, frames: Array) -> list[tuple[Array, Array]]:
     """Of each member of a body, from left to right, (n_frame,) shortening [mm] and energy lost by yielding [kJ].
 
-    None where the body does not shorten enough to be seen.
+    None where the body does not shorten enough to be seen; no energy where the member has not given way to be seen.
     """
     if np.abs(result.body_shortening[:, vehicle]).max() < _SEEN:
         return []
     inner = [k for k, member in enumerate(result.chain.members) if member.vehicle == vehicle and member.span]
-    shortening, energy = result.member_shortening[frames] / MM, result.member_yielded[frames] / KJ
-    return [(shortening[:, k], energy[:, k]) for k in inner]
+    given = np.abs(result.member_plastic) > GIVEN
+    shortening, energy = result.member_shortening / MM, np.where(given, result.member_yielded, 0.0) / KJ
+    return [(shortening[frames, k], energy[frames, k]) for k in inner]
 
 
 def _devices(result: Result, frames: Array) -> list[list[tuple[Array, Array]]]:

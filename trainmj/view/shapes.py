@@ -8,7 +8,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
-from trainmj.collision.wear import Wear
+from trainmj.collision.wear import GIVEN, Wear
 from trainmj.view.parts import SKIN, End, ends, middle_of
 
 _RAMP = {  # colours by share: from steel to dark red, darker for more, to every eye; after ColorBrewer's YlOrRd
@@ -21,7 +21,6 @@ _RAMP = {  # colours by share: from steel to dark red, darker for more, to every
 }
 
 
-_GIVEN = 1e-3  # plastic shortening of a member from which on it is coloured [m]
 _UNSEEN = 5e-4  # a piece of a body that has changed by less is left as it is [m]
 
 
@@ -84,7 +83,7 @@ class Shapes:
     def _given(self, wear: Wear) -> list[Array | None]:
         """(n_member,) the colours of members of bodies that have given way, or have been drawn out."""
         yielded = colour(wear.yielded / self._full)
-        return [paint if abs(p) > _GIVEN else None for paint, p in zip(yielded, wear.plastic, strict=True)]
+        return [paint if abs(p) > GIVEN else None for paint, p in zip(yielded, wear.plastic, strict=True)]
 
     def _colours(self, wear: Wear, end: End) -> Array:
         """(n_stage, 3) of the device at an end."""
