@@ -81,6 +81,9 @@ def chain_of(couplers: list[str], fronts: tuple[str, str] = ("tube", "tube")) ->
 MIXED = ["crush", "rate", "hysteresis", "gas_hydraulic", "crush_and_pull"]
 TRAINS: dict[str, Callable[[], Chain]] = {
     "b_type": lambda: line_up(trainmj.load("b_type")),
+    "b_type, bodies of 4 members": lambda: line_up(
+        trainmj.load("b_type").with_values({"trains.b_type.body": {"stiffness_kN_per_mm": 1000}})
+    ),
     "crush alone": lambda: chain_of(["crush"] * 5),
     "every kind, unequal front": lambda: chain_of(MIXED, ("staged", "tube")),
     **{f"couplers: {name}": lambda name=name: chain_of([name] * 5) for name in DEVICES if name != "crush"},  # type: ignore[misc]
