@@ -335,14 +335,17 @@ class Chain:
         """Values of points (..., n_point) as those of the centres of mass of their vehicles (..., n_vehicle)."""
         if not self.members:
             return values
-        parts = (self.points_of(i) for i in range(len(self.vehicles)))
-        found = [
-            values[..., part.start]
-            if part.stop - part.start == 1
-            else values[..., part] @ self.point_mass[part] / self.point_mass[part].sum()
-            for part in parts
-        ]
-        return np.stack(found, axis=-1)
+        found = np.empty((*values.shape[:-1], len(self.vehicles)))
+        for i, mass in enumerate(self.mass):
+            first, end = self.first[i], self.first[i + 1]
+            if end - first == 1:
+                found[..., i] = values[..., first]
+                continue
+            total = 0.0
+            for p in range(first, end):  # one after the other, as the compiled law adds them up
+                total = total + self.point_mass[p] * values[..., p]
+            found[..., i] = total / mass
+        return found
 
     @cached_property
     def records(self) -> tuple[tuple[tuple[int, ...], ...], ...]:

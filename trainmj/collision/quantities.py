@@ -180,7 +180,9 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         lambda m: m.body_plastic[1] / MM, "body_plastic_5m", there=_bodies_give,
     ),
     Quantity(
-        "body_peak", "g", 3, "body\npeak", "largest |acceleration| at any point of its body, from every step",
+        "body_peak", "g", 3, "body\npeak",
+        "largest |acceleration| at any point of its body, not filtered: at an end it grows with the number of members, "
+        "as the mass of the point shrinks",
         lambda m: m.body_peak() / G, "body_peak", there=_bodies_give,
     ),
     Quantity(
