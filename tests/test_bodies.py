@@ -11,6 +11,7 @@ from trainmj.collision.batch import run_chains
 from trainmj.collision.body import Body, Bogies, plastic_over
 from trainmj.collision.chain import largest_step
 from trainmj.collision.lineup import line_up
+from trainmj.collision.remarks import remarks
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
@@ -209,6 +210,16 @@ def test_a_body_that_collapses_says_so_above_a_millimetre():
     strong = summarise(run(b_type(STIFF | {"collapse_force_kN": 1900}, "b_type_wall")))
     assert 0.0 < sum(v.body_plastic_mm for v in strong.vehicles) < 1.0, "waves add up beyond the collapse force"
     assert "body" not in str(strong.status)
+
+
+def test_what_to_know_of_a_body_that_collapses_is_said():
+    """Breaks if a car body that stands twice, or a collapse that stays in one member, is computed in silence."""
+    said = " ".join(remarks(line_up(b_type(STIFF | {"collapse_force_kN": 2000}))))
+    assert "coupler_a_b, coupler_c_d, front: a car body stands behind" in said
+    assert "without hardening" in said
+    hard = STIFF | {"collapse_force_kN": 2000, "hardening_kN_per_mm": 2}
+    assert "without hardening" not in " ".join(remarks(line_up(b_type(hard))))
+    assert "body" not in " ".join(remarks(line_up(b_type(STIFF))))
 
 
 def test_plastic_shortening_within_a_length():
