@@ -645,6 +645,9 @@ def test_what_is_wrong_with_the_cache_is_said_once_for_the_whole_law(monkeypatch
     def refuse(self: object) -> None:
         raise OSError(30, "Read-only file system")
 
+    # the law itself would take seconds to compile
+    monkeypatch.setattr(kernel, "_passive", lambda _: lambda model, data: None)
+    monkeypatch.setattr(kernel, "_sensor", lambda _: lambda model, data, stage: None)
     for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
         if "ensure_cache_path" in vars(cls):
             monkeypatch.setattr(cls, "ensure_cache_path", refuse)
