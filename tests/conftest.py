@@ -21,6 +21,8 @@ from trainmj.scenario import Scenario, load
 # A shell that starts the tests in the background lets them ignore Ctrl-C, which what they start would inherit.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+os.fsync = lambda _: None  # no test cuts the power, and a busy disk is slow
+
 os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
 
 hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
