@@ -20,8 +20,8 @@ from trainmj.verification.systems import chain, envelope, follow, shipped
 
 # the paper has tests of its own, as have random trains
 ELSEWHERE = (published.paper, oracles.random_by_scipy, oracles.every_kind_by_scipy)
-# seconds each; three masses, other trains by scipy and the order for crush devices are quicker of the same kind
-THOROUGH = (oracles.standard_by_scipy, numerics.order_by_kind)
+# seconds each; random trains by scipy and the order for crush devices are quicker of the same kind
+THOROUGH = (oracles.standard_by_scipy, oracles.three_masses_by_scipy, numerics.order_by_kind)
 CASES = [
     pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c in THOROUGH))
     for group in GROUPS
