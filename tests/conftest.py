@@ -70,7 +70,7 @@ def pytest_collection_finish() -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--random-trains", type=int, default=2, help="seeds of random trains against solve_ivp")
+    parser.addoption("--random-trains", type=int, default=3, help="seeds of random trains against solve_ivp")
 
 
 @pytest.fixture
