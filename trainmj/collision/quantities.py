@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache, cached_property
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 
@@ -47,6 +47,10 @@ class Column(NamedTuple):
     meaning: str
     quantity: str
     place: tuple[int, ...]
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Itself, as nothing in it can change: pandas copies what a table carries whenever a column of it is taken."""
+        return self
 
     @property
     def of_partner(self) -> bool:
