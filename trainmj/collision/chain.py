@@ -444,8 +444,9 @@ def largest_step(chain: Chain) -> float:
 
     The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
     matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
-    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. What resists the speed, such as an orifice, is
-    taken at the speed at which the two sides close.
+    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. The stiffness of devices counts twice: they let
+    go of what they hold, and near the bound of a spring that holds they would do so with more energy than they took.
+    What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
     from scipy.optimize import brentq
 
@@ -475,7 +476,8 @@ def largest_step(chain: Chain) -> float:
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
     """What acts between two points, or one and the wall: their indices, largest stiffness and damping."""
     for interface in chain.interfaces:
-        yield *chain.ends(interface), *interface.bounds(chain.closing_speed)
+        stiffness, damping = interface.bounds(chain.closing_speed)
+        yield *chain.ends(interface), 2.0 * stiffness, damping
     for member in chain.members:
         yield member.left, member.right, member.stiffness, member.damping
 
