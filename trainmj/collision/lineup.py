@@ -70,6 +70,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         grade=c.grade_per_mille * 1e-3,
         limits=scenario.limits,
         obstacle=fixed,
+        free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),
     )
     check_step(chain)
     scenario.refuse(_limits(chain))

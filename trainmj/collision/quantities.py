@@ -19,6 +19,7 @@ from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles, place
 from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc60_peak, window_peak
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side
+from trainmj.collision.occupants import longest_interval
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import listed
 from trainmj.scenario.devices import DEVICE
@@ -228,6 +229,24 @@ STAGE = Quantity[float](
 """The quantity of a stage; devices of one stage have no column for it."""
 
 
+@cache
+def of_flight(distance: float) -> tuple[Quantity[Measured], ...]:
+    """The quantities of the occupants of a vehicle after a free flight over a distance [m]; the same ones each time."""
+    mm, interval = f"{distance / MM:.0f}", longest_interval(distance)
+    return (
+        Quantity(
+            f"SIV_{mm}mm", "m/s", 2, f"SIV\n{mm} mm",
+            f"secondary impact velocity: of a free occupant against its vehicle after {mm} mm; 0 if never there",
+            lambda m: m.flight.impacts(distance)[0], f"SIV_{mm}mm", interval,
+        ),
+        Quantity(
+            f"SIV_time_{mm}mm", "s", 3, f"time\n{mm} mm",
+            f"when a free occupant has flown {mm} mm in its vehicle; blank if it never does",
+            lambda m: m.flight.impacts(distance)[1], f"SIV_time_{mm}mm", interval,
+        ),
+    )  # fmt: skip
+
+
 def groups() -> dict[str, tuple[Quantity[Any], ...]]:
     """All tables by what their quantities belong to."""
     return {
@@ -237,6 +256,7 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
         "An interface": INTERFACE,
         "A stage": (STAGE,),
         "A vehicle": VEHICLE,
+        "The occupants of a vehicle, for each distance that the scenario states": of_flight(0.6),
     }
 
 
@@ -246,8 +266,13 @@ def of_train(chain: Chain) -> tuple[Quantity[Measured], ...]:
 
 
 def of_vehicles(chain: Chain) -> tuple[Quantity[Measured], ...]:
-    """The quantities of its vehicles that a chain has."""
-    return tuple(q for q in VEHICLE if q.there(chain))
+    """The quantities of its vehicles that a chain has, those of their occupants last."""
+    return (*(q for q in VEHICLE if q.there(chain)), *of_occupants(chain))
+
+
+def of_occupants(chain: Chain) -> tuple[Quantity[Measured], ...]:
+    """The quantities of the occupants of its vehicles that a chain has."""
+    return tuple(q for distance in chain.free_flights for q in of_flight(distance))
 
 
 def of_each(chain: Chain) -> dict[str, Quantity[Any]]:
@@ -340,7 +365,7 @@ def no_number(thing: Column | Quantity[Any], chain: Chain) -> str:
         return ""
     return (
         f"{thing.name} is not a number with simulation.record_every_ms = {chain.record_interval / MS:g}, too far apart "
-        f"for its filter or window: take at most {int(quantity.interval * 1e4) / 10:g}"
+        f"for its filter, window or flight: take at most {int(quantity.interval * 1e4) / 10:g}"
     )
 
 
