@@ -83,7 +83,7 @@ def occupants(result: Result, width: Width = "page") -> Figure:
         axes[1].set_xlabel("Free flight (mm)")
         axes[1].set_ylabel("m/s")
         for distance in chain.free_flights:
-            axes[1].axvline(distance / MM, color="0.6", linewidth=0.6, zorder=0)
+            axes[1].axvline(distance / MM, color="0.5", linewidth=0.8, linestyle=":", zorder=1)
         axes[1].set_xlim(0, 1.03 * longest / MM)
         axes[1].set_ylim(bottom=0)
     return figure
