@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from trainmj.cli import main
 from trainmj.collision.lineup import line_up
 from trainmj.collision.occupants import Flight, longest_interval
-from trainmj.collision.quantities import columns_of, of_vehicles
+from trainmj.collision.quantities import columns_of, matching, of_vehicles
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError
@@ -209,6 +209,23 @@ def test_limits_of_vehicles_and_of_one_of_the_partner():
     assert (found["SIV_600mm_m_per_s"].where, found["SIV_600mm_m_per_s"].kept) == ("M1", False)
     assert found["SIV_760mm_S2_m_per_s"].kept
     assert "SIV 600mm of M1 (3.08 of 3 m/s)" in str(summary.status)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("SIV_500mm_m_per_s", "the scenario does not state 500 under occupants.free_flight_mm"),
+        ("SIV_time_500mm_M1_s", "the scenario does not state 500 under occupants.free_flight_mm"),
+        ("SIV_600mm_M9_m_per_s", "did you mean 'SIV_600mm_M"),
+    ],
+)
+def test_a_flight_that_is_not_stated_is_said_to_be_so(name, said):
+    """Breaks if a limit or a response of a distance that is not stated only gets a list of others."""
+    case = load("b_type", FLIGHTS)
+    with pytest.raises(InputError, match=said):
+        line_up(case.with_values({f"limits.{name}": 5}))
+    with pytest.raises(InputError, match=said):
+        matching([name], columns_of(line_up(case)))
 
 
 def test_records_too_far_apart_are_no_flight():

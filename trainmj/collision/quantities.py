@@ -7,6 +7,7 @@ them. To add a response, add a row here.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -341,6 +342,15 @@ def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], .
     return tuple(q for q in quantities if q.column)
 
 
+def in_place_of(name: str, known: Iterable[str]) -> str:
+    """The end of a message about a name that no response has: how to have it, the nearest one, or all of them."""
+    names = tuple(known)
+    flight = re.match(r"SIV_(?:time_)?(\d+)mm", name)
+    if flight and not any(other.startswith(flight[0]) for other in names):
+        return f"; the scenario does not state {flight[1]} under occupants.free_flight_mm"
+    return close_match(name, names)
+
+
 def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:
     """The columns that names or patterns choose, in their own order.
 
@@ -354,7 +364,7 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
     patterns = listed(patterns)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in columns):
-            raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, columns)}")
+            raise InputError(f"responses: no response is called {pattern!r}{in_place_of(pattern, columns)}")
     return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
 
 

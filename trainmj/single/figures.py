@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trainmj.collision.chain import order_of_vehicles
-from trainmj.collision.measured import Measured
 from trainmj.collision.occupants import Flight
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.output.style import Width, grid, styled
@@ -91,7 +90,7 @@ def occupants(result: Result, width: Width = "page") -> Figure:
 
 def flight_of(result: Result) -> Flight:
     """The free flights of the occupants of a collision."""
-    return Measured(result.chain, result.tally, result.time, result.velocity).flight
+    return Flight(result.time, result.velocity, cut=not result.tally.over)
 
 
 def _head(figure: Figure, result: Result) -> None:
