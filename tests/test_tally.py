@@ -13,7 +13,7 @@ from trainmj.collision import kernel
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.envelope import Array
-from trainmj.collision.fields import ELEMENT, Car, Element, Head, Joint
+from trainmj.collision.fields import ELEMENT, Car, Element, Head, Joint, Point
 from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 

@@ -224,6 +224,7 @@ class Chain:
         refined: whether steps are made smaller at narrow parts of curves.
         limits: largest values that the scenario allows the moving train, by quantity or column of a response.
         obstacle: what stands fixed at the wall, as a vehicle; for pictures.
+        free_flights: distances over which occupants fly freely, rising [m].
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -238,6 +239,7 @@ class Chain:
     refined: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
     obstacle: Vehicle | None = None
+    free_flights: tuple[float, ...] = ()
 
     @property
     def front(self) -> int:

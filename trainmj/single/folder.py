@@ -1,4 +1,4 @@
-"""The folder of one run: result, tables and figure."""
+"""The folder of one run: result, tables and figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
 OWN = (
-    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|collision\.{ENDINGS}"
+    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles)\.csv|(collision|occupants)\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
@@ -29,7 +29,7 @@ def write_run(
     formats: Sequence[Format] = ("png",),
     width: Width = "page",
 ) -> None:
-    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figure into a folder.
+    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figures into a folder.
 
     All files are finished before those of an earlier run, its report and figures among them, give way to them. If
     summary.json is there, all the others belong to it.
@@ -47,4 +47,6 @@ def write_run(
             rows = pd.DataFrame([part.as_row() | {"valid_until_s": summary.valid_until_s} for part in parts])
             rows.to_csv(stage / file, index=False, float_format="%.9g")
         save(figures.collision(result, width), stage / "collision", formats)
+        if result.chain.free_flights and formats:
+            save(figures.occupants(result, width), stage / "occupants", formats)
         (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")

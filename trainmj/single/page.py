@@ -17,7 +17,7 @@ from trainmj.scenario.trains import RIGID_WALL
 from trainmj.single import tables
 from trainmj.single.page_animation import add_animation
 from trainmj.single.page_devices import add_devices
-from trainmj.single.page_histories import add_histories
+from trainmj.single.page_histories import add_histories, add_occupants
 
 _MOST_ROWS = 24  # of a table that says again what the scenario says; a longer one is folded away
 
@@ -55,8 +55,11 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     add_animation(page.section("The collision"), result)
     section = page.section("Interfaces and vehicles")
     section.table(tables.interfaces(summary))
-    section.table(tables.vehicles(result.chain, summary))
+    for table in tables.vehicles(result.chain, summary):
+        section.table(table)
     add_histories(page.section("Over time"), result)
+    if result.chain.free_flights:
+        add_occupants(page.section("Occupants"), result)
     add_devices(page.section("Devices"), result)
     section = page.section("Checks")
     section.table(tables.checks(result, summary))
