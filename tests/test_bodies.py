@@ -248,7 +248,7 @@ def test_a_result_with_bodies_is_saved_and_read(tmp_path):
 
 def test_a_step_that_is_too_large_for_the_members_is_refused():
     """Breaks if the bound is that of the devices alone, or far from what is stable."""
-    with pytest.raises(InputError, match=r"step_ms = 0.2: must be at most 0\.147 ms .* bodies"):
+    with pytest.raises(InputError, match=r"step_ms = 0.2: must be at most 0\.146 ms .* bodies"):
         line_up(load("b_type", {BODY: STIFF, "simulation.step_ms": 0.2}))
     limit = largest_step(line_up(b_type(STIFF))) * 1e3
     assert 0.147 < limit < 0.148

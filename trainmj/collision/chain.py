@@ -446,9 +446,9 @@ def largest_step(chain: Chain) -> float:
 
     The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
     matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
-    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. The stiffness of devices counts twice: they let
-    go of what they hold, and near the bound of a spring that holds they would do so with more energy than they took.
-    What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
+    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. The stiffness of devices counts twice: they
+    let go of what they hold, and near the bound of a spring that holds they would do so with more energy than they
+    took. What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
     from scipy.optimize import brentq
 
