@@ -78,29 +78,32 @@ def chain_of(couplers: list[str], fronts: tuple[str, str] = ("tube", "tube")) ->
     return line_up(trainmj.Scenario.from_values(values | {"simulation": {"step_ms": 0.1}}))
 
 
+BODIES = {"trains.b_type.body": {"stiffness_kN_per_mm": 1000, "members": 4}}
 MIXED = ["crush", "rate", "hysteresis", "gas_hydraulic", "crush_and_pull"]
 TRAINS: dict[str, Callable[[], Chain]] = {
     "b_type": lambda: line_up(trainmj.load("b_type")),
-    "b_type, bodies of 4 members": lambda: line_up(
-        trainmj.load("b_type").with_values({"trains.b_type.body": {"stiffness_kN_per_mm": 1000}})
-    ),
+    "b_type, bodies of 4 members": lambda: line_up(trainmj.load("b_type", BODIES)),
     "crush alone": lambda: chain_of(["crush"] * 5),
     "every kind, unequal front": lambda: chain_of(MIXED, ("staged", "tube")),
     **{f"couplers: {name}": lambda name=name: chain_of([name] * 5) for name in DEVICES if name != "crush"},  # type: ignore[misc]
 }
 
 
+ALONE = {"MuJoCo alone": "b_type", "MuJoCo alone, bodies": "b_type, bodies of 4 members"}
+"""What MuJoCo takes for the vehicles, or points of bodies, of a train."""
+
+
 def steps(turns: int) -> dict[str, float]:
     """Time of a step of 12 vehicles [us], the mean of the least of every piece of a collision."""
     chains = {name: make() for name, make in TRAINS.items()}
     models = {name: build(chain, bare=True) for name, chain in chains.items()}
-    taken = {name: np.full(PIECES, np.inf) for name in ["MuJoCo alone", *chains]}
+    taken = {name: np.full(PIECES, np.inf) for name in [*ALONE, *chains]}
     with kernel.installed():
         for _ in range(turns):
             for name, least in taken.items():
-                of = name if name in chains else "b_type"
+                of = ALONE.get(name, name)
                 data = start(models[of], chains[of], Layout.of(chains[of]))
-                data.userdata[Head.DONE] = name not in chains  # then the law rests
+                data.userdata[Head.DONE] = name in ALONE  # then the law rests
                 for piece in range(PIECES):
                     began = time.perf_counter()
                     mujoco.mj_step(models[of], data, nstep=STEPS)
@@ -182,7 +185,7 @@ def main() -> None:
     found = steps(options.turns)
     print(f"a step of 12 vehicles{'us':>23s}{'of b_type':>12s}{'law alone, us':>16s}")
     for name, taken in found.items():
-        own = taken - found["MuJoCo alone"]
+        own = taken - found["MuJoCo alone, bodies" if "bodies" in name else "MuJoCo alone"]
         print(f"  {name:37s}{taken:7.3f}{taken / found['b_type']:12.2f}{own:16.3f}")
     print("\na step of one element, pressed by itself")
     for name, taken in elements(options.turns).items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
@@ -19,6 +20,8 @@ from trainmj.scenario import Scenario, load
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, which what they start would inherit.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+os.fsync = lambda _: None  # no test cuts the power, and a busy disk is slow
 
 os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
 
@@ -60,6 +63,10 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Python:
         )
 
     return call
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()  # what was imported stays: looking through it again and again takes a twentieth of the time
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -34,6 +34,7 @@ def scenarios():
                 "mass_t": float(rng.uniform(30, 36)),
                 "empty_stroke_mm": float(rng.uniform(20, 50)),
                 "devices.coupler_c_d.stiffness_kN_per_mm": float(rng.uniform(500, 2500)),
+                "occupants.free_flight_mm": [300, 600][: 1 + k % 2],
             }
         made.append(scenario.with_values(changes))
     made.append(base[0].with_values({"trains.b_type.vehicles": 3}))

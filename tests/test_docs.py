@@ -276,6 +276,16 @@ RECIPES = [
     ("parked.yaml", {}, "over", {"TS_mm": "1469.8 mm"}),
     ("lorry.yaml", {}, "time limit", {"stroke_S1_M1_mm": "3247 mm", "stroke_S1_M1_partner_mm": "171 mm"}),
     ("stop.yaml", {}, "over", {"stroke_M1_wall_partner_mm": "777 mm", "force_M1_wall_kN": "282 kN"}),
+    (
+        "seats.yaml",
+        {},
+        "over",
+        {
+            "SIV_600mm_M1_m_per_s": "3.08 m/s",
+            "SIV_760mm_M1_m_per_s": "3.45 m/s",
+            "SIV_600mm_S1_m_per_s": "3.05 m/s",
+        },
+    ),
     ("metro8.yaml", {}, "curve ended", {"stroke_M1_M2_mm": "1950 mm", "peak_device_M1_g": "1.78 g"}),
     ("metro8_body.yaml", {}, "stroke exhausted", {"stroke_M1_M2_mm": "651.5 mm", "peak_device_M1_g": "4.16 g"}),
 ]

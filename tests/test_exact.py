@@ -14,16 +14,23 @@ from trainmj.collision.fields import ELEMENT
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.scenario import load
-from trainmj.verification import oracles, published
+from trainmj.verification import numerics, oracles, published
 from trainmj.verification.suite import GROUPS, Case
 from trainmj.verification.systems import chain, envelope, follow, shipped
 
 # the paper has tests of its own, as have random trains
 ELSEWHERE = (published.paper, oracles.random_by_scipy, oracles.every_kind_by_scipy)
-CASES = [c for group in GROUPS for c in group.cases if c not in ELSEWHERE]
+# seconds each; random trains by scipy and the order for crush devices are quicker of the same kind
+THOROUGH = (oracles.standard_by_scipy, oracles.three_masses_by_scipy, numerics.order_by_kind)
+CASES = [
+    pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c in THOROUGH))
+    for group in GROUPS
+    for c in group.cases
+    if c not in ELSEWHERE
+]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+@pytest.mark.parametrize("case", CASES)
 def test_known_outcome(case: Case):
     checks = list(case())
     assert checks

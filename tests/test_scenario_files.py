@@ -901,6 +901,7 @@ def test_schema_accepts_what_ships(validator, name):
         ("mass_t: 33", "mass_t: heavy"),
         ("partner: t", "prtner: t"),
         ("vehicles: 3", "vehicles: 0"),
+        ("devices:", "occupants: {free_flight_mm: [600, 600]}\ndevices:"),
         ("devices:", "device:"),
         ("{curve: tube", "{curve: tube, stages: {a: {curve: tube}}"),
         ("{curve: tube, ", "{"),

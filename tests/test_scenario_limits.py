@@ -62,7 +62,7 @@ def test_a_limit_is_one_of_the_magnitude():
 def test_a_limit_of_what_is_not_a_number_is_refused_with_the_reason():
     case = load("b_type", {"simulation.record_every_ms": 10, "limits.cfc60_peak_g": 3})
     with pytest.raises(
-        InputError, match=r"limits.cfc60_peak_g = 3: .*too far apart for its filter or window: take at most 1.6"
+        InputError, match=r"limits.cfc60_peak_g = 3: .*too far apart for its filter, window or flight: take at most 1.6"
     ):
         line_up(case)
 

@@ -123,8 +123,14 @@ def test_a_steep_curve_in_series_gives_way_along_its_own_stiffness():
         assert [found[n].energy_kJ for n in "ab"] == pytest.approx([64.78, 0.0], abs=0.01)
 
 
-@pytest.mark.parametrize("swapped", [False, True])
-@pytest.mark.parametrize("pressed_mm", [60.0, 110.0])
+@pytest.mark.parametrize(
+    ("pressed_mm", "swapped"),
+    [
+        (60.0, False),
+        (110.0, True),
+        *(pytest.param(*other, marks=pytest.mark.thorough) for other in ((60.0, True), (110.0, False))),
+    ],
+)
 def test_a_spring_is_pressed_again_on_a_plunger_that_stays(pressed_mm, swapped):
     """The force of a preload is there or not, and the pair carries what the spring does, whichever side it is on."""
     specs = {
@@ -177,7 +183,7 @@ def test_two_draw_gears_that_break_lose_what_both_springs_held():
     assert [drawn.of(ELEMENT.FORCE, n) for n in range(2)] == [0.0, 0.0], "or they count as elastic energy at the end"
 
 
-@pytest.mark.parametrize("step_s", [5e-5, 5e-6])
+@pytest.mark.parametrize("step_s", [5e-5, pytest.param(5e-6, marks=pytest.mark.thorough)])
 def test_bolts_that_resist_the_rate_lose_no_more_than_is_there(step_s):
     """As they fail they give way far faster than the pair closes, and the factor of a rate has no bound."""
     bolts = {

@@ -13,7 +13,7 @@ from trainmj.collision import kernel
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.envelope import Array
-from trainmj.collision.fields import ELEMENT, Car, Element, Head, Joint
+from trainmj.collision.fields import ELEMENT, Car, Element, Head, Joint, Point
 from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 
@@ -107,9 +107,8 @@ def count(case: Chain, h: History) -> Counted:
     rails = np.clip(-(case.mass * h.speed / case.step + net), -case.friction, case.friction)
     dt = np.diff(h.time)[:, None]
     car = {
-        Car.FRICTION_LIMIT: case.friction,
         Car.SPEED: h.speed[-1],
-        Car.FRICTION: rails[-1],
+        Car.RAIL: rails[-1],
         Car.FRICTION_WORK: -(rails[:-1] * (h.speed[1:] + h.speed[:-1]) / 2 * dt).sum(axis=0),
         Car.DEVICE_PEAK: np.abs(net / case.mass).max(axis=0),
         Car.TOTAL_PEAK: np.abs((net + rails) / case.mass).max(axis=0),
@@ -131,6 +130,8 @@ def test_everything_counted_is_what_the_history_says(case, n):
             assert found == pytest.approx(expected, rel=1e-9, abs=1e-12 * np.abs(expected).max()), field.name
     for field, expected in c.car.items():
         assert layout.car(h.block, field) == pytest.approx(expected, rel=1e-9, abs=1e-9), field.name
+    assert layout.point(h.block, Point.FRICTION_LIMIT).tolist() == case.friction.tolist()
+    assert layout.point(h.block, Point.SPEED).tolist() == h.speed[-1].tolist()
     assert h.passive == pytest.approx(c.passive, rel=1e-9, abs=1e-6)
     assert h.sensors[:, : c.sensors.shape[1]] == pytest.approx(c.sensors, rel=1e-9, abs=1e-6)
     assert h.block[Head.IMPULSE] == pytest.approx(c.impulse, rel=1e-9)

@@ -41,6 +41,8 @@ _UNITS = {
     "s": "s",
     "g": "g",
     "kN": "kN",
+    "MN": "MN",
+    "Hz": "Hz",
     "kJ": "kJ",
 }
 

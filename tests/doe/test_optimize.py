@@ -44,7 +44,7 @@ def test_same_seed_same_front_and_other_seed_another(name):
     assert first.points.shape != other.points.shape or (first.points != other.points).any()
 
 
-@pytest.mark.parametrize("name", ["ZDT1", "BNH"])
+@pytest.mark.parametrize("name", [pytest.param("ZDT1", marks=pytest.mark.thorough), "BNH"])
 def test_second_opinion_nsga2(name):
     """With as many evaluations a library's NSGA-II is at most one part in two hundred ahead of the swarm."""
     pytest.importorskip("pymoo")

@@ -123,6 +123,7 @@ def test_small_maximin_design_is_the_known_optimum():
     assert np.median(found) >= 0.31
 
 
+@pytest.mark.thorough
 def test_large_maximin_design_reaches_the_bar_on_one_seed():
     """n = 50, d = 5: 0.51; benchmarks/designs.py has the median of 8 seeds."""
     assert optimal_latin_hypercube(unit_space(5), 50, seed=0, levels="centre").quality().smallest_distance >= 0.51

@@ -25,8 +25,8 @@ from mutations import Mutant, good, mutants
 from trainmj.errors import InputError
 from trainmj.files.text import HIDDEN
 
-SHARES = {"study": 12, "study of given points": 6, "study folder": 12, "sweep folder": 15, "result": 8}
-OTHERS = 30  # of each other kind; TRAINMJ_MUTATIONS=1000 makes as many of each
+SHARES = {"study": 6, "study of given points": 3, "study folder": 6, "sweep folder": 8, "result": 4}
+OTHERS = 12  # of each other kind; TRAINMJ_MUTATIONS=1000 makes as many of each
 LONGEST = 10.0  # of this process's own time [s]; the machine may be busy with others
 LONGEST_WAIT = 600.0  # of any time [s]: something waits for what never comes
 MEMORY = 1_500_000_000  # more than at the start [bytes]
@@ -100,14 +100,17 @@ def said(message: str, folder: Path, mutant: Mutant) -> None:
         assert not re.search(r"root:x:|not for you|PATH=", message), "it shows a file from elsewhere"
 
 
+@pytest.mark.parametrize("times", [1, pytest.param(5, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("kind", KINDS + RESULTS, ids=lambda kind: kind.name)
-def test_a_good_file_runs_and_a_mutated_one_ends_in_a_clear_message_or_runs(kind: Kind, tmp_path: Path) -> None:
+def test_a_good_file_runs_and_a_mutated_one_ends_in_a_clear_message_or_runs(
+    kind: Kind, times: int, tmp_path: Path
+) -> None:
     Mutant(dict(good(kind)), "good").write(tmp_path)
     ends = kind.use(tmp_path / kind.main, tmp_path)  # and everything is imported
     assert {code for code, _ in ends} == {0}, ends
 
     @settings(
-        max_examples=int(os.environ.get("TRAINMJ_MUTATIONS", SHARES.get(kind.name, OTHERS))),
+        max_examples=int(os.environ.get("TRAINMJ_MUTATIONS", times * SHARES.get(kind.name, OTHERS))),
         deadline=None,
         database=None,
         derandomize="TRAINMJ_MUTATIONS" not in os.environ,

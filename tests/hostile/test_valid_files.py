@@ -219,7 +219,7 @@ def test_scenarios_written_and_read_again_are_the_same(values: dict[str, Any]) -
     assert to_yaml(again) == to_yaml(scenario)
 
 
-@settings(max_examples=25, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(scenarios())
 def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> None:
     """Breaks if a device of some kind ends in a traceback, gives other numbers in a batch, or is lost when saved."""

@@ -224,6 +224,7 @@ class Chain:
         refined: whether steps are made smaller at narrow parts of curves.
         limits: largest values that the scenario allows the moving train, by quantity or column of a response.
         obstacle: what stands fixed at the wall, as a vehicle; for pictures.
+        free_flights: distances over which occupants fly freely, rising [m].
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -238,6 +239,7 @@ class Chain:
     refined: bool = False
     limits: Mapping[str, float] = field(default_factory=dict)
     obstacle: Vehicle | None = None
+    free_flights: tuple[float, ...] = ()
 
     @property
     def front(self) -> int:
@@ -340,14 +342,17 @@ class Chain:
         """Values of points (..., n_point) as those of the centres of mass of their vehicles (..., n_vehicle)."""
         if not self.members:
             return values
-        parts = (self.points_of(i) for i in range(len(self.vehicles)))
-        found = [
-            values[..., part.start]
-            if part.stop - part.start == 1
-            else values[..., part] @ self.point_mass[part] / self.point_mass[part].sum()
-            for part in parts
-        ]
-        return np.stack(found, axis=-1)
+        found = np.empty((*values.shape[:-1], len(self.vehicles)))
+        for i, mass in enumerate(self.mass):
+            first, end = self.first[i], self.first[i + 1]
+            if end - first == 1:
+                found[..., i] = values[..., first]
+                continue
+            total = 0.0
+            for p in range(first, end):  # one after the other, as the compiled law adds them up
+                total = total + self.point_mass[p] * values[..., p]
+            found[..., i] = total / mass
+        return found
 
     @cached_property
     def records(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
@@ -446,8 +451,9 @@ def largest_step(chain: Chain) -> float:
 
     The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
     matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
-    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. What resists the speed, such as an orifice, is
-    taken at the speed at which the two sides close.
+    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. The stiffness of devices counts twice: they
+    let go of what they hold, and near the bound of a spring that holds they would do so with more energy than they
+    took. What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
     from scipy.optimize import brentq
 
@@ -477,7 +483,8 @@ def largest_step(chain: Chain) -> float:
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
     """What acts between two points, or one and the wall: their indices, largest stiffness and damping."""
     for interface in chain.interfaces:
-        yield *chain.ends(interface), *interface.bounds(chain.closing_speed)
+        stiffness, damping = interface.bounds(chain.closing_speed)
+        yield *chain.ends(interface), 2.0 * stiffness, damping
     for member in chain.members:
         yield member.left, member.right, member.stiffness, member.damping
 

@@ -11,8 +11,8 @@ from trainmj.collision.body import Body, Bogies
 from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, check_step, meet
 from trainmj.collision.device import Device
 from trainmj.collision.law import KINDS
-from trainmj.collision.quantities import columns_of, no_number, of_each
-from trainmj.files.source import Problem, no_such
+from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
+from trainmj.files.source import Problem
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.bodies import BodySpec
 from trainmj.scenario.parts import Collision
@@ -76,6 +76,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         grade=c.grade_per_mille * 1e-3,
         limits=scenario.limits,
         obstacle=fixed,
+        free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),
     )
     check_step(chain)
     scenario.refuse(_limits(chain))
@@ -87,7 +88,8 @@ def _limits(chain: Chain) -> Iterator[Problem]:
     for name in chain.limits:
         thing = of_each(chain).get(name) or columns_of(chain).get(name)
         if thing is None:
-            yield no_such("quantity or response", ("limits", name), name, [*of_each(chain), *columns_of(chain)])
+            instead = in_place_of(name, [*of_each(chain), *columns_of(chain)])
+            yield Problem(("limits", name), f"there is no quantity or response of this name{instead}")
         elif reason := no_number(thing, chain):
             yield Problem(("limits", name), reason)
 

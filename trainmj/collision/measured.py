@@ -14,6 +14,7 @@ from trainmj.collision.chain import WALL, Chain, n_own_sides, places_of_sides
 from trainmj.collision.device import Stage
 from trainmj.collision.envelope import Array
 from trainmj.collision.kind import Law
+from trainmj.collision.occupants import Flight
 from trainmj.units import MM
 
 UNSTABLE = 1e-3
@@ -180,6 +181,11 @@ class Measured:
         duration = float(tally.last_force_time[front] - tally.first_force_time[front])
         change = np.abs(tally.speed_last - tally.speed_first)
         return np.asarray(change / duration if duration > 0.0 else np.zeros_like(change))
+
+    @cached_property
+    def flight(self) -> Flight:
+        """The free flights of the occupants."""
+        return Flight(self.time, self.velocity, cut=not self.tally.over)
 
     def balance_time(self) -> Array:
         """(n_vehicle,) when the interface on the side of the impact had its largest stroke [s]."""

@@ -7,11 +7,12 @@ them. To add a response, add a row here.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache, cached_property
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles, place
 from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc60_peak, window_peak
 from trainmj.collision.device import Device
 from trainmj.collision.measured import Measured, Side
+from trainmj.collision.occupants import longest_interval
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import listed
 from trainmj.scenario.devices import DEVICE
@@ -47,6 +49,10 @@ class Column(NamedTuple):
     meaning: str
     quantity: str
     place: tuple[int, ...]
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Itself, as nothing in it can change: pandas copies what a table carries whenever a column of it is taken."""
+        return self
 
     @property
     def of_partner(self) -> bool:
@@ -184,7 +190,9 @@ BODY: tuple[Quantity[Measured], ...] = (
         lambda m: m.body_plastic[1] / MM, "body_plastic_5m", there=_bodies_give,
     ),
     Quantity(
-        "body_peak", "g", 3, "body\npeak", "largest |acceleration| at any point of its body, from every step",
+        "body_peak", "g", 3, "body\npeak",
+        "largest |acceleration| at any point of its body, not filtered: at an end it grows with the number of members, "
+        "as the mass of the point shrinks",
         lambda m: m.body_peak() / G, "body_peak", there=_bodies_give,
     ),
     Quantity(
@@ -291,6 +299,24 @@ STAGE = Quantity[float](
 """The quantity of a stage; devices of one stage have no column for it."""
 
 
+@cache
+def of_flight(distance: float) -> tuple[Quantity[Measured], ...]:
+    """The quantities of the occupants of a vehicle after a free flight over a distance [m]; the same ones each time."""
+    mm, interval = f"{distance / MM:.0f}", longest_interval(distance)
+    return (
+        Quantity(
+            f"SIV_{mm}mm", "m/s", 2, f"SIV\n{mm} mm",
+            f"secondary impact velocity: of a free occupant against its vehicle after {mm} mm; 0 if never there",
+            lambda m: m.flight.impacts(distance)[0], f"SIV_{mm}mm", interval,
+        ),
+        Quantity(
+            f"SIV_time_{mm}mm", "s", 3, f"time\n{mm} mm",
+            f"when a free occupant has flown {mm} mm in its vehicle; blank if it never does",
+            lambda m: m.flight.impacts(distance)[1], f"SIV_time_{mm}mm", interval,
+        ),
+    )  # fmt: skip
+
+
 def groups() -> dict[str, tuple[Quantity[Any], ...]]:
     """All tables by what their quantities belong to."""
     return {
@@ -303,6 +329,7 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
         "The body of a vehicle, where one gives": BODY,
         "A member of a body that gives": MEMBER,
         "A point of a body that gives": POINT,
+        "The occupants of a vehicle, for each distance that the scenario states": of_flight(0.6),
     }
 
 
@@ -317,8 +344,13 @@ def of_balance(chain: Chain) -> tuple[Quantity[Measured], ...]:
 
 
 def of_vehicles(chain: Chain) -> tuple[Quantity[Measured], ...]:
-    """The quantities of its vehicles that a chain has."""
-    return tuple(q for q in (*VEHICLE, *BODY) if q.there(chain))
+    """The quantities of its vehicles that a chain has, those of their occupants last."""
+    return (*(q for q in (*VEHICLE, *BODY) if q.there(chain)), *of_occupants(chain))
+
+
+def of_occupants(chain: Chain) -> tuple[Quantity[Measured], ...]:
+    """The quantities of the occupants of its vehicles that a chain has."""
+    return tuple(q for distance in chain.free_flights for q in of_flight(distance))
 
 
 def of_each(chain: Chain) -> dict[str, Quantity[Any]]:
@@ -409,6 +441,15 @@ def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], .
     return tuple(q for q in quantities if q.column)
 
 
+def in_place_of(name: str, known: Iterable[str]) -> str:
+    """The end of a message about a name that no response has: how to have it, the nearest one, or all of them."""
+    names = tuple(known)
+    flight = re.match(r"SIV_(?:time_)?(\d+)mm", name)
+    if flight and not any(other.startswith(flight[0]) for other in names):
+        return f"; the scenario does not state {flight[1]} under occupants.free_flight_mm"
+    return close_match(name, names)
+
+
 def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:
     """The columns that names or patterns choose, in their own order.
 
@@ -422,7 +463,7 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
     patterns = listed(patterns)
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in columns):
-            raise InputError(f"responses: no response is called {pattern!r}{close_match(pattern, columns)}")
+            raise InputError(f"responses: no response is called {pattern!r}{in_place_of(pattern, columns)}")
     return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
 
 
@@ -433,7 +474,7 @@ def no_number(thing: Column | Quantity[Any], chain: Chain) -> str:
         return ""
     return (
         f"{thing.name} is not a number with simulation.record_every_ms = {chain.record_interval / MS:g}, too far apart "
-        f"for its filter or window: take at most {int(quantity.interval * 1e4) / 10:g}"
+        f"for its filter, window or flight: take at most {int(quantity.interval * 1e4) / 10:g}"
     )
 
 

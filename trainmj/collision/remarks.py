@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.device import CAR_BODY
 from trainmj.collision.measured import Measured
 from trainmj.units import KJ
 
@@ -28,6 +29,30 @@ def _of_chain(chain: Chain) -> Iterator[str]:
         yield (
             f"{', '.join(unstated)}: nothing is stated behind the end of the curve; where it is passed, the last force "
             "is held, and what comes later is not valid. State beyond: car_body, stop or hold."
+        )
+
+    yield from _of_bodies(chain)
+
+
+def _of_bodies(chain: Chain) -> Iterator[str]:
+    """What to know of bodies that collapse."""
+    weak = {i: v.body for i, v in enumerate(chain.vehicles) if v.body is not None and v.body.collapse < float("inf")}
+    soft = [chain.vehicles[i].name for i, body in weak.items() if body.hardening == 0.0 and body.n_members > 1]
+    if soft:
+        yield (
+            f"{', '.join(soft)}: the body collapses without hardening, so that one member takes all of it; what is "
+            "crushed within 5 m then depends on the number of members."
+        )
+    twice = dict.fromkeys(
+        device.name
+        for i in chain.interfaces
+        for device in i.devices
+        if {i.left, i.right} & weak.keys() and any(stage.name == CAR_BODY for stage in device.stages)
+    )
+    if twice:
+        yield (
+            f"{', '.join(twice)}: a car body stands behind the device and is a body of its own as well; what collapses "
+            "is the weaker of the two. With body: collapse_force_kN, state beyond: stop."
         )
 
 

@@ -24,7 +24,7 @@ SCENARIO, SWEEP, STUDY, TARGETS = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed curves devices trains obstacles collision simulation limits",
+        "builds_on changed curves devices trains obstacles collision occupants simulation limits",
     ),
     _kind(
         "sweep file",

@@ -13,8 +13,8 @@ import numpy as np
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of, no_number
-from trainmj.errors import InputError, close_match
+from trainmj.collision.quantities import columns_of, in_place_of, no_number
+from trainmj.errors import InputError
 from trainmj.files.kinds import TARGETS
 from trainmj.files.resources import find_file
 from trainmj.files.source import Problem, Source, source_of
@@ -226,7 +226,7 @@ def _target(name: str, part: TargetPart, chains: Chains, source: Source) -> Targ
         columns = columns_of(chain)
         for column in terms:
             if column not in columns:
-                rule = f"there is no response {column!r} in the case {dict(case)}{close_match(column, columns)}"
+                rule = f"there is no response {column!r} in the case {dict(case)}{in_place_of(column, columns)}"
                 raise source.error(rule, "targets", name, "response")
             if (unit := columns[column].unit) != (first := columns[next(iter(terms))].unit):
                 rule = f"adds {column} in {unit or 'no unit'} to a response in {first or 'no unit'}"

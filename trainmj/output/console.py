@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Literal
 
 from rich import box
@@ -70,10 +71,17 @@ def console_table(table: Table) -> Grid:
 
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
-    whole = console_table(table)
+    whole = console_table(replace(table, note=""))  # a note takes the whole line, however narrow the table is
     if _width(console, whole) <= console.width or all(column.text for column in table.columns):  # words can be broken
         console.print(whole)
-        return
+    else:
+        _print_parts(console, table)
+    if table.note:
+        console.print(table.note, style="italic")
+
+
+def _print_parts(console: Console, table: Table) -> None:
+    """Print the columns of a table in several ones, each as wide as a line."""
     parts = [[0]]
     for k in range(1, len(table.columns)):
         longer = console_table(_of_columns(table, [*parts[-1], k]))
@@ -85,8 +93,6 @@ def print_table(console: Console, table: Table) -> None:
             console.print()
         title = table.title if part is parts[0] else ""
         console.print(console_table(_of_columns(table, part, title)))
-    if table.note:
-        console.print(table.note, style="italic")
 
 
 def _width(console: Console, grid: Grid) -> int:

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CAPTIONS = {
-    "figure4_scenarios": "Figure 4. Energy, strokes (S1-M1: both trains together), speeds in the scenarios of Table 2",
+    "figure4_scenarios": "Figure 4. Energy, strokes (S1-M1: both trains together) and speeds in the scenarios of "
+    "Table 2: rigid vehicles, and car bodies of 1000 kN/mm, which stand for the finite element model",
     "figure5_devices_vs_D": "Figure 5. Compression and energy over time for nine empty strokes D, at 33 t",
     "figure6_speeds_vs_D": "Figure 6. Speeds over time for nine empty strokes D, at 33 t",
     "figure7_devices_vs_M": "Figure 7. Compression and energy over time for nine masses M, at D = 35 mm",
@@ -45,6 +46,8 @@ CAPTIONS = {
     "tables_vs_M": "Tables 6, 7, 8. Published and ours over the mass M, at D = 35 mm",
 }
 """What each figure shows, by the name of its file."""
+
+_BOTH = "rigid: wide, pale"
 
 
 def figures(reproduction: Reproduction) -> dict[str, Figure]:
@@ -64,52 +67,65 @@ def figures(reproduction: Reproduction) -> dict[str, Figure]:
 
 
 def _scenarios(collisions: Collisions) -> Figure:
-    """Energy conversion, strokes per interface and speeds of both scenarios."""
+    """Energy conversion, strokes per interface and speeds of both scenarios, rigid vehicles beside bodies that give."""
     picture = figure(height=112)
     panels = picture.subplots(2, 3)
-    for row, (result, axes) in enumerate(zip(collisions.scenarios, panels, strict=True)):
+    for row, axes in enumerate(panels):
         first, second, third = (f"({letter})" for letter in ("abc", "def")[row])
-        _energy_conversion(axes[0], result, f"{first} Energy, scenario {row + 1}")
-        _strokes(axes[1], result, f"{second} Largest strokes")
-        _speeds(axes[2], result, f"{third} Speeds")
+        both = collisions.scenarios[row], collisions.elastic[row]
+        _energy_conversion(axes[0], *both, f"{first} Energy, scenario {row + 1}")
+        _strokes(axes[1], *both, f"{second} Largest strokes")
+        _speeds(axes[2], *both, f"{third} Speeds")
     return picture
 
 
-def _energy_conversion(axes: Axes, result: Result, title: str) -> None:
-    kinetic = result.kinetic / KJ
-    absorbed = result.energy.sum(axis=1) / KJ
-    lines = (
-        ("kinetic", kinetic, BLUE, "-"),
-        ("internal", absorbed, ORANGE, "--"),
-        ("rail friction", kinetic[0] - kinetic - absorbed, GREEN, ":"),
-        ("total", np.full_like(kinetic, kinetic[0]), GREY, "-."),
+def _energy_conversion(axes: Axes, rigid: Result, elastic: Result, title: str) -> None:
+    start = float(rigid.kinetic[0] / KJ)
+    for result, width, alpha in ((rigid, 2.4, 0.35), (elastic, 0.8, 1.0)):
+        kinetic, absorbed = result.kinetic / KJ, result.energy.sum(axis=1) / KJ
+        lines = (
+            ("kinetic", kinetic, BLUE),
+            ("internal", absorbed, ORANGE),
+            ("rail friction", start - kinetic - absorbed, GREEN),
+            ("total", np.full_like(kinetic, start), GREY),
+        )
+        for name, values, colour in lines:
+            said = name if result is elastic else None
+            axes.plot(result.time, values, color=colour, label=said, linewidth=width, alpha=alpha)
+    axes.set(title=title, xlabel="Time (s)", ylabel="Energy (kJ)", xlim=(0, elastic.time[-1]))
+    axes.set_ylim(top=1.5 * start)
+    axes.legend(
+        loc="upper right", ncols=2, handlelength=1.4, columnspacing=1.0, borderpad=0, title=_BOTH, title_fontsize=6.5
     )
-    for name, values, colour, line in lines:
-        axes.plot(result.time, values, line, color=colour, label=name)
-    axes.set(title=title, xlabel="Time (s)", ylabel="Energy (kJ)", xlim=(0, result.time[-1]))
-    axes.set_ylim(top=1.4 * float(kinetic[0]))
-    axes.legend(loc="upper right", ncols=2, handlelength=1.4, columnspacing=1.0, borderpad=0)
 
 
-def _strokes(axes: Axes, result: Result, title: str) -> None:
-    names, strokes = [i.name for i in result.chain.interfaces], result.tally.stroke_max / MM
-    bars = axes.bar(np.arange(len(names)), strokes, color=BLUE, width=0.7)
-    axes.bar_label(bars, fmt="%.0f", fontsize=5)
-    axes.set_xticks(np.arange(len(names)), names, rotation=90, fontsize=6.5)
+def _strokes(axes: Axes, rigid: Result, elastic: Result, title: str) -> None:
+    names = [i.name for i in rigid.chain.interfaces]
+    at = np.arange(len(names))
+    for result, name, colour, shift in ((rigid, "rigid", GREY, -0.2), (elastic, "bodies give", BLUE, 0.2)):
+        axes.bar(at + shift, result.tally.stroke_max / MM, color=colour, width=0.4, label=name)
+    both = np.array([rigid.tally.stroke_max, elastic.tally.stroke_max]) / MM
+    for x, (before, after) in enumerate(both.T):
+        top = max(before, after)
+        axes.annotate(f"{after - before:+.1f}", (x, top), ha="center", va="bottom", rotation=90, fontsize=5)
+    axes.set_xticks(at, names, rotation=90, fontsize=6.5)
     axes.grid(False, axis="x")
     axes.set(title=title, ylabel="Stroke (mm)")
-    axes.set_ylim(top=1.14 * float(strokes.max()))
+    axes.set_ylim(top=1.5 * float(both.max()))
+    axes.legend(loc="upper center", ncols=2, title="above each: change in mm", title_fontsize=6.5)
 
 
-def _speeds(axes: Axes, result: Result, title: str) -> None:
-    chain = result.chain
+def _speeds(axes: Axes, rigid: Result, elastic: Result, title: str) -> None:
+    chain = rigid.chain
     for n in range(chain.n_moving):
-        colour = PALETTE[n % len(PALETTE)]
-        axes.plot(result.time, result.velocity[:, chain.front - n] / KM_H, color=colour, label=f"M{n + 1}")
-        axes.plot(result.time, result.velocity[:, chain.n_moving + n] / KM_H, "--", color=colour)
-    axes.set(title=title, xlabel="Time (s)", ylabel="Speed (km/h)", xlim=(0, result.time[-1]))
-    axes.legend(title="M1 to M6; S1 to S6 dashed", title_fontsize=6.5, ncols=2, loc="upper right")
-    axes.set_ylim(top=1.7 * float(chain.speed[0]) / KM_H)
+        for i, line in ((chain.front - n, "-"), (chain.n_moving + n, "--")):
+            colour = PALETTE[n % len(PALETTE)]
+            axes.plot(rigid.time, rigid.velocity[:, i] / KM_H, color=colour, linewidth=2.2, alpha=0.3)
+            said = f"M{n + 1}" if line == "-" else None
+            axes.plot(elastic.time, elastic.velocity[:, i] / KM_H, line, color=colour, linewidth=0.7, label=said)
+    axes.set(title=title, xlabel="Time (s)", ylabel="Speed (km/h)", xlim=(0, elastic.time[-1]))
+    axes.legend(title=f"S1 to S6 dashed; {_BOTH}", title_fontsize=6.5, ncols=2, loc="upper right")
+    axes.set_ylim(top=1.8 * float(chain.speed[0]) / KM_H)
 
 
 def _devices(collisions: Collisions, factor: str) -> Figure:

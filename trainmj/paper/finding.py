@@ -55,3 +55,4 @@ class Law:
     ours: str  # our number
     holds: bool  # whether it holds on our results
     judged: str = ""  # the rule by which that was decided
+    impossible: str = ""  # why it cannot hold, if it cannot, with the numbers that show it

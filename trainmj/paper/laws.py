@@ -11,6 +11,7 @@ from trainmj.collision.summary import summarise
 from trainmj.paper.analysis import Analysis
 from trainmj.paper.collisions import Collisions, cases_of
 from trainmj.paper.finding import Law
+from trainmj.paper.laws_of_bodies import laws_of_bodies
 from trainmj.paper.laws_of_factors import laws_of_D, laws_of_M
 from trainmj.paper.printed import EMPTY_STROKE_MM, LIMIT_ACCELERATION_G, LIMIT_OTHERS_MM, MASS_T, PEAKS, published
 from trainmj.paper.tables import OURS, Comparison, Tables
@@ -22,8 +23,9 @@ STRONG = 0.5
 
 def laws(collisions: Collisions, tables: Tables, ours: Analysis) -> Iterator[Law]:
     """All of them, in the order of the paper."""
-    for number, result in enumerate(collisions.scenarios, start=1):
-        yield from laws_of_validation(result, f"3.2, scenario {number}")
+    for number, (rigid, elastic) in enumerate(zip(collisions.scenarios, collisions.elastic, strict=True), start=1):
+        yield from laws_of_validation(rigid, f"3.2, scenario {number}")
+        yield from laws_of_bodies(rigid, elastic, f"3.2, scenario {number}")
     yield from laws_of_D(collisions, tables)
     yield from laws_of_M(collisions, tables)
     yield from laws_of_correlation(tables["10"])

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from trainmj.output.console import console_table, new_console
 from trainmj.output.table import Table
-from trainmj.paper.page import FLOOR, optima_table, outcome, verdict_tables
+from trainmj.paper.page import FLOOR, holding, optima_table, outcome, verdict_tables
 from trainmj.paper.reproduce import Reproduction
 
 
@@ -26,8 +26,11 @@ def print_paper(reproduction: Reproduction) -> None:
     optima = optima_table(reproduction)
     _table(console, optima, "Optimum", range(len(optima.columns) - 1))  # without the stroke of the anti-climber
     laws, defects = reproduction.laws, reproduction.defects
-    title = f"Laws stated in words: {sum(law.holds for law in laws)} of {len(laws)} hold on our results; these do not"
-    _list(console, title, [f"Section {w.section}: {w.statement}. Ours: {w.ours}" for w in laws if not w.holds])
+    title = f"Laws stated in words: {holding(reproduction)} hold on our results; these do not"
+    failing = [law for law in laws if not law.holds and not law.impossible]
+    _list(console, title, [f"Section {w.section}: {w.statement}. Ours: {w.ours}" for w in failing])
+    cannot = [f"Section {w.section}: {w.statement}. Ours: {w.ours}; {w.impossible}" for w in laws if w.impossible]
+    _list(console, "Statements that cannot hold", cannot)
     title = f"Defects of the paper: {len(defects)}, shown by arithmetic on its own numbers"
     _list(console, title, [f"{d.title} ({d.where})" for d in defects])
 

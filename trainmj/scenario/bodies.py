@@ -40,7 +40,7 @@ class BodySpec(Part):
         default=4, description="members in a row; 4 are enough for the lowest modes"
     )
     damping_ratio: Annotated[
-        float, Field(ge=0, lt=1, allow_inf_nan=False), Above("a ratio has no unit; divide by 100 if it is in %")
+        float, Field(ge=0, le=1, allow_inf_nan=False), Above("a ratio has no unit; divide by 100 if it is in %")
     ] = Field(default=0.02, description="damping of the lowest axial mode, as a part of the critical one")
     collapse_force_kN: Annotated[Force, Field(gt=0)] | None = Field(
         default=None, description="force at which the body collapses [kN]; it stays elastic if left out"
@@ -51,8 +51,8 @@ class BodySpec(Part):
         Above("slopes are in kN/mm; divide by 1000 if it is in N/mm"),
     ] = Field(
         default=0.0,
-        description="slope of that force over the plastic shortening of the body [kN/mm]; with none, one member takes "
-        "all of it",
+        description="slope of that force over the plastic shortening of the body [kN/mm]; with none, nothing but "
+        "inertia spreads it over several members",
     )
     attached_m: Annotated[list[Place], Field(min_length=2, max_length=2)] = Field(
         default_factory=lambda: [0.0, 0.0],

@@ -13,7 +13,7 @@ from pydantic import Field
 from trainmj.files.parts import Above, Either, Notes, Part, Positive, Title
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
-from trainmj.scenario.ranges import Friction, Gap, Key, Response, Speed, Step
+from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step
 from trainmj.scenario.trains import RIGID_WALL, ObstacleSpec, TrainSpec
 
 MAX_NAMES = 1000
@@ -37,6 +37,15 @@ class Collision(Part):
         Field(ge=-200, le=200, allow_inf_nan=False),
         Above("grades are in per mille; multiply by 10 if it is in %, and no track is steeper than 200 per mille"),
     ] = Field(default=0.0, description="grade of the track [per mille], positive uphill along +x")
+
+
+class Occupants(Part):
+    """Occupants who fly freely in their vehicle until they meet what is a distance ahead of them, or behind them."""
+
+    free_flight_mm: Flights = Field(
+        default_factory=list,
+        description="distances [mm], in whole mm; for each of them there are secondary impact velocities",
+    )
 
 
 class Simulation(Part):
@@ -86,6 +95,7 @@ class Parts(Part, title="scenario file"):
         default_factory=dict, max_length=MAX_NAMES, description="what is hit and is no train, by name"
     )
     collision: Collision = Field(description="who runs into whom")
+    occupants: Occupants = Field(default=Occupants(), description="how far occupants fly freely in their vehicle")
     simulation: Simulation = Field(default=Simulation(), description="how it is computed")
     limits: dict[Response, Positive] = Field(
         default_factory=dict,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
 
-from trainmj.files.parts import Above, Spelt
+from trainmj.files.parts import WHOLE, Above, Spelt
 
 # Beyond every vehicle and device, but below almost all that is stated in a wrong unit. Car bodies are proved to 2000 kN
 # and whole ends crush at some 20 000 kN. A solid cube of steel with edges of 240 mm has 50 000 kN/mm; on half of that a
@@ -54,6 +55,22 @@ Friction = Annotated[
     Field(ge=0, le=1, allow_inf_nan=False),
     Above("a coefficient of friction has no unit; divide by 100 if it is in %"),
 ]
+MAX_FLIGHTS = 5
+
+
+def _rising(flights: list[int]) -> list[int]:
+    twice = [str(flight) for flight in dict.fromkeys(flights) if flights.count(flight) > 1]
+    if twice:
+        raise PydanticCustomError("flights", "states {twice} more than once", {"twice": ", ".join(twice)})
+    return sorted(flights)
+
+
+# Whole, as a distance is part of the names of its responses. Below 50 mm the default records are too far apart.
+Flight = Annotated[int, Field(ge=50, le=10_000), WHOLE, Above("free flights are in mm; none is longer than 10 m")]
+Flights = Annotated[
+    list[Flight], Field(max_length=MAX_FLIGHTS, json_schema_extra={"uniqueItems": True}), AfterValidator(_rising)
+]
+"""Distances that occupants fly freely [mm], rising."""
 Seconds = Annotated[float, Field(ge=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")]
 Step = Annotated[float, Field(ge=1e-4, le=2, allow_inf_nan=False)]
 Speed = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False, description="speed along +x [km/h]")]

@@ -1,4 +1,4 @@
-"""The figures of a collision: speeds, strokes, forces and energies over time; and its bodies that give."""
+"""The figures of a collision: what happens over time, the flight of its occupants, and its bodies that give."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.collision.chain import order_of_vehicles
+from trainmj.collision.occupants import Flight
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.style import Width, grid, styled
 from trainmj.single.bodies import ALONG, along
+from trainmj.units import MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,13 +33,11 @@ def collision(result: Result, width: Width = "page") -> Figure:
     chain = result.chain
     with styled(width):
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
-        _title(figure, result)
-        own, partner = range(chain.n_moving), range(chain.n_moving, len(chain.vehicles))
+        _head(figure, result)
         front = chain.interfaces[chain.front]
         joints = range(chain.n_moving + front.unequal_sides)  # then both trains' devices at the front
-        _draw(axes[0], result, "velocity", "Speed", (own, "Blues_r", 0.1, 0.6), (partner, "Oranges_r", 0.1, 0.6))
-        sides = axes[0].lines[: chain.n_moving], axes[0].lines[chain.n_moving :]
-        _legend(axes[0], [_named(side, _MOST_VEHICLES) for side in sides])
+        _draw(axes[0], result, "velocity", "Speed", *_sides(result))
+        _legend_of_vehicles(axes[0], result)
         for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
             _draw(panel, result, name, title, (joints, "viridis", 0.0, 0.9))
             if front.equal_sides and name != "force":  # above the panel there are the names of the lines
@@ -50,9 +50,7 @@ def collision(result: Result, width: Width = "page") -> Figure:
         half = (len(named) + 1) // 2
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
         for axis in axes:
-            axis.set_xlim(0, result.time[-1])
-            if result.not_valid:
-                axis.axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
+            _over_time(axis, result)
         for axis in axes[2:] if width == "page" else axes[3:]:
             axis.set_xlabel("Time (s)")
     return figure
@@ -67,7 +65,7 @@ def bodies(result: Result, width: Width = "page") -> Figure:
     drawn = {one: lines for one, lines in drawn.items() if one.always or any(y.any() for _, y in lines.values())}
     with styled(width):
         figure, panels = grid(1 + len(drawn), 62.0 if width == "page" else 50.0, most=2)
-        _title(figure, result)
+        _head(figure, result)
         sides: tuple[list[Line2D], list[Line2D]] = [], []
         order = order_of_vehicles(chain)
         cars = order[: chain.n_moving], order[chain.n_moving :]
@@ -82,21 +80,79 @@ def bodies(result: Result, width: Width = "page") -> Figure:
                     for panel, (one, lines) in zip(panels[1:], drawn.items(), strict=True):
                         panel.plot(*lines[name], drawstyle="steps-post" if one.of_members else "default", **look)
         _legend(panels[0], [_named(side, _MOST_VEHICLES - 1) for side in sides if side])
-        panels[0].set(title="Shortening", ylabel="mm", xlim=(0, result.time[-1]), xlabel="Time (s)")
-        if result.not_valid:
-            panels[0].axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
+        panels[0].set(title="Shortening", ylabel="mm", xlabel="Time (s)")
+        _over_time(panels[0], result)
         for panel, one in zip(panels[1:], drawn, strict=True):
             panel.set(title=one.title, ylabel=one.unit, xlabel="Distance from the end that faces the impact (m)")
             panel.set_xlim(left=0)
     return figure
 
 
-def _title(figure: Figure, result: Result) -> None:
-    """What was collided, above the panels."""
+def occupants(result: Result, width: Width = "page") -> Figure:
+    """The flight of free occupants: beside the speed of each vehicle, and their relative speed over the way flown.
+
+    The dots are the impacts after the distances that the scenario states; the lines end with the last of them.
+    """
+    chain = result.chain
+    flight, longest = flight_of(result), chain.free_flights[-1]
+    with styled(width):
+        figure, axes = grid(2, 70.0 if width == "page" else 60.0, most=2)
+        _head(figure, result)
+        _draw(axes[0], result, "velocity", "Speed", *_sides(result))
+        axes[0].set_ylabel(f"{axes[0].get_ylabel()} (dashed: occupants)")
+        _legend_of_vehicles(axes[0], result)
+        speeds = result.shown("velocity")
+        for i, line in zip(order_of_vehicles(chain), list(axes[0].lines), strict=True):
+            colour, own = line.get_color(), speeds[chain.vehicles[i].name]
+            time, way, speed = flight.path(i, longest)
+            axes[0].plot([0.0, time[-1]], [own[0]] * 2, color=colour, linestyle="--")
+            axes[1].plot(np.abs(way) / MM, np.abs(speed), color=colour)
+            late = time > result.tally.valid_until
+            axes[1].plot(np.abs(way[late]) / MM, np.abs(speed[late]), color="0.75")
+            for distance, at, met in flight.met(i, chain.free_flights):
+                axes[0].plot(at, np.interp(at, result.time, own), ".", color=colour, markersize=4)
+                axes[1].plot(distance / MM, met, ".", color=colour, markersize=4)
+        _over_time(axes[0], result)
+        axes[0].set_xlabel("Time (s)")
+        axes[1].set_title("Secondary impact velocity")
+        axes[1].set_xlabel("Free flight (mm)")
+        axes[1].set_ylabel("m/s")
+        for distance in chain.free_flights:
+            axes[1].axvline(distance / MM, color="0.5", linewidth=0.8, linestyle=":", zorder=1)
+        axes[1].set_xlim(0, 1.03 * longest / MM)
+        axes[1].set_ylim(bottom=0)
+    return figure
+
+
+def flight_of(result: Result) -> Flight:
+    """The free flights of the occupants of a collision."""
+    return Flight(result.time, result.velocity, cut=not result.tally.over)
+
+
+def _head(figure: Figure, result: Result) -> None:
+    """What was collided, and what is not valid."""
     # lines are broken as if dollars were formulas, whatever parse_math says, unless they are written so
     lines = (result.scenario.heading, result.scenario.subject, result.not_valid and f"Grey: {result.not_valid}")
     title = "\n".join(filter(None, lines)).replace("$", r"\$")
     figure.suptitle(title, x=0.01, ha="left", wrap=True, parse_math=True)
+
+
+def _sides(result: Result) -> tuple[tuple[range, str, float, float], ...]:
+    """The vehicles of both sides and their colours, for :func:`_draw`."""
+    n, both = result.chain.n_moving, len(result.chain.vehicles)
+    return (range(n), "Blues_r", 0.1, 0.6), (range(n, both), "Oranges_r", 0.1, 0.6)
+
+
+def _legend_of_vehicles(axes: Axes, result: Result) -> None:
+    n = result.chain.n_moving
+    _legend(axes, [_named(side, _MOST_VEHICLES) for side in (axes.lines[:n], axes.lines[n:])])
+
+
+def _over_time(axes: Axes, result: Result) -> None:
+    """An axis as long as the collision; grey where it is not valid."""
+    axes.set_xlim(0, result.time[-1])
+    if result.not_valid:
+        axes.axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
 
 
 def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range, str, float, float]) -> None:

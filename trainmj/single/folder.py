@@ -1,4 +1,4 @@
-"""The folder of one run: result, tables and figure."""
+"""The folder of one run: result, tables and figures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from trainmj.scenario import to_yaml
 from trainmj.single import figures
 
 OWN = (
-    rf"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|bodies)\.csv|(collision|bodies)\.{ENDINGS}"
+    r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|bodies)\.csv"
+    rf"|(collision|bodies|occupants)\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
@@ -31,7 +32,7 @@ def write_run(
     formats: Sequence[Format] = ("png",),
     width: Width = "page",
 ) -> None:
-    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figure into a folder.
+    """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figures into a folder.
 
     All files are finished before those of an earlier run, its report and figures among them, give way to them. If
     summary.json is there, all the others belong to it.
@@ -55,6 +56,8 @@ def write_run(
         save(figures.collision(result, width), stage / "collision", formats)
         if result.chain.members:
             save(figures.bodies(result, width), stage / "bodies", formats)
+        if result.chain.free_flights and formats:
+            save(figures.occupants(result, width), stage / "occupants", formats)
         (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
 
 

@@ -18,7 +18,7 @@ from trainmj.single import tables
 from trainmj.single.page_animation import add_animation
 from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
-from trainmj.single.page_histories import add_histories
+from trainmj.single.page_histories import add_histories, add_occupants
 
 _MOST_ROWS = 24  # of a table that says again what the scenario says; a longer one is folded away
 
@@ -56,10 +56,13 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     add_animation(page.section("The collision"), result)
     section = page.section("Interfaces and vehicles")
     section.table(tables.interfaces(summary))
-    section.table(tables.vehicles(result.chain, summary))
+    for table in tables.vehicles(result.chain, summary):
+        section.table(table)
     if result.chain.members:
         add_bodies(page.section("Bodies"), result, summary)
     add_histories(page.section("Over time"), result)
+    if result.chain.free_flights:
+        add_occupants(page.section("Occupants"), result)
     add_devices(page.section("Devices"), result)
     section = page.section("Checks")
     section.table(tables.checks(result, summary))

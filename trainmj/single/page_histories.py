@@ -1,4 +1,4 @@
-"""Speeds, strokes, forces and energies over time, as plots with zoom and read-out."""
+"""Speeds, strokes, forces and energies over time, and flights of occupants, as plots with zoom and read-out."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from trainmj.collision.chain import Brake, Chain, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, line, shade, shaded
+from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, shade, shaded
 from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
-from trainmj.single.figures import BODIES, OF_INTERFACES
-from trainmj.units import KJ, MS
+from trainmj.single.figures import BODIES, OF_INTERFACES, flight_of
+from trainmj.units import KJ, KM_H, MM, MS
 
 MOST_LINES = 8
 """Vehicles and interfaces of each side that are drawn, those nearest to the impact."""
@@ -52,6 +52,33 @@ def add_histories(section: Section, result: Result) -> None:
     left_out = len(chain.interfaces) - len(joints)
     if left_out:
         section.text(f"{left_out} interfaces and their vehicles further from the impact are not drawn.")
+
+
+def add_occupants(section: Section, result: Result) -> None:
+    """Put the flights of free occupants into a section: beside the speeds of the vehicles, and over the way flown."""
+    chain, flight = result.chain, flight_of(result)
+    step = -(-len(result.time) // _MOST_SAMPLES)
+    speeds, flown = _vehicle_lines(result, "velocity", step), []
+    for i, trace in zip(nearest(chain, len(chain.vehicles)), list(speeds), strict=True):
+        name, colour, first = chain.vehicles[i].name, trace["line"]["color"], chain.speed[i] / KM_H
+        time, way, speed = flight.path(i, chain.free_flights[-1])
+        drawn = np.unique([*range(0, len(way), step), len(way) - 1])
+        with_vehicle: Trace = {"legendgroup": name, "showlegend": False}
+        trace["legendgroup"] = name
+        dotted = with_vehicle | {"line": {"dash": "dot"}}
+        ends = [0.0, min(time[-1], result.time[-1])]
+        speeds.append(line(f"{name} occupant", ends, [first, first], "km/h", colour, 1.0, **dotted))
+        flown.append(line(name, np.abs(way[drawn]) / MM, np.abs(speed[drawn]), "m/s", colour, legendgroup=name))
+        for distance, at, met in flight.met(i, chain.free_flights):
+            said = [f"{met:.4g} m/s after {distance / MM:.0f} mm, at {at:.4g} s"]
+            flown.append(dots(name, [distance / MM], [met], colour, size=6, texts=said, **with_vehicle))
+    _plot(section, result, "Speed of vehicles and, dotted, of their occupants", speeds, "Speed", "km/h")
+    stated = {"type": "line", "y0": 0, "y1": 1, "yref": "paper", "line": {"color": GREY, "width": 1}}
+    marks = [stated | {"x0": distance / MM, "x1": distance / MM} for distance in chain.free_flights]
+    layout = axes("Free flight", "mm", "Relative speed", "m/s", shapes=marks, yaxis={"rangemode": "tozero"})
+    note = "Dots: secondary impact velocities after the distances that the scenario states."
+    note += f" {result.not_valid.capitalize()}." if result.not_valid else ""
+    section.plot(flown, layout, title="Speed of occupants against their vehicle", note=note, height=400, half=True)
 
 
 def _plot(

@@ -41,7 +41,7 @@ def print_summary(result: Result, summary: Summary) -> None:
     for table in (
         *([tables.limits(limits).marked(summary.not_valid)] if limits else []),
         tables.interfaces(summary),
-        tables.vehicles(result.chain, summary),
+        *tables.vehicles(result.chain, summary),
         *([tables.bodies(result.chain, summary)] if result.chain.members else []),
         tables.energy(summary),
         tables.checks(result, summary),

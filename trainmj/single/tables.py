@@ -7,14 +7,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import compress, pairwise
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from trainmj.collision.body import Body, nearest
 from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.limits import Criterion
 from trainmj.collision.measured import UNSTABLE
-from trainmj.collision.quantities import BALANCE, BODY, INTERFACE, MEMBER, STAGE, Quantity, of_vehicles
+from trainmj.collision.quantities import BALANCE, BODY, INTERFACE, MEMBER, STAGE, Quantity, of_occupants, of_vehicles
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
@@ -121,21 +119,35 @@ def _limit(stage: StageUse) -> Verdict | str:
     return failed(f"> {limit}") if stage.exhausted else passed(f"≤ {limit}")
 
 
-def vehicles(chain: Chain, summary: Summary) -> Table:
-    """Every vehicle, from the front backwards, the moving train first."""
+def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
+    """Every vehicle, from the front backwards, the moving train first; then its occupants, if a flight is stated."""
+    occupants = of_occupants(chain)
+    own = [q for q in of_vehicles(chain) if q not in (*occupants, *BODY)]
     note = (
         "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
         "time: when the interface on the side of the impact had its largest stroke."
     )
     if any(v.cfc60_peak_g - v.peak_acceleration_g > _SEEN for v in summary.vehicles):
         note += " A CFC 60 peak above the total peak is the filter's overshoot, no acceleration that was there."
-    if any(np.isnan(list(v.values.values())).any() for v in summary.vehicles):
+    yield _of_vehicles(summary, "Vehicles", own, note, own)
+    if occupants:
+        note = (
+            "SIV: secondary impact velocity, of an occupant who keeps the first speed of the vehicle, against the "
+            "vehicle, after a flight of so far in it, forwards or backwards; 0 and no time if it never is so far."
+        )
+        yield _of_vehicles(summary, "Occupants", occupants, note, [q for q in occupants if q.unit == "m/s"])
+
+
+def _of_vehicles(
+    summary: Summary, title: str, quantities: Sequence[Quantity[Any]], note: str, needed: Sequence[Quantity[Any]]
+) -> Table:
+    """Some quantities of every vehicle; those that are needed are missed if they are no numbers."""
+    if any(math.isnan(v.values[q.name]) for v in summary.vehicles for q in needed):
         note += " Missing values need records closer together (record_every_ms), or a collision that is not cut off."
-    shown = [q for q in of_vehicles(chain) if q not in BODY]
     table = Table(
-        [*worded("Vehicle", "type"), *_columns(shown)],
-        [(v.name, v.kind, *(v.values[q.name] for q in shown)) for v in summary.vehicles],
-        "Vehicles",
+        [*worded("Vehicle", "type"), *_columns(quantities)],
+        [(v.name, v.kind, *(v.values[q.name] for q in quantities)) for v in summary.vehicles],
+        title,
         note,
     )
     return table.marked(summary.not_valid)
@@ -165,7 +177,8 @@ def bodies(chain: Chain, summary: Summary) -> Table:
         rows,
         "Bodies that give",
         "Below a body the members that have yielded, from the end that faces the impact. Plastic in 5 m is a proxy of "
-        "survival space, no measure of it. Body peak: at any of its points, by all forces.",
+        "survival space, no measure of it. Body peak: at any of its points, by all forces, not filtered; at an end it "
+        "grows with the number of members.",
     )
     return table.marked(summary.not_valid)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import Column, columns_of, no_number
+from trainmj.collision.quantities import Column, columns_of, in_place_of, no_number
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem
@@ -149,7 +149,7 @@ def _without_number(spec: StudyFile, chain: Chain) -> Iterator[tuple[str, str]]:
     columns = columns_of(chain)
     for name, column in spec.responses.items():
         if column not in columns:
-            yield name, f"the scenario has no response of this name{close_match(column, columns)}"
+            yield name, f"the scenario has no response of this name{in_place_of(column, columns)}"
         elif reason := no_number(columns[column], chain):
             yield name, reason
 

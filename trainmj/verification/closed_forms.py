@@ -9,13 +9,17 @@ import numpy as np
 from trainmj.collision.measured import UNSTABLE
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
+from trainmj.scenario import Scenario
 from trainmj.scenario import shipped as shipped_names
-from trainmj.units import KJ, KM_H, MM, G
+from trainmj.units import KJ, KM_H, MM, MS, G
 from trainmj.verification.check import Check, Kind, at_least, furthest, zero
 from trainmj.verification.systems import FRICTIONLESS, Ride, chain, collide, envelope, scenario, shipped
 
 FINE = 1e-4
 """What closed forms are met to, relative; most are met far better."""
+
+FREE = 1e-5
+"""... and the free flights of occupants."""
 
 
 def hooke_wall() -> Iterator[Check]:
@@ -105,6 +109,45 @@ def standing() -> Iterator[Check]:
             yield at_least(name, "moved", 0.01, moved, "mm")
 
 
+def free_flight() -> Iterator[Check]:
+    """Constant 5 g: sqrt(2 a d), whichever way a vehicle is pushed; 5 g for 100 ms; a triangle of 8 g in 250 ms."""
+    mass, a = 40.0, 5 * G
+    force = mass * a
+    flights = {0.3: 5.4240160, 0.6: 7.6707171, 0.76: 8.6331072}
+    pushed = scenario([(0, force), (3000, force)], 1000, [mass], "t", 18.0, step_ms=0.01, time_limit_s=0.25)
+    yield from _impacts("Free flight at constant 5 g", pushed, flights)
+
+    before, after, drop = 6.0, 6.0 - 4.903325, 1.0  # m/s, m/s, mm; the springs' share of the work is that of the rise
+    stroke = mass * (before**2 - after**2) / 2 / force * 1e3 - drop / 2 + force / 1000 / 2
+    curve = [(0, force), (stroke, force), (stroke + drop, 0), (stroke + 3000, 0)]
+    braked = scenario(curve, 1000, [mass], speed_m_s=before, step_ms=0.01, time_limit_s=0.2)
+    yield from _impacts("Free flight, 5 g for 100 ms", braked, {0.2: 4.428691, 0.3: 4.903325})
+
+    time = np.linspace(0.0, 0.25, 1001)
+    deceleration = 8 * G * (1 - np.abs(time / 0.125 - 1))
+    speed = 12.0 - np.where(time < 0.125, time * deceleration / 2, 8 * G * 0.125 - (0.25 - time) * deceleration / 2)
+    way = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2)]) / MM
+    curve = [*zip(way, mass * deceleration, strict=True), (way[-1] + 3000, 0)]
+    pulse = scenario(curve, 10_000, [mass], speed_m_s=12.0, time_limit_s=0.25)
+    times = {0.3: 142.246, 0.6: 182.971, 0.76: 201.264}
+    yield from _impacts("Free flight, 8 g in a triangle", pulse, {0.3: 6.163011, 0.6: 8.396708, 0.76: 9.061272}, times)
+
+
+def _impacts(
+    case: str, collision: Scenario, speeds: dict[float, float], times: dict[float, float] | None = None
+) -> Iterator[Check]:
+    """Secondary impact velocities [m/s], and times [ms], of every vehicle by the distance [m]."""
+    flights = [round(distance / MM) for distance in speeds]
+    summary = summarise(run(collision.with_values({"occupants.free_flight_mm": flights})))
+    for v in summary.vehicles:
+        for mm, speed in zip(flights, speeds.values(), strict=True):
+            found = v.values[f"SIV_{mm}mm_m_per_s"]
+            yield Check(case, f"against {v.name} after {mm} mm", speed, found, FREE, unit="m/s")
+        for mm, at in zip(flights, (times or {}).values(), strict=False):
+            found = v.values[f"SIV_time_{mm}mm_s"] / MS
+            yield Check(case, f"time of {mm} mm", at, found, FREE, unit="ms")
+
+
 def momentum() -> Iterator[Check]:
     """Kept to round-off without rail friction, and not only by the program's own account."""
     name = "B-type train, no rail friction"
@@ -123,5 +166,5 @@ def balances() -> Iterator[Check]:
         yield zero(name, "momentum that is missing, relative", b.momentum_error, 1e-9)
 
 
-CASES = (hooke_wall, elasto_plastic, plastic_chain, standard_case, coasting, standing)
+CASES = (hooke_wall, elasto_plastic, plastic_chain, standard_case, coasting, standing, free_flight)
 BALANCES = (momentum, balances)

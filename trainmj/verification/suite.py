@@ -10,7 +10,7 @@ from typing import Any
 from trainmj.collision.identity import identity
 from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
-from trainmj.verification import closed_forms, exact, numerics, oracles, published, symmetries
+from trainmj.verification import bodies, closed_forms, exact, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check
 
 Case = Callable[[], Iterator[Check]]
@@ -31,6 +31,11 @@ GROUPS = (
         "Kinds of devices, brakes, grades",
         "Collisions of each kind whose outcome is a formula or a root of one, computed at a fine step.",
         exact.CASES,
+    ),
+    Group(
+        "Bodies that give",
+        "Waves, frequencies, damping and collapse of bodies as formulas have them, and the largest stable step.",
+        bodies.CASES,
     ),
     Group(
         "Computed by others",
