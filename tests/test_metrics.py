@@ -194,6 +194,9 @@ def tallied(result: Result, **fields: object) -> Summary:
         "element_viscous": np.zeros(2),
         "element_stroke_max": tally.stroke_max,
         "element_end_time": end_time,
+        "point_speed": tally.speed,
+        "member_force": np.zeros(0),
+        "member_dissipated": np.zeros(0),
     }
     return measure(result.chain, changed(tally, **of_elements), result.time, result.velocity)
 
@@ -240,7 +243,8 @@ def test_energy_is_judged_by_what_a_collision_of_two_trains_can_convert():
     case = chain([11e3, 33e3], [e], [5.0, 1.0])
     assert abs(collide(case).balance.energy_error) < 1e-4
     model = run(scenario([(0, 0), (10, 500), (800, 500)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
-    tally = changed(model.tally, speed=np.array([2.0, 2.0]), dissipated=np.array([65e3]), friction_work=np.zeros(2))
+    end = np.array([2.0, 2.0])
+    tally = changed(model.tally, speed=end, point_speed=end, dissipated=np.array([65e3]), friction_work=np.zeros(2))
     tally = changed(tally, element_stroke=np.array([0.2]), element_state_0=np.array([0.2]))
     tally = changed(tally, element_force=np.zeros(1), element_dissipated=np.array([65e3]))
     assert measure(case, tally, model.time, model.velocity).balance.energy_error == pytest.approx(1 / 66)
@@ -529,14 +533,14 @@ def test_status_unstable_where_devices_give_back_more_than_they_took(factor, mon
     """The balance of speeds and work closes whatever the step, so energy from nowhere must be seen elsewhere."""
     monkeypatch.setattr(Measured, "jumped", False)  # without the smaller steps that would mend it
     summary = collide(unstable(factor))
-    assert summary.balance.kinetic_end_kJ > 10 * summary.balance.kinetic_start_kJ, "this test needs an unstable case"
+    assert summary.balance.kinetic_end_kJ > 2 * summary.balance.kinetic_start_kJ, "this test needs an unstable case"
     assert str(summary.status).startswith("unstable: ")
     assert "smaller step" in str(summary.status)
 
 
 def test_status_unstable_where_values_are_not_finite():
     ok = run(load("b_type", {"simulation.time_limit_s": 0.05}))
-    broken = changed(ok.tally, speed=ok.tally.speed * np.nan)
+    broken = changed(ok.tally, point_speed=ok.tally.speed * np.nan)
     assert str(measure(ok.chain, broken, ok.time, ok.velocity).status).startswith("unstable: a value is not finite")
 
 

@@ -324,8 +324,8 @@ def test_a_response_that_a_case_lacks_and_no_value_asks_for_is_no_mistake(tmp_pa
         ),
         ({"method__explore__step_ms": 2}, r"method\.explore\.step_ms = 2: targets\.c: cfc60_peak_M1_g is not a number"),
         (
-            {"method__refine__step_ms": 1.5, "parameters__c__bounds": [20, 9000], "parameters__c__start": 9000},
-            r"method\.refine\.step_ms = 1\.5: at the start values, in the case .*must be at most",
+            {"method__refine__step_ms": 1.9, "parameters__c__bounds": [20, 20000], "parameters__c__start": 20000},
+            r"method\.refine\.step_ms = 1\.9: at the start values, in the case .*must be at most",
         ),
     ],
 )

@@ -473,11 +473,10 @@ def largest_step(chain: Chain) -> float:
     def over(step: float) -> float:
         return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
 
-    low = _certain_step(chain)
-    high = 2.0 * low
+    low = high = _certain_step(chain)
     while over(high) < 0.0:
         low, high = high, 2.0 * high
-    return float(brentq(over, low, high, rtol=1e-12))
+    return float(brentq(over, low, high, rtol=1e-12)) if low < high else low
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
