@@ -5,9 +5,10 @@ at the ends of half the mass. Free, it swings at::
 
     omega_j = 2 N sqrt(k / M) sin(j pi / 2 N)        of the bar: j pi sqrt(k / M)
 
-The dashpots beside the springs give the lowest of these the stated damping ratio. A member yields at the collapse
-force in compression and in tension, and hardens with its plastic travel: where it shortens plastically by p, the force
-has risen by N h p, so that a body that collapses evenly follows the slope h over its whole plastic shortening.
+The dashpots beside the springs give the lowest of these the stated damping ratio. A member yields where spring and
+dashpot together reach the collapse force, in compression or in tension, and hardens with its plastic travel: where it
+shortens plastically by p, the force has risen by N h p, so that a body that collapses evenly follows the slope h over
+its whole plastic shortening.
 """
 
 from __future__ import annotations
@@ -188,25 +189,32 @@ def nearest(body: Body, length: float, place: float) -> int:
 
 @register_jitable
 def strain(s: Block, m: int, stroke: float, rate: float, elapsed: float) -> float:
-    """Move a member to a shortening; its force, of spring and dashpot [N]."""
+    """Move a member to a shortening; its force, of spring and dashpot [N].
+
+    Both act on the elastic part of the shortening, and together never carry more than the member yields at.
+    """
     stiffness, damping, hardening = s[m + MEMBER.STIFFNESS], s[m + MEMBER.DAMPING], s[m + MEMBER.HARDENING]
-    plastic = s[m + MEMBER.PLASTIC]
-    force = stiffness * (stroke - plastic)
+    plastic, before = s[m + MEMBER.PLASTIC], s[m + MEMBER.RATE]
+    force = stiffness * (stroke - plastic) + damping * rate
     limit = s[m + MEMBER.COLLAPSE] + hardening * s[m + MEMBER.TRAVEL]
     if abs(force) > limit:
-        travel = (abs(force) - limit) / (stiffness + hardening)
+        dashpot = damping / elapsed if elapsed > 0.0 else 0.0
+        travel = (abs(force) - limit) / (stiffness + hardening + dashpot)
         s[m + MEMBER.DISSIPATED] += (limit + 0.5 * hardening * travel) * travel
         s[m + MEMBER.TRAVEL] += travel
-        s[m + MEMBER.PLASTIC] = plastic + (travel if force > 0.0 else -travel)
         force = math.copysign(limit + hardening * travel, force)
-    viscous = 0.5 * damping * s[m + MEMBER.RATE] * (s[m + MEMBER.RATE] + rate) * elapsed
+        travel = math.copysign(travel, force)
+        plastic += travel
+        rate -= travel / elapsed if elapsed > 0.0 else 0.0
+        s[m + MEMBER.PLASTIC] = plastic
+    viscous = 0.5 * damping * before * (before + rate) * elapsed
     s[m + MEMBER.VISCOUS] += viscous
     s[m + MEMBER.DISSIPATED] += viscous
-    s[m + MEMBER.STROKE], s[m + MEMBER.RATE], s[m + MEMBER.FORCE] = stroke, rate, force
-    whole = force + damping * rate
+    s[m + MEMBER.STROKE], s[m + MEMBER.RATE] = stroke, rate
+    s[m + MEMBER.FORCE] = stiffness * (stroke - plastic)
     s[m + MEMBER.STROKE_MAX] = max(s[m + MEMBER.STROKE_MAX], stroke)
-    s[m + MEMBER.FORCE_MAX] = max(s[m + MEMBER.FORCE_MAX], abs(whole))
-    return whole
+    s[m + MEMBER.FORCE_MAX] = max(s[m + MEMBER.FORCE_MAX], abs(force))
+    return force
 
 
 def yielded(members: Sequence[Member], travel: Array) -> Array:

@@ -118,7 +118,7 @@ class Member(_Field):
     COLLAPSE = "N", "force at which it yields"
     HARDENING = "N/m", "slope of that force over plastic travel"
     STROKE = "m", "shortening at the last evaluation", True
-    RATE = "m/s", "rate of it"
+    RATE = "m/s", "rate of its elastic part"
     FORCE = "N", "force of the spring", True
     PLASTIC = "m", "plastic shortening", True
     TRAVEL = "m", "plastic travel, to and fro"
