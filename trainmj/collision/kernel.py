@@ -172,6 +172,8 @@ def _passive(offsets: Offsets) -> Any:
             inertia = _at(data, at_inertia)
             active, peaked, wall = _devices(s, n, _at(data, at_qpos), qvel, elapsed, time)
             still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
+            if s[HEAD.WINDOW] != 0.0:
+                _windows(s, n, inertia, step[0], whole)
             if peaked:
                 _peaks(s, n, inertia)
             s[HEAD.TIME] = time
@@ -376,6 +378,20 @@ def _peaks(s: Block, n: int, inertia: Any) -> None:
                 s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
                 s[c + CAR.DEVICE_FORCE] = max(s[c + CAR.DEVICE_FORCE], device * inertia[i])
                 s[c + CAR.TOTAL_FORCE] = max(s[c + CAR.TOTAL_FORCE], total * inertia[i])
+
+
+@register_jitable
+def _windows(s: Block, n: int, inertia: Any, step: float, whole: bool) -> None:
+    """Add the impulse of this step to the window of means that it is in; windows begin and end at whole steps."""
+    window = s[HEAD.WINDOW]
+    ends = whole and (s[HEAD.GRID] - 1.0) % window == 0.0
+    for i in range(n):
+        c = N_HEAD + N_CAR * i
+        if ends:
+            mean = abs(s[c + CAR.WINDOW_IMPULSE]) / (window * s[HEAD.STEP] * inertia[i])
+            s[c + CAR.WINDOW_PEAK] = max(s[c + CAR.WINDOW_PEAK], mean)
+            s[c + CAR.WINDOW_IMPULSE] = 0.0
+        s[c + CAR.WINDOW_IMPULSE] += s[c + CAR.NET] * step
 
 
 @register_jitable
