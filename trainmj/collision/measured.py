@@ -142,7 +142,7 @@ class Measured:
         The devices push no more behind the end of the run, in which the last window may end.
         """
         last = np.abs(self.tally.window_impulse) / (self.chain.window * self.chain.mass)
-        return np.maximum(self.tally.window_peak, last)
+        return np.asarray(np.maximum(self.tally.window_peak, last))
 
     def mean_deceleration(self) -> Array:
         """(n_vehicle,) from the first to the last force at the front [m/s2]."""

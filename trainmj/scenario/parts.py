@@ -48,9 +48,8 @@ class Simulation(Part):
     )
     averaging_ms: Annotated[float, Field(gt=0, le=60_000, allow_inf_nan=False)] | None = Field(
         default=None,
-        description="length of the consecutive windows, from time 0 on, over which the device forces on each vehicle are "
-        "averaged for averaged_device_acceleration_g and TAMA_averaged_g [ms], a whole multiple of step_ms; without it "
-        "there are none",
+        description="length of the consecutive windows, from time 0 on, over which averaged_device_acceleration_g and "
+        "TAMA_averaged_g average the device forces [ms], a whole multiple of step_ms; by default neither is there",
     )
     time_limit_s: Annotated[
         float, Field(gt=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")
