@@ -191,8 +191,8 @@ def variants(quick: bool) -> Iterator[Variant]:
         yield Variant(f"curves as {n} equal pieces, to their ends", points=n + 1)
         yield Variant(f"curves as {n} equal pieces, to the stroke limits", points=n + 1, ends=limits)
     for single, words in ((SPEEDS, "speeds"), (ALL, "speeds, positions, strokes")):
-        for step in (2e-5, 1e-5, 5e-6, 2e-6, 1e-6)[: 2 if quick else None]:
-            yield Variant(f"{words} in single precision, {step * 1e6:g} us", step=step, single=single)
+        for us in (20, 10, 5, 4, 3.5, 10 / 3, 3, 2.75, 2.5, 2.25, 2, 1.75, 1.5, 1.25, 1)[: 2 if quick else None]:
+            yield Variant(f"{words} in single precision, {us:.3g} us", step=us * 1e-6, single=single)
     for step in (1e-5, 5e-6)[: 1 if quick else None]:
         yield Variant(f"S08 as documented, {step * 1e6:g} us", step=step)
     for window in (0.02, 1.0, 2.0, 3.0, 5.0, 6.0, 8.0, 10.0):
