@@ -16,6 +16,7 @@ from trainmj.collision.measured import Measured
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, measure, summarise
+from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load
 from trainmj.single import tables
 
@@ -75,6 +76,63 @@ def test_a_filtered_peak_above_the_unfiltered_one_has_its_footnote():
     assert "overshoot" in next(tables.vehicles(plateau.chain, numbers)).note
     spring = run(scenario([(0, 0), (500, 500), (900, 500)], 100, step_ms=0.1, speed_m_s=1.0))
     assert "overshoot" not in next(tables.vehicles(spring.chain, summarise(spring))).note
+
+
+WINDOWS = {
+    "plain": {},
+    "wall": {"collision.partner": "rigid_wall", "collision.speed_km_h": 12.5},
+    "cut off in a window": {"simulation.time_limit_s": 0.05},
+    "refined": {
+        "devices.front.stages.coupler.shear_off": {"force_kN": 2000, "ramp_mm": 0.25},
+        "devices.front.stiffness_kN_per_mm": 5000,
+        "devices.front.damping_kN_s_per_m": 0,
+        "simulation.step_ms": 0.2,
+    },
+}
+
+
+@pytest.mark.parametrize("changes", WINDOWS.values(), ids=WINDOWS)
+@pytest.mark.parametrize("window_ms", [0.2, 3.8, 70])
+def test_means_over_windows_are_the_changes_of_speed(window_ms, changes):
+    """Without rail friction: breaks if a step is left out, counted twice or in the wrong window, or parts of a step
+    count as whole ones.
+    """
+    case = load("b_type", {"collision.rail_friction": 0, "simulation.averaging_ms": window_ms, **changes})
+    result = run(case.with_values({"simulation.record_every_ms": 0.2}))
+    assert result.chain.refined == ("devices.front.stages.coupler.shear_off" in changes)
+    ends = np.append(np.arange(0, len(result.time), round(window_ms / 0.2)), len(result.time) - 1)
+    means = np.abs(np.diff(result.velocity[ends], axis=0)).max(axis=0) / (window_ms * 1e-3)
+    found = {v.name: v.averaged_device_acceleration_g for v in summarise(result).vehicles}
+    wanted = {v.name: mean / 9.80665 for v, mean in zip(result.chain.vehicles, means, strict=True)}
+    slack = abs(result.force[-1]).max() * case.simulation.step_ms / window_ms / 33e3  # of the step behind a cut
+    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9 + slack)
+
+
+def test_a_known_force_over_windows():
+    """500 kN on 33 t from 1.25 windows on, for 8 ms: 0.75, 1 and 0.25 windows of it."""
+    stop = 500e3 / 33e3 * 8e-3  # m/s, what the plateau stops in 8 ms
+    case = scenario([(0, 500), (900, 500)], 5e4, step_ms=0.01, speed_m_s=stop)
+    case = case.with_values({"simulation.averaging_ms": 4, "collision.gap_mm": stop * 5, "limits.TAMA_averaged_g": 0.5})
+    summary = summarise(run(case))
+    full = 500e3 / 33e3 / 9.80665
+    assert summary.vehicles[0].averaged_device_acceleration_g == pytest.approx(full, rel=1e-3)
+    assert summary.TAMA_averaged_g == summary.vehicles[0].averaged_device_acceleration_g
+    long = summarise(run(case.with_values({"simulation.averaging_ms": 80})))
+    change = (stop - long.vehicles[0].final_speed_km_h / 3.6) / 9.80665  # what it rebounds with is pushed, too
+    assert long.TAMA_averaged_g == pytest.approx(change / 80e-3, rel=1e-9), "the whole impulse in one window"
+    assert full / 10 < long.TAMA_averaged_g < 1.15 * full / 10
+    assert not next(limit for limit in summary.limits if limit.of_scenario).kept
+
+
+def test_without_a_window_there_are_no_means():
+    """Breaks if a column of zeros stands where nothing was averaged."""
+    one, other = (summarise(run(load("b_type_wall", changes))) for changes in ({}, {"simulation.averaging_ms": 4}))
+    assert set(other.responses) - set(one.responses) == {
+        "TAMA_averaged_g", *(f"averaged_device_M{n}_g" for n in range(1, 7))
+    }  # fmt: skip
+    assert one.responses == {name: other.responses[name] for name in one.responses}, "and nothing else changes"
+    with pytest.raises(InputError, match="TAMA_averaged"):
+        line_up(load("b_type_wall", {"limits.TAMA_averaged_g": 1}))
 
 
 def test_a_window_that_reaches_past_the_end_holds_the_last_speed():

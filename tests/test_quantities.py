@@ -39,7 +39,7 @@ VEHICLE = (
 """What somebody adds to quantities.py, behind its table of vehicles."""
 
 
-@pytest.mark.parametrize("name", ["b_type", "b_type_wall", "wagon_80t", "en15227_c1"])
+@pytest.mark.parametrize("name", ["b_type", "b_type_s08", "b_type_wall", "wagon_80t", "en15227_c1"])
 def test_columns_are_known_before_a_collision_is_computed(name):
     """Breaks if a row has a value that its chain's columns do not announce, or in another order."""
     scenario = load(name, {"simulation.time_limit_s": 0.05})

@@ -78,9 +78,9 @@ def test_shipped_scenarios_survive_a_round_trip_and_can_be_simulated(name, tmp_p
         assert shape(scenario.with_values({parameter: value})) != shape(scenario), f"{parameter} changes nothing"
 
 
-def test_the_six_scenarios_of_the_package_are_there():
+def test_the_scenarios_of_the_package_are_there():
     assert set(shipped()) >= {
-        "b_type", "b_type_scenario_1", "b_type_scenario_2", "b_type_wall", "wagon_80t", "en15227_c1",
+        "b_type", "b_type_s08", "b_type_scenario_1", "b_type_scenario_2", "b_type_wall", "wagon_80t", "en15227_c1",
     }  # fmt: skip
 
 

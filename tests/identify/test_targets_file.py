@@ -12,7 +12,8 @@ from trainmj.errors import InputError
 from trainmj.identification import identify, load_targets, tables, targets_of
 from trainmj.identification.data import observations, parse_sum
 from trainmj.identification.file import DataPart, TableData
-from trainmj.scenario import save
+from trainmj.identification.plan import at_step
+from trainmj.scenario import load, save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}
 WHOLE = {
@@ -379,11 +380,30 @@ def test_files_of_other_kinds_are_told_apart():
         load_targets("b_typ")
 
 
-def test_the_shipped_file_is_right():
-    mine = load_targets("b_type")
+@pytest.mark.parametrize("name", ["b_type", "b_type_s08"])
+def test_the_shipped_files_are_right(name):
+    mine = load_targets(name)
     assert len(mine.fitted.cases) == 17
     fitted = {(o.target, tuple(o.case.values())) for o in mine.fitted.observations}
     assert len(fitted) == len(mine.fitted)  # none counts twice
     assert sum(o.target.startswith("a_M") for o in mine.fitted.observations) == 102
     held_out = {o.data for o in mine.held_out.observations}
     assert {"table_9", "table_13"} <= held_out
+
+
+def test_both_laws_of_the_b_type_train_are_held_against_the_same_values():
+    """Breaks if one of the two shipped targets files is given other data than its sibling."""
+    one, other = (load_targets(name) for name in ("b_type", "b_type_s08"))
+    tables = [[(o.data, o.target, o.wanted) for o in mine.fitted.observations] for mine in (one, other)]
+    assert tables[0] == tables[1]
+    (stiffness,) = (p for p in other.unknowns.parameters if p.name == "stiffness")
+    assert len(stiffness.settings) == 3, "one K for all devices"
+
+
+def test_a_coarser_step_of_the_search_keeps_the_window_of_means():
+    """Or comes as near as its steps allow; breaks if a search with another step is refused or averages otherwise."""
+    case = load("b_type_s08")
+    assert at_step(case, 0.1)["simulation.averaging_ms"] == pytest.approx(3.8)
+    coarse = case.with_values(at_step(case, 0.25))
+    assert coarse.simulation.averaging_ms == pytest.approx(3.75)
+    assert "simulation.averaging_ms" not in at_step(load("b_type"), 0.25)

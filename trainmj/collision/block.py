@@ -135,6 +135,7 @@ class Layout:
             Head.STEP: chain.step,
             Head.REFINES: chain.refined,
             Head.ROLLING: chain.rolling,
+            Head.WINDOW: chain.steps_per_window,
             Head.RING: self._ring,
         }
         if self.n_ring:

@@ -222,6 +222,7 @@ class Chain:
         integrator: name of MuJoCo's integrator.
         grade: of the track, as the part of the weight that it takes; positive uphill along +x.
         refined: whether steps are made smaller at narrow parts of curves.
+        steps_per_window: steps in a window over which device forces are averaged; 0 for none.
         limits: largest values that the scenario allows the moving train, by quantity or column of a response.
         obstacle: what stands fixed at the wall, as a vehicle; for pictures.
         free_flights: distances over which occupants fly freely, rising [m].
@@ -237,6 +238,7 @@ class Chain:
     integrator: str = "euler"
     grade: float = 0.0
     refined: bool = False
+    steps_per_window: int = 0
     limits: Mapping[str, float] = field(default_factory=dict)
     obstacle: Vehicle | None = None
     free_flights: tuple[float, ...] = ()
@@ -379,6 +381,11 @@ class Chain:
     def record_interval(self) -> float:
         """Time from one recorded sample to the next [s]."""
         return self.step * self.steps_per_record
+
+    @property
+    def window(self) -> float:
+        """Length of a window over which device forces are averaged [s]; 0 for none."""
+        return self.step * self.steps_per_window
 
     @property
     def n_records(self) -> int:

@@ -64,6 +64,7 @@ class Head(_Field):
     PART = "s", "a smaller step"
     GRID = "1", "whole steps begun so far"
     STEPS = "1", "steps of any size, made so far", True
+    WINDOW = "1", "whole steps in a window of means; 0 where none are asked for"
 
 
 class Car(_Field):
@@ -83,6 +84,8 @@ class Car(_Field):
     DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
     TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction, brake and grade included", True
     UNSEEN_PEAK = "m/s2", "largest |acceleration| by the devices at a peak of a curve between two steps", True
+    WINDOW_IMPULSE = "N s", "impulse of the devices in the present window of means", True
+    WINDOW_PEAK = "m/s2", "largest |mean acceleration| by the devices over one of the windows before", True
     SPEED_FIRST = "m/s", "speed at the first force at the front", True
     SPEED_LAST = "m/s", "speed at the last force at the front", True
     SHORTENED = "m", "shortening of its body, while it is added up"

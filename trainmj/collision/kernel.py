@@ -189,6 +189,8 @@ def _passive(offsets: Offsets) -> Any:
             if s[HEAD.N_MEMBER] > 0.0:
                 _members(s, _at(data, at_qpos), qvel, elapsed)
             still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
+            if s[HEAD.WINDOW] != 0.0:
+                _windows(s, n, step[0], whole)
             if peaked:
                 _peaks(s)
             s[HEAD.TIME] = time
@@ -435,6 +437,20 @@ def _peaks(s: Block) -> None:
                 s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
                 s[c + CAR.DEVICE_FORCE] = max(s[c + CAR.DEVICE_FORCE], device * mass)
                 s[c + CAR.TOTAL_FORCE] = max(s[c + CAR.TOTAL_FORCE], total * mass)
+
+
+@register_jitable
+def _windows(s: Block, n: int, step: float, whole: bool) -> None:
+    """Add the impulse of this step to the window of means that it is in; windows begin and end at whole steps."""
+    window = s[HEAD.WINDOW]
+    ends = whole and (s[HEAD.GRID] - 1.0) % window == 0.0
+    for i in range(n):
+        c = N_HEAD + N_CAR * i
+        if ends:
+            mean = abs(s[c + CAR.WINDOW_IMPULSE]) / (window * s[HEAD.STEP] * s[c + CAR.MASS])
+            s[c + CAR.WINDOW_PEAK] = max(s[c + CAR.WINDOW_PEAK], mean)
+            s[c + CAR.WINDOW_IMPULSE] = 0.0
+        s[c + CAR.WINDOW_IMPULSE] += s[c + CAR.NET] * step
 
 
 @register_jitable

@@ -74,6 +74,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         s.time_limit_s,
         s.integrator,
         grade=c.grade_per_mille * 1e-3,
+        steps_per_window=s.steps_per_window,
         limits=scenario.limits,
         obstacle=fixed,
         free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),

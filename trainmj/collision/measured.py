@@ -175,6 +175,15 @@ class Measured:
         momentum = float(np.sum(mass * (self.tally.speed - speed))) - self.tally.impulse
         return float(momentum / np.sum(mass * np.abs(speed)))
 
+    @property
+    def window_peak(self) -> Array:
+        """(n_vehicle,) largest |mean| of the acceleration by the devices over windows from time 0 on [m/s2].
+
+        The devices push no more behind the end of the run, in which the last window may end.
+        """
+        last = np.abs(self.tally.window_impulse) / (self.chain.window * self.chain.mass)
+        return np.asarray(np.maximum(self.tally.window_peak, last))
+
     def mean_deceleration(self) -> Array:
         """(n_vehicle,) from the first to the last force at the front [m/s2]."""
         front, tally = self.chain.front, self.tally

@@ -104,6 +104,10 @@ class Quantity(Generic[T]):
         return against(value, limit, self.digits)
 
 
+def _averages(chain: Chain) -> bool:
+    return chain.steps_per_window > 0
+
+
 INTERFACE: tuple[Quantity[Side], ...] = (
     Quantity(
         "stroke", "mm", 1, "largest\nstroke", "largest stroke; at the front that of one train",
@@ -142,6 +146,11 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         "peak_device_acceleration", "g", 4, "device\npeak",
         "largest |acceleration| by the devices alone, from every step",
         lambda m: m.tally.device_peak / G, "peak_device",
+    ),
+    Quantity(
+        "averaged_device_acceleration", "g", 4, "window\nmean",
+        "largest |mean acceleration| by the devices alone over consecutive windows of simulation.averaging_ms",
+        lambda m: m.window_peak / G, "averaged_device", there=_averages,
     ),
     Quantity(
         "peak_acceleration", "g", 3, "total\npeak", "largest |acceleration|, rail friction included",
@@ -239,6 +248,11 @@ TRAIN: tuple[Quantity[Measured], ...] = (
     Quantity(
         "TAMA", "g", 4, "TAMA", "mean of the peak device accelerations of the moving train",
         lambda m: float(np.mean(m.tally.device_peak[m.chain.front :: -1] / G)), "TAMA",
+    ),
+    Quantity(
+        "TAMA_averaged", "g", 4, "TAMA averaged",
+        "mean of the averaged device accelerations of the moving train",
+        lambda m: float(np.mean(m.window_peak[m.chain.front :: -1] / G)), "TAMA_averaged", there=_averages,
     ),
 )  # fmt: skip
 """Criteria of the moving train, Eqs. (1) and (2) of doi 10.1186/s10033-022-00755-8; a number each."""

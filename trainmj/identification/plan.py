@@ -194,9 +194,11 @@ def _checked(source: Source) -> Identification:
 
 
 def at_step(scenario: Scenario, step: float) -> dict[str, float]:
-    """Another step [ms], and as many of them between records as come nearest to the interval of the scenario."""
-    n = max(1, round(scenario.simulation.record_every_ms / step))
-    return {"simulation.step_ms": step, "simulation.record_every_ms": n * step}
+    """Another step [ms], and as many of them between records, and in a window, as come nearest to the scenario's."""
+    now = scenario.simulation
+    lengths = {"record_every_ms": now.record_every_ms, "averaging_ms": now.averaging_ms}
+    found = {key: max(1, round(length / step)) * step for key, length in lengths.items() if length is not None}
+    return {"simulation.step_ms": step} | {f"simulation.{key}": length for key, length in found.items()}
 
 
 Chains = Mapping[str, Sequence[tuple[Mapping[str, Any], Chain]]]

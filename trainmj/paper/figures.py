@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
@@ -24,10 +25,12 @@ from trainmj.paper.printed import (
     number,
     numbers,
     published,
+    rms,
     split_unit,
 )
 from trainmj.paper.reproduce import Reproduction
-from trainmj.paper.tables import OURS
+from trainmj.paper.scatter import about_line
+from trainmj.paper.tables import OURS, S08
 from trainmj.units import KJ, KM_H, MM, label
 
 if TYPE_CHECKING:
@@ -42,6 +45,9 @@ CAPTIONS = {
     "figure7_devices_vs_M": "Figure 7. Compression and energy over time for nine masses M, at D = 35 mm",
     "figure8_speeds_vs_M": "Figure 8. Speeds over time for nine masses M, at D = 35 mm",
     "figure9_front": "Figure 9. Pareto front of TS and TAMA",
+    "scatter_over_D": "Strokes over the empty stroke D at 33 t: the paper, b_type and S08; below, without their own "
+    "straight lines",
+    "misfit_over_K": "What S08 leaves of the scatter over D, with one unloading stiffness K or another in all devices",
     "tables_vs_D": "Tables 3, 4, 5. Published and ours over the empty stroke D, at 33 t",
     "tables_vs_M": "Tables 6, 7, 8. Published and ours over the mass M, at D = 35 mm",
 }
@@ -61,6 +67,8 @@ def figures(reproduction: Reproduction) -> dict[str, Figure]:
             _scenarios(c),
             *(draw(c, factor) for factor in SERIES for draw in (_devices, _vehicles)),
             _fronts(reproduction),
+            _scatter(reproduction),
+            _misfit(reproduction),
             *(_tables(reproduction, factor) for factor in SERIES),
         )
     return dict(zip(CAPTIONS, drawn, strict=True))
@@ -212,6 +220,58 @@ def _fronts(reproduction: Reproduction) -> Figure:
     axes.plot(*at, "D", mfc="none", color=GREEN, markersize=9, label="Our simulation of the paper's optimum")
     axes.set(xlabel="TS (mm)", ylabel="TAMA (g)")
     axes.legend(loc="upper right")
+    return picture
+
+
+def _scatter(reproduction: Reproduction) -> Figure:
+    """Strokes over D with the straight line of each series, above; what the lines leave, with its rms, below."""
+    three, fine = reproduction.tables["3"], reproduction.scatter.fine
+    D, close = numbers(three.keys, "D_mm"), numbers(fine, "D_mm")
+    picture = figure(height=112)
+    panels = picture.subplots(2, 3, sharex=True)
+    for (head, name), (above, below) in zip(STROKES.items(), panels.T, strict=True):
+        for found, colour, marker, said in (
+            (three.published, "0.1", "o", "published"),
+            (three.found[OURS], BLUE, "^", "ours"),
+            (three.found[S08], ORANGE, "s", "S08"),
+        ):
+            values = numbers(found, head)
+            line = Polynomial.fit(D, values, 1)
+            off = values - line(D)
+            unlike = rms(about_line(D, values - numbers(three.published, head)))
+            shown = f"{said}: rms {rms(off):.2f}{f', leaves {unlike:.2f}' if unlike else ''}"
+            above.plot(D, line(D), color=colour, linewidth=0.7)
+            if marker == "s":
+                above.plot(close, fine[head], color=colour, linewidth=0.7, linestyle=":")
+                below.plot(close, fine[head] - line(close), color=colour, linewidth=0.7, linestyle=":")
+            above.plot(D, values, marker, color=colour, markersize=3.5)
+            below.plot(D, off, marker, color=colour, markersize=3.5, label=shown)
+        below.axhline(0, color=GREY, linewidth=0.7)
+        above.set_title(name)
+        below.set_xlabel(SERIES["D"].axis)
+        low, high = below.get_ylim()
+        below.set_ylim(low, high + 0.55 * (high - low))
+        below.legend(loc="upper left", borderpad=0)
+    panels[0, 0].set_ylabel("Stroke (mm)")
+    panels[1, 0].set_ylabel("Off its line (mm)")
+    picture.supxlabel(
+        "dotted: S08 at every half millimetre of D; a law leaves the rms of published less law about a line, in mm",
+        fontsize=7,
+    )
+    return picture
+
+
+def _misfit(reproduction: Reproduction) -> Figure:
+    """The misfit over the stiffness, and the stiffness that is shipped."""
+    found = reproduction.scatter.misfit
+    picture = figure(height=62)
+    axes = picture.subplots()
+    axes.loglog(found["K_kN_per_mm"], found["misfit"], color=ORANGE, marker="s", markersize=2.5)
+    axes.axhline(1, color=GREY, linestyle="--", linewidth=0.9)
+    axes.annotate("no more explained than by a straight line", (1e3, 1), (6, -3), textcoords="offset points", va="top")
+    K, least = reproduction.scatter.best
+    axes.annotate(f"{K:.0f} kN/mm: {least:.3f}", (K, least), (-6, 0), textcoords="offset points", ha="right")
+    axes.set(xlabel="Unloading stiffness K of all devices (kN/mm)", ylabel="Misfit", xlim=(1e3, 4e5))
     return picture
 
 

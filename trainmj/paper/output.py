@@ -21,7 +21,7 @@ from trainmj.paper.reproduce import Reproduction
 SUMMARY = "summary.json"
 OWN = (
     rf"(table\d+|eq7_eq8|balance|figure\d+|tables)_\w+\.(csv|{ENDINGS})|(optima|verdicts|laws|defects)\.csv"
-    r"|summary\.json|paper\.html"
+    rf"|(scatter_over_D|misfit_over_K)\.(csv|{ENDINGS})|scatter\.csv|summary\.json|paper\.html"
 )
 """The files of the folder, as a pattern of their names."""
 
@@ -55,6 +55,9 @@ def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:
     return {
         **{table.name: table.table() for table in reproduction.tables.values()},
         "optima": reproduction.optima,
+        "scatter": reproduction.scatter.left,
+        "scatter_over_D": reproduction.scatter.fine,
+        "misfit_over_K": reproduction.scatter.misfit,
         **said,
         "figure9_front_from_table_9": reproduction.recomputed.front_table(),
         "figure9_front_ours": reproduction.ours.front_table(),
@@ -69,5 +72,10 @@ def summary(reproduction: Reproduction) -> dict[str, Any]:
         "verdicts": [asdict(v) | {"met": v.met} for v in reproduction.verdicts],
         "laws": [asdict(law) for law in reproduction.laws],
         "defects": [asdict(defect) for defect in reproduction.defects],
+        "scatter": {
+            "left_mm": json.loads(reproduction.scatter.left.to_json(orient="records", double_precision=10)),
+            "best": dict(zip(("K_kN_per_mm", "misfit"), reproduction.scatter.best, strict=True)),
+            "steps": reproduction.scatter.steps,
+        },
         "optima": json.loads(reproduction.optima.to_json(orient="records", double_precision=10)),
     }

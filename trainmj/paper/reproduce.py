@@ -14,7 +14,8 @@ from trainmj.paper.defects_of_tables import defects_of_tables
 from trainmj.paper.finding import Defect, Law
 from trainmj.paper.laws import laws
 from trainmj.paper.printed import number
-from trainmj.paper.tables import OURS, RECOMPUTED, Tables, compare_collisions, compare_scenarios, compare_studies
+from trainmj.paper.scatter import Scatter, scatter
+from trainmj.paper.tables import OURS, RECOMPUTED, S08, Tables, compare_collisions, compare_scenarios, compare_studies
 from trainmj.paper.verdicts import Verdict, verdicts
 
 
@@ -26,6 +27,7 @@ class Reproduction:
     recomputed: Analysis  # the study on the published Table 9
     ours: Analysis  # the study on our responses at the same points
     tables: Tables  # each published table beside its counterparts, by number
+    scatter: Scatter  # of the strokes over D, and what either law leaves of it
     optima: pd.DataFrame  # where the same decision ends on the paper's and on our responses
     verdicts: tuple[Verdict, ...]  # item by item
     laws: tuple[Law, ...]  # those the paper states in words, on our results
@@ -49,7 +51,8 @@ def reproduce(threads: int = 0) -> Reproduction:
         threads: native threads; 0 for all cores. The numbers do not depend on it.
     """
     collisions = collide(threads)
-    tables = compare_collisions(collisions.summaries)
+    laws_of_unloading = {OURS: collisions.summaries, S08: collisions.documented}
+    tables = compare_collisions(laws_of_unloading)
     nine, thirteen = tables["9"], tables.pop("13")  # which stands behind those of the study
     studies = {RECOMPUTED: from_table_9(), OURS: analyse(pd.concat([nine.keys, nine.found[OURS]], axis=1))}
     tables = {"2": compare_scenarios(collisions.scenarios)} | tables | compare_studies(thirteen, studies)
@@ -58,6 +61,7 @@ def reproduce(threads: int = 0) -> Reproduction:
         studies[RECOMPUTED],
         studies[OURS],
         tables,
+        scatter(tables, laws_of_unloading, threads),
         optima(studies, collisions),
         tuple(verdicts(tables)),
         tuple(laws(collisions, tables, studies[OURS])),

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from trainmj.output.console import console_table, new_console
 from trainmj.output.table import Table
-from trainmj.paper.page import FLOOR, holding, optima_table, outcome, verdict_tables
+from trainmj.paper.page import REACHED, holding, optima_table, outcome, scatter_table, verdict_tables
 from trainmj.paper.reproduce import Reproduction
 
 
@@ -20,9 +20,15 @@ def print_paper(reproduction: Reproduction) -> None:
     console.print(Text("Liu et al. 2022, the B-type subway train: published against computed", style="bold"))
     _list(console, outcome(reproduction), [v.missed for v in reproduction.missed])
     for table in verdict_tables(reproduction):
-        _table(console, table, table.title, [0, *range(3, len(table.columns))])  # without the numbers themselves
+        shown = [k for k, column in enumerate(table.columns) if k not in (1, 2) and column.name != "floor"]
+        _table(console, table, table.title, shown)  # without the numbers themselves
     console.print()
-    console.print(FLOOR, markup=False)
+    console.print(REACHED, markup=False)
+    found = scatter_table(reproduction)
+    _table(console, found, found.title, range(len(found.columns)))
+    console.print(found.note, markup=False)
+    K, misfit = reproduction.scatter.best
+    console.print(f"Of stiffnesses K from 1e3 to 4e5 kN/mm, {K:.0f} leaves least: {misfit:.3f} of its square.")
     optima = optima_table(reproduction)
     _table(console, optima, "Optimum", range(len(optima.columns) - 1))  # without the stroke of the anti-climber
     laws, defects = reproduction.laws, reproduction.defects

@@ -16,7 +16,7 @@ from trainmj.paper.collisions import cases_of
 from trainmj.paper.defects_of_study import rounding_reach
 from trainmj.paper.floors import floor
 from trainmj.paper.printed import MASS_T, published, rms, split_unit
-from trainmj.paper.tables import OURS, RECOMPUTED, Tables
+from trainmj.paper.tables import OURS, RECOMPUTED, S08, Tables
 from trainmj.units import against
 
 _MEASURES: dict[str, Callable[[Array], float]] = {
@@ -39,6 +39,7 @@ class Verdict:
     unit: str  # of deviation, bar and floor
     bar: float | None  # most that was wanted, stated before it was reached; None where nothing was
     floor: float | None = None  # what any law as smooth as ours must miss; None where it is not known
+    s08: float | None = None  # the deviation with S08 as documented; None where it was not computed
 
     @property
     def met(self) -> bool | None:
@@ -51,7 +52,8 @@ class Verdict:
             return "-"
         if self.unit == "values":
             return f"{value:.0f} differ" if value != 1 else "1 differs"
-        return f"{f'{value:g}' if value == self.bar else against(value, self.bar, -3)} {self.unit}"
+        digits = -2 if self.unit == "g" else -3
+        return f"{f'{value:g}' if value == self.bar else against(value, self.bar, digits)} {self.unit}"
 
     @property
     def missed(self) -> str:
@@ -81,7 +83,14 @@ def judge(item: Item, tables: Tables) -> Verdict:
     """The verdict on one item."""
     each = [_values(item.tables, head, tables) for head in item.heads]
     printed, ours = (np.concatenate([values[k] for values in each]) for k in (1, 2))
-    off = ours / printed - 1 if item.relative else ours - printed
+    scale = 100 if item.relative else 1
+
+    def deviation(found: Array) -> float:
+        return scale * _MEASURES[item.measure](found / printed - 1 if item.relative else found - printed)
+
+    s08 = None
+    if all(S08 in tables[number].found for number in item.tables.split(",")[0].split()):
+        s08 = deviation(np.concatenate([_values(item.tables, head, tables, S08)[2] for head in item.heads]))
     name = item.said + {"rms": ", rms", "mean": ", mean deviation"}.get(item.measure, "")
     unit = split_unit(item.heads[0])[1]
     if item.measure in ("mean", "each"):
@@ -90,24 +99,23 @@ def judge(item: Item, tables: Tables) -> Verdict:
         shown = _range(printed, unit, item.digits, as_printed=True), _range(ours, unit, item.digits)
     floors = [floor(item.measure, *values, item.relative, unit == "g") for values in each]
     least = max((f for f in floors if f is not None), default=None)
-    scale = 100 if item.relative else 1
     bar, least = (None if amount is None else scale * amount for amount in (item.bar, least))
-    deviation = scale * _MEASURES[item.measure](off)
-    return Verdict(item.group, name, *shown, deviation, "%" if item.relative else unit, bar, least)
+    return Verdict(item.group, name, *shown, deviation(ours), "%" if item.relative else unit, bar, least, s08)
 
 
-def _values(numbers: str, head: str, tables: Tables) -> tuple[Array, Array, Array]:
-    """D and M (n, 2), published and our values (n,) of a quantity; 17 from two tables over D and M."""
+def _values(numbers: str, head: str, tables: Tables, source: str = OURS) -> tuple[Array, Array, Array]:
+    """D and M (n, 2), published and found values (n,) of a quantity; 17 from two tables over D and M."""
     if numbers == bars.MEANS_OF_7:
         seven = tables["7"]
-        return np.array(cases_of(seven.keys)), seven.published.mean(axis=1).to_numpy(), tables["8"].pair(head)[1]
+        means = seven.published.mean(axis=1).to_numpy()
+        return np.array(cases_of(seven.keys)), means, tables["8"].pair(head, source)[1]
     first, *rest = (tables[n] for n in numbers.split())
-    cases, (printed, ours) = np.array(cases_of(first.keys)), first.pair(head)
+    cases, (printed, ours) = np.array(cases_of(first.keys)), first.pair(head, source)
     if numbers == "13":  # of its two rows, the one by collision dynamics
         return cases[1:], printed[1:], ours[1:]
     for table in rest:
         once = table.keys["M_t"].to_numpy() != MASS_T
-        more, our_more = table.pair(head)
+        more, our_more = table.pair(head, source)
         cases = np.concatenate([cases, np.array(cases_of(table.keys))[once]])
         printed, ours = np.append(printed, more[once]), np.append(ours, our_more[once])
     return cases, printed, ours

@@ -55,6 +55,11 @@ class Simulation(Part):
     record_every_ms: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False)] = Field(
         default=1.0, description="time between samples of the histories [ms], a whole multiple of step_ms"
     )
+    averaging_ms: Annotated[float, Field(gt=0, le=60_000, allow_inf_nan=False)] | None = Field(
+        default=None,
+        description="length of the consecutive windows, from time 0 on, over which averaged_device_acceleration_g and "
+        "TAMA_averaged_g average the device forces [ms], a whole multiple of step_ms; by default neither is there",
+    )
     time_limit_s: Annotated[
         float, Field(gt=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")
     ] = Field(default=3.0, description="when a collision that is not over is cut off [s]")
@@ -66,6 +71,11 @@ class Simulation(Part):
     def steps_per_record(self) -> int:
         """Steps from one recorded sample to the next."""
         return max(1, round(self.record_every_ms / self.step_ms))
+
+    @property
+    def steps_per_window(self) -> int:
+        """Steps in a window over which device forces are averaged; 0 for none."""
+        return 0 if self.averaging_ms is None else max(1, round(self.averaging_ms / self.step_ms))
 
 
 Paths = Annotated[list[str], Field(min_length=1)]

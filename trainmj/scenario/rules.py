@@ -164,8 +164,12 @@ def _no_device(train: str, end: str) -> Problem:
 
 def _simulation(parts: Parts) -> Iterator[Problem]:
     s = parts.simulation
-    if abs(s.record_every_ms - s.steps_per_record * s.step_ms) > 1e-9 * s.record_every_ms:
-        yield Problem(("simulation", "record_every_ms"), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
+    for key, length, steps in (
+        ("record_every_ms", s.record_every_ms, s.steps_per_record),
+        ("averaging_ms", s.averaging_ms or 0.0, s.steps_per_window),
+    ):
+        if abs(length - steps * s.step_ms) > 1e-9 * length:
+            yield Problem(("simulation", key), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
     if s.time_limit_s * 1e3 < s.record_every_ms * (1 - 1e-9):
         yield Problem(("simulation", "time_limit_s"), f"must be at least record_every_ms ({s.record_every_ms:g} ms)")
     if s.time_limit_s * 1e3 / s.step_ms > _MOST_STEPS:

@@ -148,6 +148,7 @@ def _add_scenario(section: Section, result: Result) -> None:
             "Gap at the start": f"{c.gap_mm:g} mm",
             "Grade": f"{c.grade_per_mille:g} per mille, positive uphill along the motion",
             "Step": f"{s.step_ms:g} ms ({s.integrator}), recorded every {s.record_every_ms:g} ms",
+            **({"Averaged over": f"windows of {s.averaging_ms:g} ms"} if s.averaging_ms else {}),
             "Time limit": f"{s.time_limit_s:g} s",
         }
     )
