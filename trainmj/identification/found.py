@@ -119,7 +119,7 @@ class Found:
                 "start": [p.start for p in unknowns.parameters],
                 "determined": known.determined,
                 "remark": [self._remark(k) for k in range(log.size)],
-                "sets": [" ".join(s.path for s in p.settings) for p in unknowns.parameters],
+                "sets": [" ".join(p.meant) if p.settings else ", ".join(p.meant) for p in unknowns.parameters],
             }
         )
 

@@ -60,24 +60,25 @@ _VALUES = {
 
 def size(plan: Identification) -> str:
     """How much is sought from how much."""
-    return f"{len(plan.unknowns.free)} values sought from {len(plan.fitted)} in {len(plan.fitted.cases)} cases"
+    n_channel, fitted = len(plan.fitted.channels), plan.fitted
+    n_value = int(np.isnan(fitted.time).sum())
+    given = [f"{n_value} values"] * (n_value > 0) + [f"{n_channel} channel{'s' * (n_channel > 1)}"] * (n_channel > 0)
+    of = f"{n_value}" if not n_channel else " and ".join(given)
+    return f"{len(plan.unknowns.free)} values sought from {of} in {len(fitted.cases)} cases"
 
 
 def sought(plan: Identification) -> Table:
     """The parameters, and where they may be."""
     name, unit, lower, upper = (_PARAMETERS[key] for key in ("parameter", "unit", "lower_bound", "upper_bound"))
-    rows = [
-        [p.name, p.unit, p.start, p.lower, p.upper, ", ".join(s.path for s in p.settings)]
-        for p in plan.unknowns.parameters
-    ]
+    rows = [[p.name, p.unit, p.start, p.lower, p.upper, ", ".join(p.meant)] for p in plan.unknowns.parameters]
     return Table([name, unit, Column("start"), lower, upper, *worded("sets")], rows)
 
 
 def wanted(plan: Identification) -> Table:
     """The targets, and how many values each has."""
-    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), *worded("response")]
+    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), *worded("response or channel")]
     counts = [np.bincount(sample.target, minlength=len(plan.targets)) for sample in (plan.fitted, plan.held_out)]
-    rows = [[t.name, t.unit, int(m), int(n), t.part.response] for t, m, n in zip(plan.targets, *counts, strict=True)]
+    rows = [[t.name, t.unit, int(m), int(n), t.part.asked[1]] for t, m, n in zip(plan.targets, *counts, strict=True)]
     return Table(columns, rows)
 
 
