@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,11 @@ from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60
 from trainmj.collision.envelope import Array
 from trainmj.collision.measured import Measured
+from trainmj.collision.result import Result, result_given
 from trainmj.units import KM_H, MS, G, head
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Trace(NamedTuple):
@@ -106,6 +111,27 @@ def channels_of(chain: Chain) -> dict[str, tuple[Channel, int]]:
         for channel in CHANNELS
         for i in order_of_vehicles(chain)
     }
+
+
+def channels(result: Result | str | Path) -> pd.DataFrame:
+    """Every channel of a computed collision at its recorded times, as the channels of a test are given to identify.
+
+    Args:
+        result: what :func:`trainmj.run` gave, or the path of a saved one.
+
+    Returns:
+        A row for each record: ``time_s``, then a column for each channel, ``velocity_M1_km_h`` and so on. Channels that
+        are no number with these records are left out; a value that is not known, because the collision was cut off, is
+        NaN.
+    """
+    import pandas as pd
+
+    result = result_given(result)
+    measured = Measured(result.chain, result.tally, result.time, result.velocity)
+    there = channels_of(result.chain).items()
+    names = [name for name, (channel, _) in there if not channel.no_number(result.chain)]
+    found = {name: trace.at(result.time) for name, trace in traces_of(measured, names).items()}
+    return pd.DataFrame({"time_s": result.time} | found)
 
 
 def traces_of(measured: Measured, names: Sequence[str]) -> dict[str, Trace]:

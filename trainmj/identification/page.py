@@ -12,7 +12,7 @@ from trainmj.identification.found import FOUND, Found
 from trainmj.identification.uncertainty import MEANING
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.plot import axes, dots, line
+from trainmj.output.plot import GREY, axes, dots, line
 from trainmj.output.style import styled
 from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
@@ -68,7 +68,17 @@ def _outcome(section: Section, found: Found) -> None:
 
 def _fit(section: Section, found: Found, role: str) -> None:
     section.table(tables.fit(found, role))
-    table = found.residuals[found.residuals["role"] == role]
+    for channel in found.channels(role):
+        unit = channel.target.unit
+        traces = [
+            line("test", channel.time, channel.wanted, unit, GREY, 3.0),
+            line("simulation", channel.time, channel.found, unit),
+        ]
+        layout = axes("time of the test", "s", channel.target.name, unit)
+        section.plot(traces, layout, title=channel.title, note=f"{channel.note}.", height=260, half=True)
+    table = tables.single_values(found, role)
+    if table.empty:
+        return
     ratio = (table["deviation"] / table["allowed"]).to_numpy()
     section.plot(
         [dots(role, ratio, table["target"].tolist(), texts=[_said(found, row) for row in tables.rows_of(table)])],

@@ -33,7 +33,7 @@ SUMMARY = "summary.json"
 
 OWN = (
     r"trials\.sqlite(-\w+)?|(scenario|found)\.yaml|(fit|residuals|parameters|correlations|directions|search)\.csv"
-    rf"|(residuals|correlations|search)\.{ENDINGS}|summary\.json|report\.html"
+    rf"|(residuals|channels|correlations|search)\.{ENDINGS}|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
 
@@ -113,8 +113,8 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
             (stage / file).write_bytes(text.encode())
         with styled(width):
             for name, draw in (FIGURES if formats else {}).items():
-                if found.way or name != "search":
-                    save(draw(found), stage / name, formats)
+                if (picture := draw(found)) is not None:
+                    save(picture, stage / name, formats)
 
 
 def _check_start(plan: Identification, threads: int) -> None:

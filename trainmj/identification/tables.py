@@ -60,11 +60,15 @@ _VALUES = {
 
 def size(plan: Identification) -> str:
     """How much is sought from how much."""
-    n_channel, fitted = len(plan.fitted.channels), plan.fitted
-    n_value = int(np.isnan(fitted.time).sum())
-    given = [f"{n_value} values"] * (n_value > 0) + [f"{n_channel} channel{'s' * (n_channel > 1)}"] * (n_channel > 0)
-    of = f"{n_value}" if not n_channel else " and ".join(given)
-    return f"{len(plan.unknowns.free)} values sought from {of} in {len(fitted.cases)} cases"
+    fitted = plan.fitted
+    given = [(int(np.isnan(fitted.time).sum()), "values"), (len(fitted.channels), "channels")]
+    given = [(n, what) for n, what in given if n]
+    of = f"{len(fitted)}" if not fitted.channels else " and ".join(_counted(n, what) for n, what in given)
+    return f"{len(plan.unknowns.free)} values sought from {of} in {_counted(len(fitted.cases), 'cases')}"
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what if n != 1 else what.removesuffix('s')}"
 
 
 def sought(plan: Identification) -> Table:
@@ -129,10 +133,16 @@ def directions(found: Found) -> Table:
 
 
 def values(found: Found, role: str) -> Table:
-    """Every value that was fitted or held out, with its case."""
-    rows = rows_of(found.residuals[found.residuals["role"] == role])
+    """Every value that was fitted or held out, with its case, but samples of channels."""
+    rows = rows_of(single_values(found, role))
     more = [{"case": case_of(found, row), "verdict": judged(row["within"], "within", "outside")} for row in rows]
     return _table(_VALUES, [row | m for row, m in zip(rows, more, strict=True)], f"All {len(rows)} values")
+
+
+def single_values(found: Found, role: str) -> pd.DataFrame:
+    """The residuals of a role without those of channels."""
+    table = found.residuals[found.residuals["role"] == role]
+    return table[table["time_s"].isna()] if "time_s" in table else table
 
 
 def rows_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
