@@ -229,6 +229,28 @@ def test_the_same_bytes_on_any_threads_and_nothing_is_simulated_again_for_other_
     assert moved.known.chi2 < first.known.chi2
 
 
+def test_tests_of_their_own_speeds_and_clocks_are_each_compared_with_their_case(tmp_path):
+    """Breaks if a channel is taken from the case of another test, or shifted by another clock, also while exploring."""
+    (fast,) = Local(wagons(), 1, SPEEDS.values())([("", {"speed_km_h": 12})])
+    time = np.arange(100) * 1e-3
+    of_fast = {name: Trace.unpacked(fast.row[name]).at(time + 3e-3) for name in SPEEDS.values()}
+    pd.DataFrame({"t": time} | of_fast).to_csv(tmp_path / "fast.csv", index=False)
+    fast_data = {"channels": "fast.csv", "time": "t", "offset_ms": 3, "set": {"speed_km_h": 12}, "values": SPEEDS}
+    found = found_by(
+        tmp_path,
+        recorded(shift_ms=-2.0),
+        data__fast=fast_data,
+        parameters__clock={"offset": "test", "bounds": [-5, 5], "start": -2},
+        method__explore={"trials": 12, "cases": 1},
+        data__test__between_s=[0.002, 0.12],
+    )
+    assert len(found.plan.fitted.cases) == 2
+    assert [(c.data, c.target.name, c.rms < 1e-3) for c in found.channels("fitted")] == [
+        *(("test", name, True) for name in (SPEEDS | ACCELERATIONS)),
+        *(("fast", name, True) for name in SPEEDS),
+    ]
+
+
 def test_what_is_left_shows_test_beside_simulation(tmp_path, capsys):
     """Breaks if a reader sees numbers of a channel, but not where along it the simulation departs from the test."""
     table = recorded(noise=0.05)
@@ -248,7 +270,7 @@ def test_what_is_left_shows_test_beside_simulation(tmp_path, capsys):
     np.testing.assert_array_equal(measured.get_ydata(), table["velocity_M1_km_h"])
     np.testing.assert_array_equal(simulated.get_ydata(), channel.found)
     text = page_of(found).html()
-    assert "0.05 allowed; counts as 24 values." in text
+    assert "tolerance 0.05; counts as 24 values." in text
     print_found(found)
     assert "2 values sought from 4 channels in 1 case" in capsys.readouterr().out
 
@@ -262,6 +284,7 @@ BAD = {
     "ended": "t,v\n0,10\n0.01,9\n0.02,8\n0.9,7\n",
     "early": "t,v\n-0.01,10\n0.01,9\n0.02,8\n0.03,7\n",
     "fine": "t,v\n0,10\n0.0001,9\n0.0002,8\n0.0003,7\n",
+    "many": "t,v\n" + "".join(f"{k}e-5,1\n" for k in range(10_001)),
     "good": "t,v\n0,10\n0.01,9\n0.02,8\n0.03,7\n",
 }
 GOOD = {"channels": "good.csv", "time": "t", "values": {"speed_1": "v"}}
@@ -281,6 +304,7 @@ GOOD = {"channels": "good.csv", "time": "t", "values": {"speed_1": "v"}}
         ({"channels": "early.csv"}, r"its times begin 0.01 s before the simulation: .*or shift them \(offset_ms\)"),
         ({"offset_ms": -3}, r"data.test.channels = 'good.csv': its times begin 0.003 s before the simulation"),
         ({"channels": "fine.csv"}, r"samples are 0.1 ms apart, finer than simulation.record_every_ms = 1: take at mo"),
+        ({"channels": "many.csv"}, r"channels 'many.csv': has 10001 values, more than 10000: leave samples out, or"),
         ({"time": "time_s"}, r"data.test: time = 'time_s': there is no column 'time_s'; known: t, v"),
         ({"values": {"speed_1": "w"}}, r"data.test: values.speed_1 = 'w': there is no column 'w'"),
         ({"values": {"stroke": "v"}}, r"data.test.values.stroke.*: is the target of a response: channels need"),

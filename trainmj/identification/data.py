@@ -20,7 +20,7 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.numbers import LARGEST
 from trainmj.files.tables import first_of_no_number, read_beside
 from trainmj.files.text import FORMULA
-from trainmj.identification.file import ChannelData, ChannelTarget, RowsData, TableData, TargetPart
+from trainmj.identification.file import MAX_VALUES, ChannelData, ChannelTarget, RowsData, TableData, TargetPart
 
 Row = dict[str, Any]
 Sum = dict[str, float]
@@ -103,6 +103,8 @@ def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
     if used.size < _FEWEST:
         of_all = f"of its {time.size} times, from {time[0]:.6g} to {time[-1]:.6g} s, {used.size} are used"
         raise InputError(f"{said}: a channel needs {_FEWEST} times or more: {of_all}")
+    if (n := used.size * len(values)) > MAX_VALUES:
+        raise InputError(f"{said}: has {n} values, more than {MAX_VALUES}: leave samples out, or use fewer (between_s)")
     return [
         Observation(name, target, part.set, float(wanted[k]), float(time[k]))
         for target, wanted in zip(part.values, values, strict=True)

@@ -55,7 +55,7 @@ class Fitted:
     @property
     def note(self) -> str:
         """How well it is met, and what it counts, in words."""
-        rms = f"{self.rms:.3g} {self.target.unit} rms, {self.target.part.tolerance} allowed"
+        rms = f"{self.rms:.3g} {self.target.unit} rms, tolerance {self.target.part.tolerance}"
         return f"{rms}; counts as {self.count:.3g} value{'s' * (self.count != 1.0)}"
 
 

@@ -129,7 +129,7 @@ class Misfit:
         """Nothing is simulated yet."""
         self._sample, self._cases = sample, _ = self.plan.fitted.some(self.cases)
         self._counted = sample.weight > 0
-        self._share = np.sqrt(sample.share)  # the squares of a channel's residuals add up to those of what it counts
+        self._share = sample.share ** (1.0 / self.norm)  # a channel's residuals add up to those of what it counts
         self._scale = np.divide(sample.weight, sample.tolerance) * self._share
         self._barred = np.isfinite(sample.bar) & self._counted & self.bars
 

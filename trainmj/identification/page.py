@@ -13,7 +13,7 @@ from trainmj.identification.uncertainty import MEANING
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.plot import GREY, axes, dots, line
-from trainmj.output.style import styled
+from trainmj.output.style import BLUE, styled
 from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 
@@ -71,8 +71,8 @@ def _fit(section: Section, found: Found, role: str) -> None:
     for channel in found.channels(role):
         unit = channel.target.unit
         traces = [
-            line("test", channel.time, channel.wanted, unit, GREY, 3.0),
-            line("simulation", channel.time, channel.found, unit),
+            line("test", channel.time, channel.wanted, unit, GREY, 4.0, opacity=0.5),
+            line("simulation", channel.time, channel.found, unit, BLUE),
         ]
         layout = axes("time of the test", "s", channel.target.name, unit)
         section.plot(traces, layout, title=channel.title, note=f"{channel.note}.", height=260, half=True)

@@ -111,7 +111,8 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     moving = [k for k in unknowns.free if not at_bound[k]]
     residuals, derivative, follow = _derivatives(misfit, point, moving, difference, n_value)
     sample = misfit.plan.fitted
-    freedom = round(float(sample.share[sample.weight > 0].sum()) - len(moving), _DIGITS)
+    left = round(float(sample.share[sample.weight > 0].sum()) - len(moving), _DIGITS)
+    freedom = int(left) if left.is_integer() else left
     chi2 = float(np.sum(residuals**2) / freedom) if freedom > 0 else np.nan
     grown = float(np.sqrt(max(1.0, chi2))) if freedom > 0 else 1.0
     _, singular, turned = np.linalg.svd(derivative, full_matrices=False)
