@@ -145,6 +145,23 @@ def test_the_study_of_the_docs_is_sensible_and_ends_as_told(tmp_path):
     assert f"only {100 * found['decision']['share']:.0f} % of weights nearby" in told
 
 
+@pytest.mark.thorough
+def test_the_channels_of_the_docs_give_the_values_it_says(tmp_path, monkeypatch):
+    """Breaks if the example finds other values than the page says, or not the known ones."""
+    page = "docs/identification.md"
+    monkeypatch.chdir(tmp_path)
+    for title in ("wagons.yaml", "wagons.targets.yaml"):
+        Path(title).write_text(file_block(page, title), encoding="utf-8")
+    (code,) = (b.text for b in blocks(page) if b.language == "python" and "impact.csv" in b.text)
+    exec(compile(code, page, "exec"), {})
+    table = trainmj.identify("wagons.targets.yaml", "out", figures=()).parameters.set_index("parameter")
+    stiffness, damping, clock = (table.loc[name, ["value", "low_95", "high_95"]] for name in table.index)
+    assert all(row["low_95"] < known < row["high_95"] for row, known in ((stiffness, 150), (damping, 0.1), (clock, 4)))
+    told = "{0[0]:.0f} kN/mm (95 % interval: {0[1]:.0f} to {0[2]:.0f}), a damping ratio of {1[0]:.3f} "
+    told += "({1[1]:.3f} to {1[2]:.3f}) and {2[0]:.2f} ms ({2[1]:.2f} to {2[2]:.2f})"
+    assert told.format(*(row.to_list() for row in (stiffness, damping, clock))) in " ".join(read(page).split())
+
+
 def test_the_numbers_of_the_page_on_the_paper_are_those_of_the_command():
     """Breaks if the page of the docs calls a bar met that is missed, or the other way round."""
     paper = reproduce()

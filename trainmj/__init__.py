@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from trainmj.cases.reader import read_table as read_table
     from trainmj.cases.table import run_cases as run_cases
     from trainmj.cli.report import write_report as write_report
+    from trainmj.collision.channels import channels as channels
     from trainmj.collision.comparison import Comparison as Comparison
     from trainmj.collision.comparison import compare as compare
     from trainmj.collision.convergence import Convergence as Convergence
@@ -60,6 +61,7 @@ _HOMES = {
     "cases.reader": "read_table",
     "cases.table": "run_cases",
     "cli.report": "write_report",
+    "collision.channels": "channels",
     "collision.comparison": "Comparison compare",
     "collision.convergence": "Convergence converge",
     "collision.kernel": "installed",

@@ -124,8 +124,8 @@ def test_a_trial_that_fails_in_one_case_has_no_response_there_whether_it_is_simu
     for n in range(2):
         with Store(tmp_path / "trials.sqlite", KEY) as store:
             trials = Trials(scenario(), cases, ["TS_mm", "final_speed_M3_km_h"], store, threads=1)
-            assert np.isnan(trials([{"mass_t": 30.0}])[0]).all(axis=1).tolist() == [False, True, False]
-            one = trials([{"mass_t": 30.0}, {"mass_t": 31.0}], places=[0, 2])
+            assert np.isnan(trials([{"mass_t": 30.0}]).responses[0]).all(axis=1).tolist() == [False, True, False]
+            one = trials([{"mass_t": 30.0}, {"mass_t": 31.0}], places=[0, 2]).responses
             assert trials.simulated == 2 - n * 2
             assert np.isfinite(one).all()
     table = trainmj.run_cases(scenario(), pd.DataFrame({"mass_t": [30.0, 30.0], "speed_km_h": [20, 16]}))

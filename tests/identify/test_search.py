@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 from twins import AREA_KJ, KNOWN, plan, scenario, values
 
 from trainmj.identification.file import AreaPart, ExplorePart, SetPart
-from trainmj.identification.misfit import REFUSED, Misfit
+from trainmj.identification.misfit import REFUSED, Misfit, Simulated
 from trainmj.identification.search import explore, refine
 from trainmj.identification.sought import Area, Rise, Unknown
 from trainmj.identification.unknowns import Unknowns
@@ -182,7 +182,7 @@ def test_exploring_some_of_the_cases_simulates_only_these(tmp_path):
     class Some(Line):
         def __call__(self, trials, step=None, places=None):
             asked.append(places)
-            return super().__call__(trials)[:, list(places)]
+            return Simulated(super().__call__(trials).responses[:, list(places)], [])
 
     unit = np.array([(130 - 20) / 380])
     found = Misfit(mine, Some(), None, cases=2).residuals([unit])
@@ -198,7 +198,7 @@ def test_neighbouring_slopes_count_while_exploring(tmp_path):
 
     class Nothing:
         def __call__(self, trials, step=None, places=None):
-            return np.zeros((len(trials), 5, 1))
+            return Simulated(np.zeros((len(trials), 5, 1)), [])
 
     rough = Misfit(mine, Nothing(), None, ratio=10.0).residuals([unit])
     plain = Misfit(mine, Nothing(), None).residuals([unit])
@@ -214,7 +214,7 @@ class Line:
     def __call__(self, trials, step=None, places=None):
         k = np.array([changes["devices.coupler.stiffness_kN_per_mm"] for changes in trials])
         k = np.where(k > self.refused_above, np.nan, k)
-        return np.repeat(k[:, None, None], 5, axis=1)
+        return Simulated(np.repeat(k[:, None, None], 5, axis=1), [])
 
 
 def line_plan(tmp_path, **target):
@@ -245,9 +245,9 @@ def test_a_trial_without_a_value_that_counts_is_refused_and_one_that_is_only_rep
 
     class Partly(Line):
         def __call__(self, trials, step=None, places=None):
-            found = np.repeat(super().__call__(trials), 2, axis=2)
+            found = np.repeat(super().__call__(trials).responses, 2, axis=2)
             found[:, 2, lost] = np.nan
-            return found
+            return Simulated(found, [])
 
     given = values(constraints={}, parameters={"k": values()["parameters"]["k"] | {"scale": "linear"}})
     given["targets"] = {

@@ -12,6 +12,7 @@ from trainmj.errors import InputError
 from trainmj.identification import identify, load_targets, tables, targets_of
 from trainmj.identification.data import observations, parse_sum
 from trainmj.identification.file import DataPart, TableData
+from trainmj.identification.misfit import Simulated
 from trainmj.identification.plan import at_step
 from trainmj.scenario import load, save
 
@@ -151,9 +152,9 @@ def folder(tmp_path_factory):
         ({"targets__s1__weight": -1}, "weight = -1: must be at least 0"),
         ({"targets__s9": {"response": "TS_mm", "tolerance": 1}}, "targets.s9: has no values: name it under values"),
         ({"targets__s1": None}, "data.tests.values.s1 = 's1': there is no target of this name"),
-        ({"data__tests__rows": None}, "data.tests: needs table or rows"),
+        ({"data__tests__rows": None}, "data.tests: needs table, or rows, or channels and time"),
         ({"data__tests__table": "a.csv"}, "data.tests.rows: does not go with table: leave one of them out"),
-        ({"parameters__k": {"bounds": [1, 2]}}, "parameters.k: needs sets and bounds, or curve"),
+        ({"parameters__k": {"bounds": [1, 2]}}, "parameters.k: needs sets, curve or offset"),
         (
             {"parameters__k__curve": "curves.tube"},
             "k.curve = 'curves.tube': does not go with sets: leave one",
@@ -345,7 +346,7 @@ def test_a_value_without_a_number_stays_by_itself_and_is_said(tmp_path):
     found = identify(mine, tmp_path / "out", figures=())
     responses = np.ones((len(mine.fitted.cases), len(mine.columns)))
     responses[1, mine.columns.index("stroke_S1_M1_mm")] = np.nan
-    lost = mine.found(mine.fitted, responses)
+    (lost,) = mine.found(mine.fitted, Simulated(responses[None], []), [found.point])
     of = [(mine.targets[k].name, case) for k, case in zip(mine.fitted.target, mine.fitted.case, strict=True)]
     assert {of[n] for n in np.flatnonzero(np.isnan(lost))} == {("s1", 1), ("both", 1)}, (
         "both is TS_mm - stroke_S1_M1_mm"

@@ -193,7 +193,7 @@ def test_the_standard_errors_are_those_of_a_linear_model():
 
         class plan:
             class fitted:
-                weight = np.ones(30)
+                weight = share = np.ones(30)
 
             unknowns = Unknowns(
                 scenario(),
@@ -224,7 +224,7 @@ def linear(design: np.ndarray, best: np.ndarray, upper: float = 100.0) -> Uncert
 
         class plan:
             class fitted:
-                weight = np.ones(n)
+                weight = share = np.ones(n)
 
             unknowns = Unknowns(
                 scenario(), tuple(Unknown(c, "", 0.0, upper, 1.0, (SetPart(path=c),)) for c in "abcdef"[:m]), ()

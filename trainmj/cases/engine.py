@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -52,6 +52,7 @@ class Local:
 
     scenario: Scenario
     threads: int = 0  # native ones; 0 for all cores
+    channels: Sequence[str] = ()  # that rows have too, packed, under their names
     identity: Mapping[str, str] = field(default_factory=identity)
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
@@ -69,8 +70,9 @@ class Local:
                 else:
                     yield key, chain
 
-        for key, summary in run_chains(chains(), self.threads):
-            yield Computed(key, summary.row(), summary.columns)
+        for key, summary in run_chains(chains(), self.threads, channels=self.channels):
+            packed = {name: trace.packed() for name, trace in summary.channels.items()}
+            yield Computed(key, summary.row() | packed, summary.columns)
             while refused:
                 yield refused.popleft()
         yield from refused

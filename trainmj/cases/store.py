@@ -139,7 +139,7 @@ class Store:
             for _, *values in self._select(query, (key,)):
                 row = {n: v for n, v in zip(names, values, strict=True) if v is not None}
                 if any(isinstance(row.get(name), str) != (name in STATUS) for name in {*row, *STATUS}):
-                    raise OutputError(f"{self.file}: is damaged, or was changed by hand: start over with --fresh")
+                    raise damaged(self.file)
                 found[key] = row
         return found
 
@@ -219,6 +219,11 @@ class Store:
             text = str(error)
             said = next(said for word, said in _TROUBLES.items() if word in text)
             raise OutputError(f"{self.file}: {said.format(text)}") from None
+
+
+def damaged(file: Path) -> OutputError:
+    """What to raise where a store has something else than was kept."""
+    return OutputError(f"{file}: is damaged, or was changed by hand: start over with --fresh")
 
 
 def key_of(*content: Any) -> str:

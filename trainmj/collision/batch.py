@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from queue import SimpleQueue
@@ -22,6 +22,7 @@ import numpy.typing as npt
 from trainmj.collision import kernel
 from trainmj.collision.block import Layout, Tally, n_values
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.channels import traces_of
 from trainmj.collision.fields import Head
 from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
@@ -73,7 +74,7 @@ class _Size(NamedTuple):
 
 
 def run_chains(
-    cases: Iterable[tuple[Key, Chain]], threads: int = 0, places: int = PLACES
+    cases: Iterable[tuple[Key, Chain]], threads: int = 0, places: int = PLACES, *, channels: Sequence[str] = ()
 ) -> Iterator[tuple[Key, Summary]]:
     """Compute collisions side by side and yield each as it ends.
 
@@ -83,6 +84,7 @@ def run_chains(
         cases: a key of the caller's and the chain, taken as they are needed, by one thread at a time.
         threads: 0 for all cores.
         places: simulations side by side in each thread.
+        channels: those that each summary keeps, where the chain has them.
 
     Yields:
         The key and the numbers of each case, in the order in which they end.
@@ -91,9 +93,9 @@ def run_chains(
     queue = _Queue(cases)
     with kernel.installed():
         if threads == 1:
-            yield from _work(queue, places)
+            yield from _work(queue, places, channels)
         else:
-            yield from _in_threads(threads, queue, places)
+            yield from _in_threads(threads, queue, places, channels)
 
 
 def n_cores() -> int:
@@ -101,7 +103,7 @@ def n_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _work(queue: _Queue[Key], places: int) -> Iterator[tuple[Key, Summary]]:
+def _work(queue: _Queue[Key], places: int, channels: Sequence[str]) -> Iterator[tuple[Key, Summary]]:
     """Compute what is in a queue, one size after the other."""
     engines: dict[_Size, _Engine[Key]] = {}
     while (found := queue.fullest()) is not None:
@@ -109,18 +111,20 @@ def _work(queue: _Queue[Key], places: int) -> Iterator[tuple[Key, Summary]]:
         if size not in engines:
             if len(engines) == _ENGINES:
                 del engines[next(iter(engines))]
-            engines[size] = _Engine(chain, size, places)
+            engines[size] = _Engine(chain, size, places, channels)
         yield from engines[size].run(queue.take(size))
 
 
-def _in_threads(threads: int, queue: _Queue[Key], places: int) -> Iterator[tuple[Key, Summary]]:
+def _in_threads(
+    threads: int, queue: _Queue[Key], places: int, channels: Sequence[str]
+) -> Iterator[tuple[Key, Summary]]:
     """The same in several threads: while MuJoCo steps in one, Python prepares and measures in another."""
     ended: SimpleQueue[tuple[Key, Summary] | None] = SimpleQueue()
     stop = Event()
 
     def work() -> None:
         try:
-            for case in _work(queue, places):
+            for case in _work(queue, places, channels):
                 ended.put(case)
                 if stop.is_set():
                     return
@@ -185,7 +189,8 @@ class _Queue(Generic[Key]):
 class _Engine(Generic[Key]):
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
-    def __init__(self, chain: Chain, size: _Size, places: int) -> None:
+    def __init__(self, chain: Chain, size: _Size, places: int, channels: Sequence[str]) -> None:
+        self._channels = channels
         self.layout = Layout.of(chain, size.n_value, _RING)
         self._steps = _RING * size.steps_per_record
         rings = -(-size.n_records // _RING)
@@ -226,7 +231,7 @@ class _Engine(Generic[Key]):
                 if measured.jumped and not chain.refined:
                     again.append((key, replace(chain, refined=True)))
                 else:
-                    yield key, summary_of(measured)
+                    yield key, replace(summary_of(measured), channels=traces_of(measured, self._channels))
 
     def _load(self, place: int, chain: Chain) -> None:
         self._batch.state[place] = self._fresh_row

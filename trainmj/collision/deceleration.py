@@ -68,13 +68,41 @@ def cfc60_peak(time: Array, velocity: Array, cut: bool = False) -> Array:
     interval = float(time[1] - time[0])
     if interval > FILTER_INTERVAL:
         return np.full(velocity.shape[1], np.nan)
-    known = len(time) - 1
+    filtered = np.abs(_filtered(interval, velocity))
+    if cut:
+        filtered = filtered[:, : _known(interval, len(time))]
+    return np.asarray(filtered.max(axis=1)) if filtered.size else np.full(velocity.shape[1], np.nan)
+
+
+def cfc60(interval: float, velocity: Array, cut: bool = False) -> tuple[float, Array]:
+    """Acceleration behind the channel filter of :func:`cfc60_peak`, from the silence before the impact to that behind.
+
+    Args:
+        interval: between two records [s], at most 1/600.
+        velocity: (n_sample, n_vehicle) [m/s].
+        cut: whether the collision was cut off at the last record: it then ends where the silence behind does not reach.
+
+    Returns:
+        The first instant [s], half an interval off the records, and (n_vehicle, n) [m/s2] from there, an interval
+        apart.
+    """
+    quiet = int(np.ceil(_SILENCE / interval))
+    filtered = _filtered(interval, velocity)
+    end = _known(interval, len(velocity)) if cut else len(velocity) - 1 + quiet
+    return (0.5 - quiet) * interval, np.concatenate([filtered[:, -quiet:], filtered[:, :end]], axis=1)
+
+
+def _filtered(interval: float, velocity: Array) -> Array:
+    """(n_vehicle, n) filtered accelerations [m/s2], the silence behind the end, and that before the impact."""
+    known = len(velocity) - 1
     n = known + 2 * int(np.ceil(_SILENCE / interval))
     n = 1 << (n - 1).bit_length()
     corner = np.tan(np.pi * 60 * _J211 * interval)
     gain = 1.0 / (1.0 + (np.tan(np.pi * np.fft.rfftfreq(n)) / corner) ** 4)
     spectrum = np.fft.rfft(np.diff(velocity.T) / interval, n)
-    filtered = np.abs(np.fft.irfft(spectrum * gain, n))
-    if cut:
-        filtered = filtered[:, : max(0, known - int(np.ceil(_SETTLED / interval)))]
-    return np.asarray(filtered.max(axis=1)) if filtered.size else np.full(velocity.shape[1], np.nan)
+    return np.asarray(np.fft.irfft(spectrum * gain, n))
+
+
+def _known(interval: float, n_sample: int) -> int:
+    """How many filtered values the silence behind the last record does not reach."""
+    return max(0, n_sample - 1 - int(np.ceil(_SETTLED / interval)))

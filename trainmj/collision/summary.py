@@ -16,6 +16,7 @@ import numpy as np
 
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, order_of_vehicles
+from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
 from trainmj.collision.measured import UNSTABLE, Measured, Side
@@ -60,6 +61,7 @@ class Summary(Numbers):
         remarks: what is computed otherwise than one might read the scenario, a sentence each.
         responses: every response by the name of its column, in the order of tables: ``stroke_S1_M1_mm``.
         columns: what the responses are, by the same names.
+        channels: those that a batch was asked for, by name: ``velocity_M1_km_h``.
     """
 
     status: Status
@@ -70,6 +72,7 @@ class Summary(Numbers):
     remarks: tuple[str, ...]
     responses: Mapping[str, float] = field(repr=False)
     columns: Mapping[str, Column] = field(repr=False, compare=False)
+    channels: Mapping[str, Trace] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def not_valid(self) -> str:

@@ -1,7 +1,8 @@
 """From tables to observations: which value is wanted in which case of the scenario.
 
 A table is a CSV file beside the targets file, or rows in the file itself. What is wanted may be a sum of its columns:
-``TS_mm - stroke_M1_M2_mm + 0.5 * stroke_M2_M3_mm``.
+``TS_mm - stroke_M1_M2_mm + 0.5 * stroke_M2_M3_mm``. Channels of a test are a CSV file of one case, and each of their
+samples is an observation.
 """
 
 from __future__ import annotations
@@ -13,17 +14,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from trainmj.errors import InputError, close_match
 from trainmj.files.numbers import LARGEST
 from trainmj.files.tables import first_of_no_number, read_beside
 from trainmj.files.text import FORMULA
-from trainmj.identification.file import RowsData, TableData
+from trainmj.identification.file import MAX_VALUES, ChannelData, ChannelTarget, RowsData, TableData, TargetPart
 
 Row = dict[str, Any]
 Sum = dict[str, float]
 """Factor by name."""
 
 _MOST = 50  # terms
+_FEWEST = 4  # samples of a channel
 _RULE = "must be a number, or empty where there is none"
 _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d+(?:\.\d+)?(?:[eE][+-]?\d+)?)\s*\*\s*)?([A-Za-z_][A-Za-z0-9_]*)\s*")
 
@@ -36,26 +40,24 @@ class Observation:
     target: str  # name of the target
     case: Mapping[str, Any]  # values of the scenario, by parameter or path
     wanted: float  # in the unit of the response
+    time: float | None = None  # that of the test [s], of a sample of a channel
 
 
-def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Observation]:
-    """The observations in one table of the targets file; empty cells are skipped.
+def observations(name: str, part: TableData | RowsData | ChannelData, folder: Path) -> list[Observation]:
+    """The observations in one table of the targets file; empty cells are skipped, but not those of channels.
 
     Raises:
         InputError: without the place in the targets file, which the caller adds.
     """
+    if isinstance(part, ChannelData):
+        return _samples(name, part, folder)
     given = _given(part, folder)
     rows = _chosen(part, given.rows)
     heads = set(rows[0]) if rows else set()
     for column in part.cases:
         if column not in heads:
             raise InputError(f"cases: there is no column {column!r}{close_match(column, heads)}")
-    sums: dict[str, Sum] = {}
-    for target, text in part.values.items():
-        try:
-            sums[target] = parse_sum(text, heads)
-        except InputError as error:
-            raise InputError(f"values.{target} = {text!r}: {error}") from None
+    sums = {target: _sum(f"values.{target}", text, heads) for target, text in part.values.items()}
     numbers = [column for terms in sums.values() for column in terms]
     for columns, flaws in (([*part.where, *part.leave_out, *numbers], given.double), (numbers, given.words)):
         for column in columns:
@@ -71,6 +73,68 @@ def observations(name: str, part: TableData | RowsData, folder: Path) -> list[Ob
     if not found:
         raise InputError("has no values: every row is left out or empty")
     return found
+
+
+def _sum(key: str, text: str, heads: Iterable[str]) -> Sum:
+    try:
+        return parse_sum(text, heads)
+    except InputError as error:
+        raise InputError(f"{key} = {text!r}: {error}") from None
+
+
+def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
+    """The samples of channels, one channel after the other."""
+    said = f"channels {part.channels[:200]!a}"
+    table = read_beside(folder, part.channels, said)
+    sums = {key: _sum(key, text, table.columns) for key, text in (("time", part.time), *_named(part.values))}
+    try:
+        columns = {head: np.array(table.numbers(head)) for terms in sums.values() for head in terms}
+    except InputError as error:
+        raise InputError(f"{said}: {error}") from None
+    time, *values = (
+        np.sum([factor * columns[head] for head, factor in terms.items()], axis=0) for terms in sums.values()
+    )
+    if (back := np.flatnonzero(np.diff(time) <= 0.0)).size:
+        rows, head = (int(back[0]), int(back[0]) + 1), next(iter(sums["time"]))
+        rule = f"times must increase: {time[rows[0]]:.9g} s comes before it"
+        raise InputError(f"{said}: {table.said(rows[1], head)}: {rule}")
+    first, last = part.between_s or (-math.inf, math.inf)
+    used = np.flatnonzero((time >= first) & (time <= last))
+    if used.size < _FEWEST:
+        of_all = f"of its {time.size} times, from {time[0]:.6g} to {time[-1]:.6g} s, {used.size} are used"
+        raise InputError(f"{said}: a channel needs {_FEWEST} times or more: {of_all}")
+    if (n := used.size * len(values)) > MAX_VALUES:
+        raise InputError(f"{said}: has {n} values, more than {MAX_VALUES}: leave samples out, or use fewer (between_s)")
+    return [
+        Observation(name, target, part.set, float(wanted[k]), float(time[k]))
+        for target, wanted in zip(part.values, values, strict=True)
+        for k in used
+    ]
+
+
+def _named(values: Mapping[str, str]) -> list[tuple[str, str]]:
+    return [(f"values.{target}", text) for target, text in values.items()]
+
+
+def channels_of(found: Sequence[Observation]) -> dict[tuple[str, str], list[int]]:
+    """The places of the samples of each channel among observations, by data and target."""
+    channels: dict[tuple[str, str], list[int]] = {}
+    for k, o in enumerate(found):
+        if o.time is not None:
+            channels.setdefault((o.data, o.target), []).append(k)
+    return channels
+
+
+def shares(found: Sequence[Observation], targets: Mapping[str, TargetPart | ChannelTarget]) -> list[float]:
+    """As how many independent values each observation counts: one, but a channel counts as a whole."""
+    result = [1.0] * len(found)
+    for (_, target), places in channels_of(found).items():
+        part = targets.get(target)
+        if isinstance(part, ChannelTarget):
+            share = part.share([found[k].time or 0.0 for k in places])
+            for k in places:
+                result[k] = share
+    return result
 
 
 @dataclass(frozen=True)

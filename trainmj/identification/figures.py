@@ -1,12 +1,13 @@
-"""Figures of an identification: deviations, correlations between the parameters, and the search."""
+"""Figures of an identification: deviations, channels, correlations between the parameters, and the search."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.output.style import BLUE, GREY, ORANGE, PALETTE, diverging, figure
+from trainmj.output.style import BLUE, GREY, ORANGE, PALETTE, diverging, figure, grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 _MOST_WRITTEN = 16  # parameters whose correlations are written into their cells
 _MOST_IN_COLUMN = 6
+_MOST_PANELS = 12  # channels in a figure
 
 
 def residuals(found: Found) -> Figure:
@@ -74,8 +76,28 @@ def correlations(found: Found) -> Figure:
     return picture
 
 
-def search(found: Found) -> Figure:
-    """The smallest misfit so far over the steps of the search."""
+def channels(found: Found) -> Figure | None:
+    """Each channel of the tests and the simulation over time; None if there are none."""
+    of = [(role, channel) for role in found.samples for channel in found.channels(role)]
+    if not of:
+        return None
+    picture, panels = grid(min(len(of), _MOST_PANELS), 42.0, most=2, narrowest=70.0)
+    for axes, (role, channel) in zip(panels, of, strict=False):
+        axes.plot(channel.time, channel.wanted, color=GREY, linewidth=2.4, alpha=0.6, label="test")
+        axes.plot(channel.time, channel.found, color=BLUE, label="simulation")
+        axes.set_title(channel.title + ", held out" * (role != "fitted"), loc="left")
+        axes.set_ylabel(channel.target.unit)
+        axes.set_xlabel("time of the test (s)")
+    more = f"; the first {_MOST_PANELS} of {len(of)}" if len(of) > _MOST_PANELS else ""
+    picture.suptitle(f"Channels{more}", x=0.01, ha="left", fontweight="bold")
+    picture.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    return picture
+
+
+def search(found: Found) -> Figure | None:
+    """The smallest misfit so far over the steps of the search; None if there was none."""
+    if not found.way:
+        return None
     picture = figure("column")
     axes = picture.subplots()
     for colour, (phase, (steps, costs)) in zip(PALETTE, found.phases().items(), strict=False):
@@ -86,5 +108,10 @@ def search(found: Found) -> Figure:
     return picture
 
 
-FIGURES = {"residuals": residuals, "correlations": correlations, "search": search}
+FIGURES: dict[str, Callable[[Found], Figure | None]] = {
+    "residuals": residuals,
+    "channels": channels,
+    "correlations": correlations,
+    "search": search,
+}
 """Every figure by the name of its file; draw under :func:`trainmj.output.style.styled`."""

@@ -1,11 +1,13 @@
 """The targets file as checked parts: what each key may hold, before names are looked up in scenario and tables.
 
-Names of parameters, targets and data are the user's; a response is a sum of columns of :func:`trainmj.run_cases`.
+Names of parameters, targets and data are the user's; a response is a sum of columns of :func:`trainmj.run_cases`, a
+channel one of those of :mod:`trainmj.collision.channels`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -26,6 +28,7 @@ from trainmj.files.parts import (
 )
 from trainmj.files.source import Path
 from trainmj.scenario.ranges import Step
+from trainmj.units import MS
 
 MAX_PARAMETERS = 200
 MAX_VALUES = 10_000
@@ -102,6 +105,21 @@ class CurvePart(Part):
     )
 
 
+class OffsetPart(Part):
+    """The time offset between channels of a test and the simulation, sought with the other parameters."""
+
+    offset: Annotated[
+        str | Annotated[list[str], Field(min_length=1)], Either(said="the name of channels in data, or a list of names")
+    ] = Field(description="entry of data whose times it shifts, or several that have one clock")
+    bounds: Bounds = Field(description="smallest and largest offset [ms], as offset_ms of the entry")
+    start: Number | None = Field(default=None, description="by default the offset_ms of the entry [ms]")
+
+    @property
+    def shifted(self) -> list[str]:
+        """The entries whose times it shifts."""
+        return [self.offset] if isinstance(self.offset, str) else self.offset
+
+
 class AreaPart(Part):
     """An equality that every trial meets: the area under a curve, by one of the parameters."""
 
@@ -123,10 +141,7 @@ class BarsPart(Part):
     bias: Amount | None = Field(default=None, description="largest mean of the deviations")
 
 
-class TargetPart(Part):
-    """A response that has values to meet."""
-
-    response: str = Field(description="a column of the simulation's results, or a sum such as TS_mm - stroke_M1_M2_mm")
+class _Target(Part):
     tolerance: Amount = Field(description="standard deviation of a value, in its unit or as in 1 %")
     weight: NotNegative = Field(
         default=1.0, description="counts this much more than its tolerance says; 0 is only reported"
@@ -134,12 +149,43 @@ class TargetPart(Part):
     bars: BarsPart = Field(default=BarsPart(), description="what the fit must keep")
 
 
-class _Data(Part):
-    where: dict[str, Any] = Field(
-        default_factory=dict, description="rows that are used, by values of columns; a list for any of them"
+class TargetPart(_Target):
+    """A response that has values to meet."""
+
+    response: str = Field(description="a column of the simulation's results, or a sum such as TS_mm - stroke_M1_M2_mm")
+
+    @property
+    def asked(self) -> tuple[str, str]:
+        """Key and text of what has values to meet."""
+        return "response", self.response
+
+
+class ChannelTarget(_Target):
+    """A channel that has values over time to meet; its root mean square deviation counts as one value."""
+
+    channel: str = Field(
+        description="velocity_M1_km_h, acceleration_cfc60_M1_g or that of another vehicle, or a sum of these"
     )
-    leave_out: dict[str, Any] = Field(default_factory=dict, description="rows that are left out, likewise")
-    cases: dict[str, str] = Field(default_factory=dict, description="column: parameter or path of the scenario")
+    tolerance: Positive = Field(description="standard deviation of its values, in their unit")
+    independent_ms: Positive | None = Field(
+        default=None,
+        description="time after which deviations are independent [ms]: the channel counts as one value for each; by "
+        "default it counts as one",
+    )
+
+    @property
+    def asked(self) -> tuple[str, str]:
+        """Key and text of what has values to meet."""
+        return "channel", self.channel
+
+    def share(self, time: Sequence[float]) -> float:
+        """As how many values each sample counts, where these are the times of all (n,) [s]."""
+        span = (time[-1] - time[0]) / MS
+        count = 1.0 if self.independent_ms is None else min(max(1.0, span / self.independent_ms), float(len(time)))
+        return count / len(time)
+
+
+class _Data(Part):
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case of this table")
     values: Annotated[dict[Name, str], Field(min_length=1)] = Field(
         description="target: column, or a sum of columns such as TS_mm - coupler_mm"
@@ -151,7 +197,15 @@ class _Data(Part):
         return []
 
 
-class TableData(_Data):
+class _Rows(_Data):
+    where: dict[str, Any] = Field(
+        default_factory=dict, description="rows that are used, by values of columns; a list for any of them"
+    )
+    leave_out: dict[str, Any] = Field(default_factory=dict, description="rows that are left out, likewise")
+    cases: dict[str, str] = Field(default_factory=dict, description="column: parameter or path of the scenario")
+
+
+class TableData(_Rows):
     """Values in a CSV table with a row for each case, or in several tables joined by the columns of the cases."""
 
     table: Annotated[
@@ -164,7 +218,7 @@ class TableData(_Data):
         return [self.table] if isinstance(self.table, str) else self.table
 
 
-class RowsData(_Data):
+class RowsData(_Rows):
     """Values in the targets file itself."""
 
     rows: Annotated[list[dict[str, Any]], Field(min_length=1, max_length=MAX_VALUES)] = Field(
@@ -172,7 +226,24 @@ class RowsData(_Data):
     )
 
 
-DataPart = Annotated[TableData | RowsData, Either()]
+class ChannelData(_Data):
+    """Channels of one test in a CSV file: a column of times, and one for each channel."""
+
+    channels: str = Field(description="CSV file beside this one")
+    time: str = Field(description="column of its times [s], or a sum such as 0.001 * time_ms")
+    offset_ms: Number = Field(
+        default=0.0, description="added to these times, it gives those of the simulation, which begins at 0 [ms]"
+    )
+    between_s: Bounds | None = Field(default=None, description="first and last of its times that are used [s]")
+    set: dict[str, Any] = Field(default_factory=dict, description="values of the scenario in this test")
+
+    @property
+    def files(self) -> list[str]:
+        """Names of the files that it is read from."""
+        return [self.channels]
+
+
+DataPart = Annotated[TableData | RowsData | ChannelData, Either()]
 
 
 class ExplorePart(Part):
@@ -238,11 +309,12 @@ class TargetsFile(Part, title="targets file"):
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     parameters: Annotated[
-        dict[Name, Annotated[ParameterPart | CurvePart, Either()]], Field(min_length=1, max_length=MAX_PARAMETERS)
-    ] = Field(description="values and curves that are sought, by name")
+        dict[Name, Annotated[ParameterPart | CurvePart | OffsetPart, Either()]],
+        Field(min_length=1, max_length=MAX_PARAMETERS),
+    ] = Field(description="values, curves and time offsets that are sought, by name")
     constraints: dict[Name, AreaPart] = Field(default_factory=dict, description="equalities that every trial meets")
-    targets: Annotated[dict[Name, TargetPart], Field(min_length=1)] = Field(
-        description="responses that have values to meet, by name"
+    targets: Annotated[dict[Name, Annotated[TargetPart | ChannelTarget, Either()]], Field(min_length=1)] = Field(
+        description="responses and channels that have values to meet, by name"
     )
     data: Annotated[dict[Name, DataPart], Field(min_length=1)] = Field(description="the values, table by table")
     held_out: dict[Name, DataPart] = Field(default_factory=dict, description="likewise; reported, never fitted")
@@ -256,6 +328,14 @@ class TargetsFile(Part, title="targets file"):
         """The parameters that are curves."""
         return {name: part for name, part in self.parameters.items() if isinstance(part, CurvePart)}
 
-    def tables(self) -> list[tuple[Path, TableData | RowsData]]:
+    def offsets(self) -> dict[str, OffsetPart]:
+        """The parameters that are time offsets."""
+        return {name: part for name, part in self.parameters.items() if isinstance(part, OffsetPart)}
+
+    def tables(self) -> list[tuple[Path, TableData | RowsData | ChannelData]]:
         """Every entry of data and held_out, with its place."""
         return [((key, name), part) for key in ("data", "held_out") for name, part in getattr(self, key).items()]
+
+    def channels(self) -> dict[str, ChannelData]:
+        """The entries that are channels."""
+        return {str(at[1]): part for at, part in self.tables() if isinstance(part, ChannelData)}

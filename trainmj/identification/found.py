@@ -32,6 +32,34 @@ OPEN = "not determined"
 
 
 @dataclass(frozen=True)
+class Fitted:
+    """A channel of a test beside the simulation with the values found."""
+
+    data: str  # name of the test
+    target: Target
+    time: Array  # (n,) of the test [s]
+    wanted: Array  # (n,) its values
+    found: Array  # (n,) those of the simulation; NaN where there is none
+    count: float  # as how many values it counts
+
+    @property
+    def title(self) -> str:
+        """What it is: test, target."""
+        return f"{self.data}: {self.target.name}"
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of its deviations."""
+        return float(np.sqrt(np.mean((self.found - self.wanted) ** 2)))
+
+    @property
+    def note(self) -> str:
+        """How well it is met, and what it counts, in words."""
+        rms = f"{self.rms:.3g} {self.target.unit} rms, tolerance {self.target.part.tolerance}"
+        return f"{rms}; counts as {self.count:.3g} value{'s' * (self.count != 1.0)}"
+
+
+@dataclass(frozen=True)
 class Found:
     """What an identification found.
 
@@ -62,9 +90,27 @@ class Found:
         """The scenario with the values found."""
         return self.plan.scenario.with_values(self.plan.unknowns.changes(self.point.value))
 
+    def channels(self, role: str) -> list[Fitted]:
+        """The channels that were fitted, or held out."""
+        sample, found = self.samples[role]
+        return [
+            Fitted(
+                data,
+                self.plan.targets[sample.target[places[0]]],
+                sample.time[places],
+                sample.wanted[places],
+                found[places],
+                float(sample.share[places].sum()),
+            )
+            for (data, _), places in sample.channels.items()
+        ]
+
     @cached_property
     def residuals(self) -> pd.DataFrame:
-        """A row for each value that was wanted: its case, what was found, and how far it may deviate."""
+        """A row for each value that was wanted: its case, what was found, and how far it may deviate.
+
+        Samples of channels have a time, which is that of the test.
+        """
         import pandas as pd
 
         samples = [sample for sample, _ in self.samples.values()]
@@ -75,8 +121,12 @@ class Found:
         wanted = np.concatenate([sample.wanted for sample in samples])
         allowed = np.concatenate([np.where(np.isfinite(s.bar), s.bar, s.tolerance) for s in samples])
         off = found - wanted
-        percent = np.divide(100.0 * off, wanted, out=np.full(off.size, np.nan), where=wanted != 0)
+        time = np.concatenate([sample.time for sample in samples])
+        no_part = np.isfinite(time) | (wanted == 0)  # a channel passes 0
+        percent = np.divide(100.0 * off, wanted, out=np.full(off.size, np.nan), where=~no_part)
         head = pd.DataFrame({"role": role, "data": [o.data for o in observations]})
+        if np.isfinite(time).any():
+            head["time_s"] = time
         cases = pd.DataFrame([o.case for o in observations])
         values = {
             "target": [target.name for target in targets],
@@ -119,7 +169,7 @@ class Found:
                 "start": [p.start for p in unknowns.parameters],
                 "determined": known.determined,
                 "remark": [self._remark(k) for k in range(log.size)],
-                "sets": [" ".join(s.path for s in p.settings) for p in unknowns.parameters],
+                "sets": [" ".join(p.meant) if p.settings else ", ".join(p.meant) for p in unknowns.parameters],
             }
         )
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from trainmj.cases.engine import Case, Computed, Local, Row
 from trainmj.cases.runner import rows_of
-from trainmj.cases.store import Store, key_of
+from trainmj.cases.store import Store, damaged, key_of
 from trainmj.cases.table import STATUS
+from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
 from trainmj.collision.status import UNUSABLE
 from trainmj.identification.plan import Identification, at_step
@@ -30,6 +31,13 @@ _LARGEST = 1e5  # residual of one that can: its powers stay finite
 _INSIDE = 0.95  # fraction of a bar beyond which a value is pushed back
 
 
+class Simulated(NamedTuple):
+    """What trials have given in m cases."""
+
+    responses: Array  # (n_trial, m, n_column)
+    traces: list[list[Mapping[str, Trace]]]  # [n_trial][m], the channels by name
+
+
 @dataclass
 class Trials:
     """Simulates trials in a fixed list of m cases; the numbers do not depend on threads."""
@@ -39,14 +47,17 @@ class Trials:
     columns: Sequence[str]  # of the results that are kept
     store: Store  # keeps every case of every trial
     threads: int = 0  # native threads; 0 for all cores
+    channels: Sequence[str] = ()  # that are kept
     progress: Callable[[int], None] = lambda finished: None  # told of trials that just finished, those in the store too
     simulated: int = field(default=0, init=False)  # trials that were not in the store
 
     def __post_init__(self) -> None:
         """Nothing is simulated yet."""
-        self._engine = Local(self.scenario, self.threads)
+        self._engine = Local(self.scenario, self.threads, self.channels)
 
-    def __call__(self, trials: Sequence[Case], step: float | None = None, places: Sequence[int] | None = None) -> Array:
+    def __call__(
+        self, trials: Sequence[Case], step: float | None = None, places: Sequence[int] | None = None
+    ) -> Simulated:
         """Simulate trials, each given by what it sets in the scenario.
 
         Args:
@@ -55,8 +66,8 @@ class Trials:
             places: of the cases that are simulated, m of them; all if None.
 
         Returns:
-            (n_trial, m, n_column) responses; NaN in a case that breaks a rule, is unstable or not valid, or lacks the
-            response.
+            Their responses, NaN in a case that breaks a rule, is unstable or not valid, or lacks the response, and the
+            channels of the other cases.
         """
         cases = self.cases if places is None else [self.cases[k] for k in places]
         fine = {} if step is None else at_step(self.scenario, step)
@@ -64,19 +75,22 @@ class Trials:
         keys = []
         for changes in trials:
             made = [{**changes, **case, **fine} for case in cases]
-            keys.append([key_of(self.columns, case) for case in made])
+            keys.append([key_of([*self.columns, *self.channels], case) for case in made])
             wanted |= zip(keys[-1], made, strict=True)
         computed: set[str] = set()
 
         def keep(case: Computed) -> Row:
             computed.add(case.key)
-            return {name: case.row[name] for name in (*STATUS, *self.columns) if name in case.row}
+            return {name: case.row[name] for name in (*STATUS, *self.columns, *self.channels) if name in case.row}
 
         rows = rows_of(self.store, self._engine, wanted, keep)
         self.simulated += len({tuple(trial) for trial in keys if not computed.isdisjoint(trial)})
         self.progress(len(trials))
         found = np.array([self._responses([rows[key] for key in trial]) for trial in keys])
-        return found.reshape(len(trials), len(cases), len(self.columns))
+        return Simulated(
+            found.reshape(len(trials), len(cases), len(self.columns)),
+            [[self._traces(rows[key]) for key in trial] for trial in keys],
+        )
 
     def _responses(self, rows: Sequence[Mapping[str, Any]]) -> Array:
         """The responses (m, n_column) of one trial."""
@@ -84,13 +98,22 @@ class Trials:
         found[[row["status"] in UNUSABLE for row in rows]] = np.nan
         return np.where(np.isfinite(found), found, np.nan)
 
+    def _traces(self, row: Mapping[str, Any]) -> dict[str, Trace]:
+        """The channels of one case."""
+        if row["status"] in UNUSABLE:
+            return {}
+        try:
+            return {name: Trace.unpacked(row[name]) for name in self.channels if name in row}
+        except (TypeError, ValueError):
+            raise damaged(self.store.file) from None
+
 
 @dataclass
 class Misfit:
     """Residuals over the unit cube of an identification.
 
-    A residual is (found - wanted) / tolerance * weight. A value beyond 95 % of its bar adds a second one, a constraint
-    that is missed one more.
+    A residual is (found - wanted) / tolerance * weight; those of a channel are smaller: all of them count as its target
+    states. A value beyond 95 % of its bar adds a second one, a constraint that is missed one more.
     """
 
     plan: Identification
@@ -106,7 +129,8 @@ class Misfit:
         """Nothing is simulated yet."""
         self._sample, self._cases = sample, _ = self.plan.fitted.some(self.cases)
         self._counted = sample.weight > 0
-        self._scale = np.divide(sample.weight, sample.tolerance)
+        self._share = sample.share ** (1.0 / self.norm)  # a channel's residuals add up to those of what it counts
+        self._scale = np.divide(sample.weight, sample.tolerance) * self._share
         self._barred = np.isfinite(sample.bar) & self._counted & self.bars
 
     def residuals(self, units: Sequence[Array]) -> Array:
@@ -127,14 +151,14 @@ class Misfit:
     def of_points(self, points: Sequence[Point]) -> Array:
         """Plain residuals (k, n_residual) of trials, as one batch."""
         plan, sample = self.plan, self._sample
-        responses = self.trials([plan.unknowns.changes(p.value) for p in points], self.step, self._cases)
-        off = plan.found(sample, responses) - sample.wanted
+        simulated = self.trials([plan.unknowns.changes(p.value) for p in points], self.step, self._cases)
+        off = plan.found(sample, simulated, points) - sample.wanted
         off[np.isnan(off[:, self._counted]).any(axis=1)] = np.nan  # a trial that lacks a value is refused as a whole
         beyond = np.maximum(0.0, np.abs(off[:, self._barred]) / sample.bar[self._barred] - _INSIDE)
         missed = np.array([p.missed for p in points]).reshape(len(points), -1)
         parts = [
             (off * self._scale)[:, self._counted],
-            plan.spec.method.bar_weight * np.sign(off[:, self._barred]) * beyond,
+            plan.spec.method.bar_weight * np.sign(off[:, self._barred]) * beyond * self._share[self._barred],
             missed,
         ]
         return np.asarray(np.nan_to_num(np.clip(np.concatenate(parts, axis=1), -_LARGEST, _LARGEST), nan=REFUSED))

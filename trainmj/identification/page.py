@@ -12,8 +12,8 @@ from trainmj.identification.found import FOUND, Found
 from trainmj.identification.uncertainty import MEANING
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.plot import axes, dots, line
-from trainmj.output.style import styled
+from trainmj.output.plot import GREY, axes, dots, line
+from trainmj.output.style import BLUE, styled
 from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 
@@ -51,7 +51,7 @@ def command_of(targets: str, found: Found) -> str:
 def _outcome(section: Section, found: Found) -> None:
     known = found.known
     misfit = f"{known.chi2:.3g}" if np.isfinite(known.chi2) else "–"
-    note = f"per degree of freedom ({known.freedom}); about 1 if the tolerances are right"
+    note = f"per degree of freedom ({known.freedom:g}); about 1 if the tolerances are right"
     cards = [Card("Misfit", misfit, note=note)]
     for role in found.samples:
         of = found.fit[found.fit["role"] == role]
@@ -68,7 +68,17 @@ def _outcome(section: Section, found: Found) -> None:
 
 def _fit(section: Section, found: Found, role: str) -> None:
     section.table(tables.fit(found, role))
-    table = found.residuals[found.residuals["role"] == role]
+    for channel in found.channels(role):
+        unit = channel.target.unit
+        traces = [
+            line("test", channel.time, channel.wanted, unit, GREY, 4.0, opacity=0.5),
+            line("simulation", channel.time, channel.found, unit, BLUE),
+        ]
+        layout = axes("time of the test", "s", channel.target.name, unit)
+        section.plot(traces, layout, title=channel.title, note=f"{channel.note}.", height=260, half=True)
+    table = tables.single_values(found, role)
+    if table.empty:
+        return
     ratio = (table["deviation"] / table["allowed"]).to_numpy()
     section.plot(
         [dots(role, ratio, table["target"].tolist(), texts=[_said(found, row) for row in tables.rows_of(table)])],

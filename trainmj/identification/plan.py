@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.channels import channels_of as channels_of_chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, in_place_of, no_number
@@ -19,22 +20,33 @@ from trainmj.files.kinds import TARGETS
 from trainmj.files.resources import find_file
 from trainmj.files.source import Problem, Source, source_of
 from trainmj.files.yaml import read_yaml
-from trainmj.identification.data import Observation, Sum, cases_of, observations, parse_sum
-from trainmj.identification.file import TargetPart, TargetsFile, absolute
+from trainmj.identification.data import Observation, Sum, cases_of, channels_of, observations, parse_sum, shares
+from trainmj.identification.file import ChannelTarget, TargetPart, TargetsFile, absolute
 from trainmj.identification.rules import broken_rules
-from trainmj.identification.unknowns import Unknowns
+from trainmj.identification.unknowns import Point, Unknowns
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
+from trainmj.units import MS
+
+if TYPE_CHECKING:
+    from trainmj.identification.misfit import Simulated
+
+_ROUNDING = 1e-9  # of times [s]
 
 
 @dataclass(frozen=True)
 class Target:
-    """A response that has values to meet."""
+    """A response or a channel that has values to meet."""
 
     name: str  # the user's
-    terms: Sum  # the columns of the results that add up to it
-    unit: str  # of the response
-    part: TargetPart  # its entry in the file
+    terms: Sum  # the columns of the results, or the channels, that add up to it
+    unit: str  # of its values
+    part: TargetPart | ChannelTarget  # its entry in the file
+
+    @property
+    def is_channel(self) -> bool:
+        """Whether it has values over time."""
+        return isinstance(self.part, ChannelTarget)
 
 
 @dataclass(frozen=True)
@@ -49,6 +61,8 @@ class Sample:
     tolerance: Array  # (n,) standard deviations
     weight: Array  # (n,) by which residuals are multiplied
     bar: Array  # (n,) largest deviations allowed; infinite where none is stated
+    time: Array  # (n,) of the test [s]; NaN for what is no sample of a channel
+    share: Array  # (n,) as how many values it counts: 1, but samples of a channel count together
 
     @classmethod
     def of(cls, found: Sequence[Observation], targets: tuple[Target, ...]) -> Sample:
@@ -65,7 +79,14 @@ class Sample:
             np.array([absolute(part.tolerance, wanted) for part, wanted in parts]),
             np.array([part.weight for part, _ in parts]),
             np.array([absolute(part.bars.each, wanted) for part, wanted in parts]),
+            np.array([np.nan if o.time is None else o.time for o in found]),
+            np.array(shares(found, {t.name: t.part for t in targets})),
         )
+
+    @cached_property
+    def channels(self) -> dict[tuple[str, str], np.ndarray]:
+        """The places of the samples of each channel, by data and target."""
+        return {key: np.array(places) for key, places in channels_of(self.observations).items()}
 
     def __len__(self) -> int:
         """How many observations there are."""
@@ -80,7 +101,10 @@ class Sample:
             tuple(o for o, kept in zip(self.observations, keep, strict=True) if kept),
             tuple(self.cases[k] for k in chosen),
             np.searchsorted(chosen, self.case[keep]),
-            *(values[keep] for values in (self.target, self.wanted, self.tolerance, self.weight, self.bar)),
+            *(
+                values[keep]
+                for values in (self.target, self.wanted, self.tolerance, self.weight, self.bar, self.time, self.share)
+            ),
         )
         return sample, tuple(chosen.tolist())
 
@@ -126,24 +150,43 @@ class Identification:
     @cached_property
     def columns(self) -> tuple[str, ...]:
         """The columns of the results that the targets need."""
-        return tuple(sorted({column for t in self.targets for column in t.terms}))
+        return tuple(sorted({column for t in self.targets if not t.is_channel for column in t.terms}))
 
-    def found(self, sample: Sample, responses: Array) -> Array:
+    @cached_property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that the targets need."""
+        return tuple(sorted({channel for t in self.targets if t.is_channel for channel in t.terms}))
+
+    def shifts(self, values: Array) -> dict[str, float]:
+        """What is added to the times of each test, by the name of its data [s], for values of the parameters."""
+        shifts = {name: part.offset_ms * MS for name, part in self.spec.channels().items()}
+        found = zip(self.unknowns.parameters, values, strict=True)
+        return shifts | {name: float(value) * MS for p, value in found for name in p.shifts}
+
+    def found(self, sample: Sample, simulated: Simulated, points: Sequence[Point]) -> Array:
         """Values of the observations of a sample.
 
         Args:
             sample: n observations of m cases.
-            responses: (..., m, n_column) of its cases.
+            simulated: what k trials have given in its cases.
+            points: these trials.
 
         Returns:
-            (..., n).
+            (k, n); NaN where there is none.
         """
         mix = np.zeros((len(self.targets), len(self.columns)))
         for k, t in enumerate(self.targets):
-            for column, factor in t.terms.items():
+            for column, factor in t.terms.items() if not t.is_channel else ():
                 mix[k, self.columns.index(column)] = factor
-        rows, used = np.asarray(responses)[..., sample.case, :], mix[sample.target]
-        return np.asarray(np.sum(np.where(used != 0, rows * used, 0.0), axis=-1))  # NaN is that of its own target
+        rows, used = simulated.responses[:, sample.case, :], mix[sample.target]
+        found = np.asarray(np.sum(np.where(used != 0, rows * used, 0.0), axis=-1))  # NaN is that of its own target
+        for (data, _), places in sample.channels.items():
+            terms, case = self.targets[sample.target[places[0]]].terms, sample.case[places[0]]
+            for values, traces, point in zip(found, simulated.traces, points, strict=True):
+                there, time = traces[case], sample.time[places] + self.shifts(point.value)[data]
+                each = [factor * there[name].at(time) if name in there else np.nan for name, factor in terms.items()]
+                values[places] = sum(each)
+        return found
 
 
 def load_targets(file: str | Path) -> Identification:
@@ -188,9 +231,11 @@ def _checked(source: Source) -> Identification:
     chains = _chains([*fitted, *held_out], start)
     targets = tuple(_target(name, part, chains, source) for name, part in spec.targets.items())
     samples = Sample.of(fitted, targets), Sample.of(held_out, targets)
-    _check_steps(spec, targets, samples[0], start, source)
     read = [name for _, part in spec.tables() for name in part.files]
-    return Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read))
+    plan = Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read))
+    _check_times(plan, start)
+    _check_steps(spec, targets, samples[0], start, source)
+    return plan
 
 
 def at_step(scenario: Scenario, step: float) -> dict[str, float]:
@@ -221,21 +266,59 @@ def _lined_up(start: Scenario, case: Mapping[str, Any]) -> Chain:
         raise InputError(f"start values, the case {dict(case)}: {error}") from None
 
 
-def _target(name: str, part: TargetPart, chains: Chains, source: Source) -> Target:
-    """A target, its response looked up in every case that has a value for it."""
-    terms = parse_sum(part.response)
+def _target(name: str, part: TargetPart | ChannelTarget, chains: Chains, source: Source) -> Target:
+    """A target, its response or channel looked up in every case that has a value for it."""
+    key, text = part.asked
+    terms = parse_sum(text)
     for case, chain in chains[name]:
-        columns = columns_of(chain)
+        known = _known(part, chain)
         for column in terms:
-            if column not in columns:
-                rule = f"there is no response {column!r} in the case {dict(case)}{in_place_of(column, columns)}"
-                raise source.error(rule, "targets", name, "response")
-            if (unit := columns[column].unit) != (first := columns[next(iter(terms))].unit):
-                rule = f"adds {column} in {unit or 'no unit'} to a response in {first or 'no unit'}"
-                raise source.error(rule, "targets", name, "response")
-            if reason := no_number(columns[column], chain):
-                raise source.error(f"{reason}, in the case {dict(case)}", "targets", name, "response")
-    return Target(name, terms, columns[next(iter(terms))].unit, part)
+            if column not in known:
+                rule = f"there is no {key} {column!r} in the case {dict(case)}{in_place_of(column, known)}"
+                raise source.error(rule, "targets", name, key)
+            if (unit := known[column][0]) != (first := known[next(iter(terms))][0]):
+                rule = f"adds {column} in {unit or 'no unit'} to a {key} in {first or 'no unit'}"
+                raise source.error(rule, "targets", name, key)
+            if reason := known[column][1](chain):
+                raise source.error(f"{reason}, in the case {dict(case)}", "targets", name, key)
+    return Target(name, terms, known[next(iter(terms))][0], part)
+
+
+def _known(part: TargetPart | ChannelTarget, chain: Chain) -> dict[str, tuple[str, Callable[[Chain], str]]]:
+    """Unit of every response or channel of a chain by name, and what says why it is no number with its records."""
+    if isinstance(part, ChannelTarget):
+        return {name: (channel.unit, channel.no_number) for name, (channel, _) in channels_of_chain(chain).items()}
+    return {name: (column.unit, partial(no_number, column)) for name, column in columns_of(chain).items()}
+
+
+def _check_times(plan: Identification, start: Scenario) -> None:
+    """Refuse times of channels that no simulation can have, and samples finer than its records."""
+    shifts = plan.shifts(plan.unknowns.start().value)
+    for key, sample in (("data", plan.fitted), ("held_out", plan.held_out)):
+        for (data, _), places in sample.channels.items():
+            chain = _lined_up(start, sample.cases[sample.case[places[0]]])
+            time = sample.time[places] + shifts[data]
+            rule = ""
+            if time[0] < -_ROUNDING:
+                rule = f"its times begin {-time[0]:.6g} s before the simulation"
+            elif time[-1] > chain.time_limit + _ROUNDING:
+                rule = f"its times end at {time[-1]:.6g} s, and simulation.time_limit_s is {chain.time_limit:g}"
+            if rule:
+                cure = "times are in s (time: 0.001 * time_ms for a column in ms); use those that it has (between_s)"
+                raise plan.source.error(f"{rule}: {cure}, or shift them (offset_ms)", key, data, "channels")
+            if finer := _finer(time, chain):
+                raise plan.source.error(f"{finer}: set that in set, or leave samples out", key, data, "channels")
+
+
+def _finer(time: Array, chain: Chain) -> str:
+    """What is wrong with samples (n,) that are finer than the records of a chain, and the cure."""
+    between = (time[-1] - time[0]) / (len(time) - 1)
+    if between >= chain.record_interval * (1 - 1e-3):
+        return ""
+    return (
+        f"samples are {between / MS:.4g} ms apart, finer than simulation.record_every_ms = "
+        f"{chain.record_interval / MS:g}: take at most {between / MS:.4g}"
+    )
 
 
 def _check_steps(spec: TargetsFile, targets: Sequence[Target], fitted: Sample, start: Scenario, source: Source) -> None:
@@ -248,8 +331,11 @@ def _check_steps(spec: TargetsFile, targets: Sequence[Target], fitted: Sample, s
             except InputError as error:
                 rule = f"at the start values, in the case {dict(case)}: {error}"
                 raise source.error(rule, "method", key, "step_ms") from None
-            columns = columns_of(chain)
             for target in targets:
+                known = _known(target.part, chain)
                 for column in target.terms:
-                    if target.part.weight > 0 and column in columns and (reason := no_number(columns[column], chain)):
+                    if target.part.weight > 0 and column in known and (reason := known[column][1](chain)):
                         raise source.error(f"targets.{target.name}: {reason}", "method", key, "step_ms")
+            for (data, _), places in fitted.channels.items():
+                if finer := _finer(fitted.time[places], chain):
+                    raise source.error(f"data.{data}: {finer}", "method", key, "step_ms")

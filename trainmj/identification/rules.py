@@ -10,18 +10,30 @@ import numpy as np
 from trainmj.collision.envelope import Array
 from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem, no_such
-from trainmj.identification.data import Observation, parse_sum
-from trainmj.identification.file import MAX_PARAMETERS, MAX_VALUES, CurvePart, ParameterPart, TargetsFile, absolute
-from trainmj.identification.sought import curve_points, members, settings_of, single, start_of
+from trainmj.identification.data import Observation, channels_of, parse_sum, shares
+from trainmj.identification.file import (
+    MAX_PARAMETERS,
+    MAX_VALUES,
+    ChannelData,
+    ChannelTarget,
+    CurvePart,
+    OffsetPart,
+    ParameterPart,
+    TargetPart,
+    TargetsFile,
+    absolute,
+)
+from trainmj.identification.sought import curve_points, members, offset_start, settings_of, single, start_of
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import nowhere, refused
+from trainmj.units import ROUND_OFF
 
 
 def broken_rules(
     spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation], held_out: Sequence[Observation]
 ) -> Iterator[Problem]:
     """Every rule that the parts of a targets file break between them."""
-    sought = [*_singles(spec, scenario), *_curves(spec, scenario), *_set_twice(spec, scenario)]
+    sought = [*_singles(spec, scenario), *_curves(spec, scenario), *_offsets(spec), *_set_twice(spec, scenario)]
     yield from sought or _starts(spec, scenario)
     yield from _order(spec)
     yield from _constraints(spec, scenario)
@@ -101,6 +113,28 @@ def _curves(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         yield Problem(("parameters",), f"are {total}, counting the forces of curves, more than {MAX_PARAMETERS}")
 
 
+def _offsets(spec: TargetsFile) -> Iterator[Problem]:
+    channels, owners = spec.channels(), dict[str, str]()
+    for name, part in spec.offsets().items():
+        at: Path = ("parameters", name)
+        unknown = [entry for entry in part.shifted if entry not in channels]
+        for entry in part.shifted:
+            if entry in unknown:
+                known = close_match(entry, channels) if channels else ""
+                yield Problem((*at, "offset"), f"must name channels in data: {entry!r} has none{known}")
+            elif entry in owners:
+                yield Problem((*at, "offset"), f"{entry} is shifted by {owners[entry]} already: leave one of them out")
+            owners[entry] = name
+        if unknown:
+            continue
+        if not any(entry in spec.data for entry in part.shifted):
+            yield Problem((*at, "offset"), "must name channels in data: what is held out cannot tell it")
+        low, high = part.bounds
+        start = offset_start(part, channels)
+        if not low <= start <= high:
+            yield Problem((*at, "bounds"), f"must include the start, {start:g} ms")
+
+
 def _points(path: str, scenario: Scenario) -> tuple[Array, Array] | None:
     """Strokes and forces of the curve at a path; None if there is none."""
     try:
@@ -123,8 +157,10 @@ def _set_twice(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
             owners[path] = f"the parameter {name}"
 
 
-def _paths(part: ParameterPart | CurvePart, scenario: Scenario) -> list[str]:
+def _paths(part: ParameterPart | CurvePart | OffsetPart, scenario: Scenario) -> list[str]:
     """The paths that a parameter sets."""
+    if isinstance(part, OffsetPart):
+        return []
     return [part.curve] if isinstance(part, CurvePart) else [s.path for s in settings_of(part, scenario)]
 
 
@@ -172,6 +208,8 @@ def _constraints(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
         at: Path = ("constraints", name)
         if c.by not in spec.parameters:
             yield no_such("parameter", (*at, "by"), c.by, spec.parameters)
+        elif c.by in spec.offsets():
+            yield Problem((*at, "by"), "is a time offset: name a parameter that changes the area")
         elif c.by in owner:
             yield Problem((*at, "by"), f"is solved from the constraint {owner[c.by]} already: take another parameter")
         owner[c.by] = name
@@ -199,10 +237,14 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
     used = {target for _, part in spec.tables() for target in part.values}
     for name, part in spec.targets.items():
         at: Path = ("targets", name)
+        key, text = part.asked
         try:
-            parse_sum(part.response)
+            parse_sum(text)
         except InputError as error:
-            yield Problem((*at, "response"), str(error))
+            yield Problem((*at, key), str(error))
+        for bar, amount in part.bars if isinstance(part, ChannelTarget) else ():
+            if isinstance(amount, str):
+                yield Problem((*at, "bars", bar), "must be in the unit of the channel, whose values pass 0")
         if name not in used:
             yield Problem(at, "has no values: name it under values in data or held_out, or remove it")
     if fitted and all(spec.targets[t].weight == 0 for t in fitted if t in spec.targets):
@@ -212,18 +254,24 @@ def _targets(spec: TargetsFile) -> Iterator[Problem]:
 def _data(spec: TargetsFile, scenario: Scenario) -> Iterator[Problem]:
     sought = {path: name for name, part in spec.parameters.items() for path in _paths(part, scenario)}
     for at, part in spec.tables():
-        places: list[tuple[Path, str]] = [((*at, "cases", column), place) for column, place in part.cases.items()]
+        cases = {} if isinstance(part, ChannelData) else part.cases
+        places: list[tuple[Path, str]] = [((*at, "cases", column), place) for column, place in cases.items()]
         places += [((*at, "set", place), place) for place in part.set]
         yield from nowhere(places, scenario)
         for where, place in places:
             taken = [sought[s] for s in sought if scenario.overlap(place, s)]
             if taken:
                 yield Problem(where, f"is set by the parameter {taken[0]}, which is sought: a case cannot set it too")
-        for place in set(part.cases.values()) & set(part.set):
+        for place in set(cases.values()) & set(part.set):
             yield Problem((*at, "set", place), "is set by a column of cases too: leave one of them out")
         for target in part.values:
             if target not in spec.targets:
                 yield no_such("target", (*at, "values", target), target, spec.targets)
+            elif isinstance(part, ChannelData) and isinstance(spec.targets[target], TargetPart):
+                yield Problem((*at, "values", target), "is the target of a response: channels need one with channel")
+            elif isinstance(spec.targets[target], ChannelTarget) and not isinstance(part, ChannelData):
+                rule = "is the target of a channel: its values come from channels, a CSV file of one test"
+                yield Problem((*at, "values", target), rule)
     for name in set(spec.data) & set(spec.held_out):
         yield Problem(("held_out", name), "is the name of an entry in data: choose another")
 
@@ -233,7 +281,7 @@ def _percentages(spec: TargetsFile, found: Sequence[Observation]) -> Iterator[Pr
     zero = {o.target: o.data for o in found if o.wanted == 0}
     for name, part in spec.targets.items():
         for key, amount in (("tolerance", part.tolerance), ("bars", part.bars.each)):
-            if not isinstance(amount, str):
+            if isinstance(part, ChannelTarget) or not isinstance(amount, str):
                 continue
             if absolute(amount, 1.0) == 0:
                 yield Problem(("targets", name, key), "must be more than 0 %")
@@ -244,10 +292,11 @@ def _percentages(spec: TargetsFile, found: Sequence[Observation]) -> Iterator[Pr
 
 def _enough(spec: TargetsFile, scenario: Scenario, fitted: Sequence[Observation]) -> Iterator[Problem]:
     inner = sum(curve_points(scenario.values(), part.curve)[0].size - 2 for part in spec.curves().values())
-    sought = len(spec.singles()) + inner - len({c.by for c in spec.constraints.values()})
-    counted = sum(spec.targets[o.target].weight > 0 for o in fitted if o.target in spec.targets)
-    if counted < sought:
-        yield Problem(
-            ("parameters",),
-            f"are {sought}, and there are only {counted} values: give more values, or fix some parameters",
-        )
+    sought = len(spec.singles()) + len(spec.offsets()) + inner - len({c.by for c in spec.constraints.values()})
+    counts = zip(fitted, shares(fitted, spec.targets), strict=True)
+    counted = sum(share for o, share in counts if o.target in spec.targets and spec.targets[o.target].weight > 0)
+    if counted < sought - ROUND_OFF:
+        cure = "give more values, or fix some parameters"
+        if channels_of(fitted):
+            cure += "; a channel counts as one value, or as its length over independent_ms, if its target states that"
+        yield Problem(("parameters",), f"are {sought}, and there are only {counted:.3g} values: {cure}")

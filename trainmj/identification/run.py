@@ -13,6 +13,7 @@ import numpy as np
 from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store
+from trainmj.collision.channels import Trace
 from trainmj.collision.status import UNUSABLE
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
@@ -32,12 +33,13 @@ SUMMARY = "summary.json"
 
 OWN = (
     r"trials\.sqlite(-\w+)?|(scenario|found)\.yaml|(fit|residuals|parameters|correlations|directions|search)\.csv"
-    rf"|(residuals|correlations|search)\.{ENDINGS}|summary\.json|report\.html"
+    rf"|(residuals|channels|correlations|search)\.{ENDINGS}|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
 
 _TABLES = ("fit", "residuals", "parameters", "correlations", "directions", "search")
 _DIGITS = 6  # of the values found
+_LATE = 1e-6  # time behind the end that counts as none [s]
 
 
 def identify(
@@ -80,16 +82,16 @@ def identify(
         with Store(folder / FILE, KEY) as store:
             store.agree(Origin("identification", plan.scenario))
             there = len(store)
-            trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, progress)
+            trials = Trials(plan.scenario, plan.fitted.cases, plan.columns, store, threads, plan.channels, progress)
             place, way = search(plan, trials, watch)
             point = _final(plan, place)
             misfit = Misfit(plan, trials, plan.spec.method.refine.step_ms)
             known = uncertainty(misfit, point, 2 * plan.spec.method.refine.difference)
             changes = plan.unknowns.changes(point.value)
-            samples = {"fitted": (plan.fitted, plan.found(plan.fitted, trials([changes])[0]))}
+            samples = {"fitted": (plan.fitted, plan.found(plan.fitted, trials([changes]), [point])[0])}
             if len(plan.held_out):
-                apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads)
-                samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes])[0]))
+                apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads, plan.channels)
+                samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes]), [point])[0])
             simulated = trials.simulated
         seconds = time.monotonic() - began
         result = Found(plan, point, known, samples, tuple(way), folder, simulated, there, seconds)
@@ -111,26 +113,43 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
             (stage / file).write_bytes(text.encode())
         with styled(width):
             for name, draw in (FIGURES if formats else {}).items():
-                if found.way or name != "search":
-                    save(draw(found), stage / name, formats)
+                if (picture := draw(found)) is not None:
+                    save(picture, stage / name, formats)
 
 
 def _check_start(plan: Identification, threads: int) -> None:
     """Refuse start values without usable numbers in every case, and targets that come to no number there."""
-    changes = plan.unknowns.changes(plan.unknowns.start().value)
+    start = plan.unknowns.start().value
+    changes, shifts = plan.unknowns.changes(start), plan.shifts(start)
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     made = ({**changes, **case} for case in cases)
-    rows = [row for _, row, _ in sorted(Local(plan.scenario, threads)(enumerate(made)), key=lambda case: case.key)]
+    engine = Local(plan.scenario, threads, plan.channels)
+    rows = [row for _, row, _ in sorted(engine(enumerate(made)), key=lambda case: case.key)]
     for case, row in zip(cases, rows, strict=True):
         if row["status"] in UNUSABLE:
             raise InputError(f"start values, the case {dict(case)}: {row['status']}: {row['reason']}")
     for k, target in zip(plan.fitted.case, plan.fitted.target, strict=True):
         wanted = plan.targets[target]
-        for column in wanted.terms:
+        for column in wanted.terms if not wanted.is_channel else ():
             if wanted.part.weight > 0 and not math.isfinite(rows[k][column]):
                 where = f"at the start values, in the case {dict(cases[k])} ({rows[k]['status']})"
                 rule = f"{column} comes to no number {where}"
                 raise plan.source.error(rule, "targets", wanted.name, "response")
+    left = iter(rows)
+    for key, sample in (("data", plan.fitted), ("held_out", plan.held_out)):
+        of_cases = [next(left) for _ in sample.cases]
+        for (data, _), places in sample.channels.items():
+            row, last = of_cases[sample.case[places[0]]], float(sample.time[places[-1]] + shifts[data])
+            terms = plan.targets[sample.target[places[0]]].terms
+            known = all(np.isfinite(Trace.unpacked(row[name]).at(np.array(last))) for name in terms)
+            rule = (
+                f"its times end at {last:.6g} s, and the collision at {row['duration_s']:.6g} s with the start values"
+            )
+            if last > row["duration_s"] + _LATE:
+                raise plan.source.error(f"{rule}: use those up to there (between_s)", key, data, "channels")
+            if not known:
+                rule += ", cut off, which a filter sees 10 ms before"
+                raise plan.source.error(f"{rule}: raise simulation.time_limit_s", key, data, "channels")
 
 
 def _final(plan: Identification, place: Place) -> Point:

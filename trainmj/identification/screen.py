@@ -66,7 +66,7 @@ def print_found(found: Found) -> None:
     wide = "; below 1: the tolerances are wide" if known.chi2 < 0.3 else ", about 1 if the tolerances are right"
     console.print(Text(plan.title, style="bold"))
     console.print(f"{tables.size(plan)}; {found.simulated} new trials{before}", markup=False)
-    console.print(f"Misfit: {known.chi2:.3g} per degree of freedom ({known.freedom}){wide}", markup=False)
+    console.print(f"Misfit: {known.chi2:.3g} per degree of freedom ({known.freedom:g}){wide}", markup=False)
     for role in found.samples:
         console.print()
         print_table(console, tables.fit(found, role))

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.envelope import Array
-from trainmj.identification.file import AreaPart, CurvePart, ParameterPart, SetPart
+from trainmj.identification.file import AreaPart, ChannelData, CurvePart, OffsetPart, ParameterPart, SetPart
 from trainmj.scenario import Scenario
 from trainmj.units import KJ, KN, MM, unit_of
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """A parameter: a single value, or an inner force of a curve that is sought as a whole."""
+    """A parameter: a single value, an inner force of a curve that is sought as a whole, or a time offset."""
 
     name: str
     unit: str  # empty if there is none
@@ -27,6 +27,12 @@ class Unknown:
     log: bool = False  # whether search and uncertainty use its logarithm
     above: int | None = None  # place of the parameter that it stays above
     gap: float = 0.0  # by how much at least
+    shifts: tuple[str, ...] = ()  # channels whose times it shifts, by the names of their data
+
+    @property
+    def meant(self) -> tuple[str, ...]:
+        """The paths that it sets, or what else it changes."""
+        return tuple(s.path for s in self.settings) or tuple(f"times of {name}" for name in self.shifts)
 
     def scaled(self, value: float) -> float:
         """The value on its axis, which is straight or logarithmic."""
@@ -109,6 +115,18 @@ def single(name: str, part: ParameterPart, scenario: Scenario, above: int | None
     unit = of_path if part.unit is None else part.unit
     lower, upper = part.bounds
     return Unknown(name, unit, lower, upper, start, settings, part.scale == "log", above, part.gap)
+
+
+def offset(name: str, part: OffsetPart, channels: Mapping[str, ChannelData]) -> Unknown:
+    """A time offset."""
+    start = offset_start(part, channels)
+    lower, upper = part.bounds
+    return Unknown(name, "ms", lower, upper, start, (), shifts=tuple(part.shifted))
+
+
+def offset_start(part: OffsetPart, channels: Mapping[str, ChannelData]) -> float:
+    """Where a time offset starts: as stated, or as the first of its channels has it [ms]."""
+    return channels[part.shifted[0]].offset_ms if part.start is None else part.start
 
 
 def inner_forces(name: str, part: CurvePart, stroke: Array, force: Array) -> list[Unknown]:

@@ -60,24 +60,29 @@ _VALUES = {
 
 def size(plan: Identification) -> str:
     """How much is sought from how much."""
-    return f"{len(plan.unknowns.free)} values sought from {len(plan.fitted)} in {len(plan.fitted.cases)} cases"
+    fitted = plan.fitted
+    given = [(int(np.isnan(fitted.time).sum()), "values"), (len(fitted.channels), "channels")]
+    given = [(n, what) for n, what in given if n]
+    of = f"{len(fitted)}" if not fitted.channels else " and ".join(_counted(n, what) for n, what in given)
+    return f"{len(plan.unknowns.free)} values sought from {of} in {_counted(len(fitted.cases), 'cases')}"
+
+
+def _counted(n: int, what: str) -> str:
+    return f"{n} {what if n != 1 else what.removesuffix('s')}"
 
 
 def sought(plan: Identification) -> Table:
     """The parameters, and where they may be."""
     name, unit, lower, upper = (_PARAMETERS[key] for key in ("parameter", "unit", "lower_bound", "upper_bound"))
-    rows = [
-        [p.name, p.unit, p.start, p.lower, p.upper, ", ".join(s.path for s in p.settings)]
-        for p in plan.unknowns.parameters
-    ]
+    rows = [[p.name, p.unit, p.start, p.lower, p.upper, ", ".join(p.meant)] for p in plan.unknowns.parameters]
     return Table([name, unit, Column("start"), lower, upper, *worded("sets")], rows)
 
 
 def wanted(plan: Identification) -> Table:
     """The targets, and how many values each has."""
-    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), *worded("response")]
+    columns = [*(_FIT[key] for key in ("target", "unit", "values")), Column("held out"), *worded("response or channel")]
     counts = [np.bincount(sample.target, minlength=len(plan.targets)) for sample in (plan.fitted, plan.held_out)]
-    rows = [[t.name, t.unit, int(m), int(n), t.part.response] for t, m, n in zip(plan.targets, *counts, strict=True)]
+    rows = [[t.name, t.unit, int(m), int(n), t.part.asked[1]] for t, m, n in zip(plan.targets, *counts, strict=True)]
     return Table(columns, rows)
 
 
@@ -128,10 +133,16 @@ def directions(found: Found) -> Table:
 
 
 def values(found: Found, role: str) -> Table:
-    """Every value that was fitted or held out, with its case."""
-    rows = rows_of(found.residuals[found.residuals["role"] == role])
+    """Every value that was fitted or held out, with its case, but samples of channels."""
+    rows = rows_of(single_values(found, role))
     more = [{"case": case_of(found, row), "verdict": judged(row["within"], "within", "outside")} for row in rows]
     return _table(_VALUES, [row | m for row, m in zip(rows, more, strict=True)], f"All {len(rows)} values")
+
+
+def single_values(found: Found, role: str) -> pd.DataFrame:
+    """The residuals of a role without those of channels."""
+    table = found.residuals[found.residuals["role"] == role]
+    return table[table["time_s"].isna()] if "time_s" in table else table
 
 
 def rows_of(frame: pd.DataFrame) -> list[dict[str, Any]]:

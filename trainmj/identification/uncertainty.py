@@ -40,6 +40,7 @@ _WORDS = 4  # parameters that a direction names at most
 _LEAST = 0.3  # component of a direction that is worth naming
 _ALONE = 0.95  # component of a direction that is one parameter
 _NOTHING = 1e-12  # change of the residuals over a whole range that counts as none
+_DIGITS = 6  # of the degrees of freedom, behind the point
 _TINY = 1e-9  # singular value that counts as zero, as part of the largest
 
 
@@ -75,7 +76,7 @@ class Uncertainty:
     at_bound: tuple[str, ...]  # (n,) "lower", "upper" or ""
     correlation: Array  # (n, n); NaN for parameters at a bound
     directions: tuple[Direction, ...]  # of the free parameters that are not at a bound, worst determined first
-    freedom: int  # degrees of freedom n - p
+    freedom: float  # degrees of freedom n - p; a channel counts as its target states
     chi2: float  # r'r over freedom
     tied: tuple[tuple[int, ...], ...]  # (n,) those with which each is determined only in combination, largest |r| first
     open: tuple[bool, ...]  # (n,) whether the error of one not at a bound is more than WIDE of its range, or not known
@@ -109,7 +110,9 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     at_bound = tuple(_bound(p, value) for p, value in zip(parameters, point.value, strict=True))
     moving = [k for k in unknowns.free if not at_bound[k]]
     residuals, derivative, follow = _derivatives(misfit, point, moving, difference, n_value)
-    freedom = n_value - len(moving)
+    sample = misfit.plan.fitted
+    left = round(float(sample.share[sample.weight > 0].sum()) - len(moving), _DIGITS)
+    freedom = int(left) if left.is_integer() else left
     chi2 = float(np.sum(residuals**2) / freedom) if freedom > 0 else np.nan
     grown = float(np.sqrt(max(1.0, chi2))) if freedom > 0 else 1.0
     _, singular, turned = np.linalg.svd(derivative, full_matrices=False)

@@ -18,8 +18,8 @@ from scipy.optimize import brentq
 
 from trainmj.collision.envelope import Array
 from trainmj.files.source import Source
-from trainmj.identification.file import CurvePart, TargetsFile, absolute
-from trainmj.identification.sought import Area, Rise, Unknown, curve_points, inner_forces, single
+from trainmj.identification.file import CurvePart, OffsetPart, TargetsFile, absolute
+from trainmj.identification.sought import Area, Rise, Unknown, curve_points, inner_forces, offset, single
 from trainmj.scenario import Scenario
 from trainmj.scenario.scenario import changed
 
@@ -69,6 +69,8 @@ class Unknowns:
                 members = tuple(range(len(parameters), len(parameters) + len(forces)))
                 rises[name] = Rise(members, stroke, float(force[0]), float(force[-1]), part.slopes)
                 parameters += forces
+            elif isinstance(part, OffsetPart):
+                parameters.append(offset(name, part, spec.channels()))
             else:
                 above = None if part.above is None else places[part.above]
                 parameters.append(single(name, part, scenario, above))
