@@ -22,6 +22,8 @@ from trainmj.units import G, rounded_down
 
 _ROUNDING = 1e-9  # of a largest step
 
+_SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
+
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
 
@@ -403,6 +405,11 @@ class Chain:
         """Whether vehicles that have come apart may come together again: by brakes, grade or unequal friction."""
         rails = {v.rail_friction for v in self.vehicles}
         return bool(self.grade or len(rails) > 1 or any(v.brake for v in self.vehicles))
+
+    @property
+    def linger(self) -> float:
+        """How long nothing may touch before a collision is over [s]: bodies that give swing, and may touch again."""
+        return max((_SWINGS / v.body.frequency(v.mass) for v in self.vehicles if v.body is not None), default=0.0)
 
     @cached_property
     def closing_speed(self) -> float:
