@@ -119,7 +119,7 @@ def compared(scenario: Scenario) -> None:
     """Every check of a run against the oracle passes."""
     checks = list(oracles.beside("", [scenario]))
     assert [check for check in checks if not check.passed] == []
-    assert len(checks) == 5
+    assert len(checks) == 6
 
 
 @pytest.mark.parametrize("name", [pytest.param("b_type", marks=pytest.mark.thorough), "wagon_80t"])
