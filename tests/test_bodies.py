@@ -264,10 +264,10 @@ def test_a_result_with_bodies_is_saved_and_read(tmp_path):
 
 def test_a_step_that_is_too_large_for_the_members_is_refused():
     """Breaks if the bound is that of the devices alone, or far from what is stable."""
-    with pytest.raises(InputError, match=r"step_ms = 0.2: must be at most 0\.147 ms .* bodies"):
+    with pytest.raises(InputError, match=r"step_ms = 0.2: must be at most 0\.146 ms .* bodies"):
         line_up(load("b_type", {BODY: STIFF, "simulation.step_ms": 0.2}))
     limit = largest_step(line_up(b_type(STIFF))) * 1e3
-    assert 0.147 < limit < 0.148
+    assert 0.146 < limit < 0.147
     case = line_up(b_type(STIFF, "b_type_wall"))
     limit = largest_step(case)
     steps = [(part, replace(case, step=part * limit, steps_per_record=7)) for part in (0.98, 1.02)]

@@ -22,6 +22,7 @@ from trainmj.units import G, rounded_down
 
 _ROUNDING = 1e-9  # of a largest step
 
+_LATE = 2.0  # times that the stiffness of what pushes only counts in the largest step
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
 
 WALL = -1
@@ -451,8 +452,9 @@ def largest_step(chain: Chain) -> float:
 
     The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
     matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
-    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. What resists the speed, such as an orifice, is
-    taken at the speed at which the two sides close.
+    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. A device, which pushes only, is met up to a
+    step late, h v deep, and turns v into v (1 - h2 K / M - h C / M): not faster than v if its stiffness counts twice.
+    What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
     from scipy.optimize import brentq
 
@@ -480,9 +482,10 @@ def largest_step(chain: Chain) -> float:
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
-    """What acts between two points, or one and the wall: their indices, largest stiffness and damping."""
+    """What acts between two points, or one and the wall: their indices, stiffness that counts, largest damping."""
     for interface in chain.interfaces:
-        yield *chain.ends(interface), *interface.bounds(chain.closing_speed)
+        stiffness, damping = interface.bounds(chain.closing_speed)
+        yield *chain.ends(interface), _LATE * stiffness, damping
     for member in chain.members:
         yield member.left, member.right, member.stiffness, member.damping
 
