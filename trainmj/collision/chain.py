@@ -474,7 +474,7 @@ def largest_step(chain: Chain) -> float:
     def over(step: float) -> float:
         return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
 
-    low = _certain_step(chain)
+    low = _certain_step(chain) * (1.0 - _ROUNDING)  # it may be the largest itself
     high = 2.0 * low
     while over(high) < 0.0:
         low, high = high, 2.0 * high
