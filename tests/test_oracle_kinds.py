@@ -218,20 +218,22 @@ def test_the_oracle_swings_as_masses_and_springs():
 def test_the_oracle_yields_to_and_fro():
     """Breaks when a member of the oracle does not yield in tension too, or hardens otherwise than by its travel."""
     members = Members((Member("", 0, 1, 1e8, collapse=1e6, h=1e7),))
-    stroke = 0.0
+    stroke, plastic_now = 0.0, np.zeros(1)
     for turn in (0.05, -0.05, 0.02):
         rate = np.array([np.sign(turn - stroke)])
-        for u in np.linspace(stroke, turn, 2001):
-            members.switch(np.array([u]), rate)
+        for u in np.linspace(stroke, turn, 2001)[1:]:
+            now = np.array([u]), rate, plastic_now
+            members.switch(*now)
+            plastic_now = plastic_now + members.rate(*now) * abs(turn - stroke) / 2000
         stroke = turn
-    (found,) = members.found(np.array([stroke]), np.zeros(1))
+    (found,) = members.found(np.array([stroke]), plastic_now, np.zeros(1))
     # each way: k (u - p) = F + h travel
     plastic, travel = 0.0, 0.0
     for u in (0.05, -0.05, 0.02):
         more = (abs(1e8 * (u - plastic)) - 1e6 - 1e7 * travel) / 1.1e8
         plastic, travel = plastic + np.sign(u - plastic) * more, travel + more
-    assert found.plastic == pytest.approx(plastic, rel=1e-9)
-    assert found.lost == pytest.approx(1e6 * travel + 0.5e7 * travel**2, rel=1e-9)
+    assert found.plastic == pytest.approx(plastic, rel=5e-3), "a step is 0.05 mm"
+    assert found.lost == pytest.approx(1e6 * travel + 0.5e7 * travel**2, rel=5e-3)
 
 
 @pytest.mark.parametrize("seed", [5, 24, 34, 47])

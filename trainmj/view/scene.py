@@ -71,7 +71,7 @@ def export(chain: Chain, title: str = "") -> str:
     stand_ins += "".join(f"\n       {line}" for line in _bodies(chain))
     bodies = (
         "Car bodies that give have such a tendon for each member, which shortens, is drawn out and yields at the "
-        "collapse force of the scenario, with its dashpot. "
+        "collapse force of the scenario; its dashpot adds to that. "
         if chain.members
         else ""
     )

@@ -144,8 +144,9 @@ class Motion:
         for e in self.elements:
             self.at.append(at)
             at += e.extra + 2 * len(e.devices)
-        self.dashpots = at
-        self.books = at + self.members.n
+        self.plastic = at
+        self.dashpots = at + self.members.n
+        self.books = self.dashpots + self.members.n
         self.size = self.books + 3
         self.weight = -self.mass * G * system.slope
         self.hold = np.array([p.friction for p in system.points])
@@ -183,9 +184,10 @@ class Motion:
         brakes = np.array([p.brake.at(t) for p in self.s.points])
         return self.hold, brakes
 
-    def _of_members(self, y: Array) -> tuple[Array, Array]:
-        """Their shortenings and rates."""
-        return self.members.between(y[: self.n]), self.members.between(y[self.n : 2 * self.n])
+    def _of_members(self, y: Array) -> tuple[Array, Array, Array]:
+        """Their shortenings, rates and plastic shortenings."""
+        u, v = self.members.between(y[: self.n]), self.members.between(y[self.n : 2 * self.n])
+        return u, v, y[self.plastic : self.dashpots]
 
     def _net(self, y: Array) -> tuple[Array, list[list[tuple[float, float]]], list[float]]:
         net = self.weight.copy()
@@ -223,7 +225,9 @@ class Motion:
                 d[at + 2 * j] = device.force(w, v) * v
                 d[at + 2 * j + 1] = device.viscous(w, v) * v
         speed = y[n : 2 * n]
-        d[self.dashpots : self.books] = self.members.c * self.members.between(speed) ** 2
+        of_members = self._of_members(y)
+        d[self.plastic : self.dashpots] = self.members.rate(*of_members)
+        d[self.dashpots : self.books] = self.members.viscous(*of_members)
         d[self.books] = float((self.way * speed * rails).sum())
         d[self.books + 1] = float((self.way * speed * brakes).sum())
         d[self.books + 2] = float((self.weight * speed).sum())
@@ -488,7 +492,8 @@ class Motion:
         if all(i.right != WALL for i in self.s.interfaces):
             common = float((self.mass * speed0).sum() / self.mass.sum())
         start = np.where(self.vehicle <= self.s.front, -self.s.gap, 0.0)
-        given = self.members.found(self._of_members(y)[0], y[self.dashpots : self.books])
+        shortening, _, plastic = self._of_members(y)
+        given = self.members.found(shortening, plastic, y[self.dashpots : self.books])
         shortened = self.stroke[len(self.s.interfaces) :]
         return Solution(
             t,
