@@ -156,7 +156,8 @@ def beside(name: str, scenarios: Iterable[Scenario]) -> Iterator[Check]:
     length, energy, speed, until, error, missing = np.max(apart, axis=0)
     yield zero(name, "strokes and shortenings, largest difference over the largest", length, 1e-3)
     yield zero(name, "energies, largest difference over what can be converted", energy, 1e-3)
-    yield zero(name, "speeds at the end, largest difference over the largest at the start", speed, 1e-3)
+    # where a stiff device is at work at the end, speeds change within a few steps
+    yield zero(name, "speeds at the end, largest difference over the largest at the start", speed, 5e-3)
     yield zero(name, "when a curve ended, largest difference, relative", until, 1e-3)
     yield zero(name, "error of the energy balance", error, UNSTABLE)
     yield zero(name, "error of that of the independent solution", missing, 1e-4)
