@@ -223,6 +223,17 @@ def test_what_to_know_of_a_body_that_collapses_is_said():
     assert "body" not in " ".join(remarks(line_up(b_type(STIFF))))
 
 
+def test_a_member_that_is_shorter_than_nothing_is_named():
+    """Breaks if a body is crushed by more than there is of it, and nobody is told: nothing ends a collapse."""
+    body = STIFF | {"collapse_force_kN": 300, "members": 20}
+    soft = b_type(body, "b_type_wall", **{"collision.speed_km_h": 36, "simulation.step_ms": 0.02})
+    (said,) = (one for one in summarise(run(soft)).remarks if "more than its length" in one)
+    assert said.startswith("M1 member 1: shortened by ")
+    assert "its length of 1000 mm" in said
+    hard = b_type(body | {"hardening_kN_per_mm": 1}, "b_type_wall", **{"simulation.step_ms": 0.02})
+    assert "more than its length" not in " ".join(summarise(run(hard)).remarks)
+
+
 def test_no_member_carries_more_than_it_yields_at():
     """Breaks if dashpots add to the force of a body that collapses fast: 20 % of damping at 10 m/s."""
     body = STIFF | {"collapse_force_kN": 900, "hardening_kN_per_mm": 0.5, "damping_ratio": 0.2}
