@@ -90,6 +90,6 @@ def _used_up(measured: Measured) -> Iterator[str]:
         start, end = member.span or (0.0, float("inf"))
         if most > end - start:
             yield (
-                f"{member.name}: shortened by {most / MM:.0f} mm, more than its length of {(end - start) / MM:.0f} mm, as "
-                "nothing ends a collapse; what follows is no prediction. State more hardening, or fewer members."
+                f"{member.name}: shortened by {most / MM:.0f} mm, more than its length of {(end - start) / MM:.0f} mm, "
+                "as nothing ends a collapse; what follows is no prediction. State more hardening, or fewer members."
             )
