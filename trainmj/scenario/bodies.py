@@ -52,7 +52,7 @@ class BodySpec(Part):
     ] = Field(
         default=0.0,
         description="slope of that force over the plastic shortening of the body [kN/mm]; with none, one member "
-        "takes all of it",
+        "takes all of the crush",
     )
     attached_m: Annotated[list[Place], Field(min_length=2, max_length=2)] = Field(
         default_factory=lambda: [0.0, 0.0],

@@ -259,7 +259,7 @@ def bodies_of(chain: Chain) -> Table:
         v, facing = chain.vehicles[i], chain.facing(i)
         if v.body is None:
             continue
-        b, own = v.body, v.mass - (2 * v.body.bogies.mass if v.body.bogies else 0.0)
+        b, own = v.body, v.body.own(v.mass)
         at = [nearest(b, v.length, v.length - a if end else a) for end, a in enumerate(b.attached)]
         inward = [v.length * n / b.n_members for n in (at[0], b.n_members - at[1])]
         numbers = (

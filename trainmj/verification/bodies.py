@@ -141,16 +141,17 @@ def stability() -> Iterator[Check]:
     yield Check(
         name, "stated, the soft device before it included", limit * 1e3, largest_step(case) * 1e3, 1e-3, unit="ms"
     )
-    for part, grows in ((0.999, False), (1.001, True)):
-        ride = Ride(free(body, step=part * limit))
-        ride.data.qvel[:] = 1e-3 * np.cos(np.arange(5) * math.pi)
-        ride.go(20000 * part * limit)
-        most = float(np.abs(ride.data.qvel).max())
-        yield (
-            zero(name, f"speed at {part:g} of it", most, 1e-2, "m/s")
-            if not grows
-            else at_least(name, f"speed at {part:g} of it", 1.0, most, "m/s")
-        )
+    below, above = (_shaken(free(body, step=part * limit)) for part in (0.999, 1.001))
+    yield zero(name, "speed at 0.999 of it", below, 1e-2, "m/s")
+    yield at_least(name, "speed at 1.001 of it", 1.0, above, "m/s")
+
+
+def _shaken(case: Chain) -> float:
+    """Largest speed of a point [m/s], 20 000 steps after its body began to swing in its fastest mode at 1 mm/s."""
+    ride = Ride(case)
+    ride.data.qvel[:] = 1e-3 * np.cos(np.arange(len(case.points)) * math.pi)
+    ride.go(20000 * case.step)
+    return float(np.abs(ride.data.qvel).max())
 
 
 def _fastest(body: Body) -> float:
