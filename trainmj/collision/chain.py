@@ -338,6 +338,10 @@ class Chain:
         """The points of a vehicle with a body that gives, from the end that faces the impact; bogies are last."""
         return sorted(range(*self.points_of(vehicle).indices(len(self.points))), key=lambda i: self.points[i].order)
 
+    def members_of(self, vehicle: int) -> list[int]:
+        """The members of the body of a vehicle from left to right, without the links of its bogies."""
+        return [k for k, member in enumerate(self.members) if member.vehicle == vehicle and member.span]
+
     def members_inward(self, vehicle: int) -> list[int]:
         """The members of its body from the end that faces the impact; links of bogies are last."""
         found = [k for k, member in enumerate(self.members) if member.vehicle == vehicle]

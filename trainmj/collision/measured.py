@@ -88,7 +88,7 @@ class Measured:
         for i, vehicle in enumerate(self.chain.vehicles):
             if vehicle.body is None:
                 continue
-            of_body = [k for k, m in enumerate(self.chain.members) if m.vehicle == i and m.span]
+            of_body = self.chain.members_of(i)
             plastic = self.tally.member_plastic[of_body]
             whole[i] = plastic.sum()
             within[i] = plastic_over([self.chain.members[k].span or (0.0, 0.0) for k in of_body], plastic.tolist())
@@ -99,8 +99,7 @@ class Measured:
         peaks = self.tally.total_peak.copy()
         for i, vehicle in enumerate(self.chain.vehicles):
             if vehicle.body is not None:
-                first = self.chain.first[i]
-                peaks[i] = self.tally.point_peak[first : first + vehicle.body.n_members + 1].max()
+                peaks[i] = self.tally.point_peak[self.chain.edge(i, 0) : self.chain.edge(i, 1) + 1].max()
         return np.asarray(peaks)
 
     def body_energy(self) -> Array:

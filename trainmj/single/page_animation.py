@@ -87,10 +87,9 @@ def _members(result: Result, vehicle: int, frames: Array) -> list[tuple[Array, A
     """
     if np.abs(result.body_shortening[:, vehicle]).max() < _SEEN:
         return []
-    inner = [k for k, member in enumerate(result.chain.members) if member.vehicle == vehicle and member.span]
     given = np.abs(result.member_plastic) > GIVEN
     shortening, energy = result.member_shortening / MM, np.where(given, result.member_yielded, 0.0) / KJ
-    return [(shortening[frames, k], energy[frames, k]) for k in inner]
+    return [(shortening[frames, k], energy[frames, k]) for k in result.chain.members_of(vehicle)]
 
 
 def _devices(result: Result, frames: Array) -> list[list[tuple[Array, Array]]]:

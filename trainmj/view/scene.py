@@ -161,7 +161,7 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
 def _sections(chain: Chain, i: int, mesh: meshes.Mesh) -> Iterator[tuple[str, int, meshes.Mesh]]:
     """A mesh of a vehicle, cut where its members meet: names, the points that hold the pieces, and these."""
     vehicle = chain.vehicles[i]
-    inner = [member for member in chain.members if member.vehicle == i and member.span]
+    inner = [chain.members[k] for k in chain.members_of(i)]
     if not inner:
         yield vehicle.name, chain.first[i], mesh
         return
