@@ -212,6 +212,21 @@ def test_a_body_that_collapses_says_so_above_a_millimetre():
     assert "body" not in str(strong.status)
 
 
+def test_a_body_that_is_drawn_out_says_so_too():
+    """Breaks if a body that yields in tension is no matter: its devices push at its far end."""
+    pulled = STIFF | {"collapse_force_kN": 500, "hardening_kN_per_mm": 3, "attached_m": [20, 0]}
+    summary = summarise(run(b_type("rigid", "b_type_wall", **{"trains.b_type.vehicles.0.body": pulled})))
+    assert summary.vehicles[0].body_plastic_mm < -1.0
+    assert "body of M1 (drawn out by " in summary.status.reason
+
+
+def test_a_response_that_only_bodies_have_is_missed_with_the_reason():
+    """Breaks if the names of all other responses are listed instead."""
+    for name in ("body_plastic_mm", "body_plastic_M1_mm", "plastic_M1_member_1_mm", "peak_acceleration_M1_2_g"):
+        with pytest.raises(InputError, match=r"; no vehicle of the scenario has a body that gives$"):
+            line_up(load("b_type", {f"limits.{name}": 5}))
+
+
 def test_what_to_know_of_a_body_that_collapses_is_said():
     """Breaks if a car body that stands twice, or a collapse that stays in one member, is computed in silence."""
     said = " ".join(remarks(line_up(b_type(STIFF | {"collapse_force_kN": 2000}))))
@@ -295,7 +310,7 @@ def test_quantities_of_bodies_are_there_where_a_body_gives():
     [
         ({"members": 4}, "needs stiffness_kN_per_mm, EA_MN or frequency_Hz"),
         (STIFF | {"EA_MN": 3}, "does not go with stiffness_kN_per_mm"),
-        ("soft", "must be 'rigid'"),
+        ("soft", "must be rigid, or a group with stiffness_kN_per_mm, EA_MN or frequency_Hz"),
         (STIFF | {"members": 0}, "must be at least 1"),
         (STIFF | {"damping_ratio": 2}, "divide by 100 if it is in %"),
         (STIFF | {"bogies": {"mass_t": 17, "centres_m": 12}}, "leaves -1 t of 33 t for the body"),

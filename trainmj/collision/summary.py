@@ -250,9 +250,10 @@ def _status(
     ended = [i for i in interfaces if i.beyond_curve]
     spent = [one for interface in interfaces for one in _spent(interface)]
     spent += [
-        (f"body of {v.name}", f"body of {v.name} (crushed by {v.body_plastic_mm:.1f} mm)")
+        (f"body of {v.name}", f"body of {v.name} ({how} by {abs(v.body_plastic_mm):.1f} mm)")
         for v in vehicles
         if v.collapsed
+        for how in ["crushed" if v.body_plastic_mm > 0.0 else "drawn out"]
     ]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
