@@ -17,6 +17,7 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError
 from trainmj.scenario import load
+from trainmj.single.tables import why_not_valid
 from trainmj.units import KN_PER_MM, G
 from trainmj.verification import bodies
 from trainmj.verification.systems import Ride, chain, envelope
@@ -218,6 +219,21 @@ def test_a_body_that_is_drawn_out_says_so_too():
     summary = summarise(run(b_type("rigid", "b_type_wall", **{"trains.b_type.vehicles.0.body": pulled})))
     assert summary.vehicles[0].body_plastic_mm < -1.0
     assert "body of M1 (drawn out by " in summary.status.reason
+
+
+def test_a_member_of_which_nothing_is_left_is_not_valid():
+    """Breaks if a body of 20 m is crushed by 70 m and only the stroke is exhausted."""
+    soft = STIFF | {"members": 2, "collapse_force_kN": 60}
+    changes = {"collision.speed_km_h": 60, "simulation.time_limit_s": 1.2, "trains.b_type.vehicles.0.body": soft}
+    result = run(b_type("rigid", "b_type_wall", **changes))
+    summary = summarise(result)
+    member = result.chain.members_inward(result.chain.front)[0]
+    until = np.argmax(result.member_shortening[:, member] >= 10.0) * result.chain.record_interval
+    assert until - result.chain.record_interval < summary.valid_until_s <= until
+    assert summary.status.where == ("body of M1",)
+    assert summary.status.unusable
+    assert "body of M1 was shortened by its whole length" in why_not_valid(summary)
+    assert "draw gear" not in why_not_valid(summary)
 
 
 def test_a_response_that_only_bodies_have_is_missed_with_the_reason():

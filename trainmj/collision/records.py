@@ -134,12 +134,14 @@ class VehicleMetrics(Numbers):
         kind: what its train calls it.
         members: of its body, if it gives, from the end that faces the impact; then the links of its bogies.
         points: likewise, the points between them; then its bogies.
+        used_up: whether a member was shortened by its whole length, behind which nothing is stated.
     """
 
     name: str
     kind: str
     members: tuple[PartMetrics, ...] = ()
     points: tuple[PartMetrics, ...] = ()
+    used_up: bool = False
 
     @property
     def collapsed(self) -> bool:
