@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -44,14 +44,12 @@ class Variant:
 
     words: str
     step: float = 2e-5
-    stiffness: float | None = None  # of all devices [kN/mm]; None for the scenario's
     damping: float = 0.0  # dashpot of all devices, up to the crush force [kN s/m]
     rail: float = np.inf  # stiffness of the rails before they slip [kN/mm]
     points: int = 0  # of each curve, equally spaced up to ...
     ends: tuple[float, float, float] = (np.inf,) * 3  # ... these strokes of front, A-B and C-D [mm]; its end by default
     single: int = DOUBLE  # what is kept in single precision: nothing, SPEEDS, or positions and strokes too
     window: float = 3.8  # of the means [ms]
-    shift: dict[str, float] = field(default_factory=dict)  # other values of the scenario
 
 
 @numba.njit(cache=True)
@@ -130,11 +128,11 @@ def curves(chain: Chain, variant: Variant, room: int = 2048) -> tuple[np.ndarray
 
 def compute(variant: Variant, cases: list[Case]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Peaks of means (case, 6) [g], S_anti, S12, S23 (case, 3) [mm], TS (case,) [mm]."""
-    scenario = trainmj.load(DOCUMENTED, variant.shift or None)
+    scenario = trainmj.load(DOCUMENTED)
     chains = [line_up(scenario.with_values({"empty_stroke_mm": d, "mass_t": m})) for d, m in cases]
     strokes, forces, counts = map(np.array, zip(*(curves(chain, variant) for chain in chains), strict=True))
     of = np.array([1, 2, 2, 2, 1, 0, 1, 2, 2, 2, 1])
-    K = variant.stiffness or scenario.devices["front"].stiffness_kN_per_mm
+    K = scenario.devices["front"].stiffness_kN_per_mm
     window = round(variant.window * MS / variant.step)
     out = collide_all(
         np.array([m for _, m in cases]) * 1e3, 25 / 3.6, 0.008, np.array([0.5, 1.0, 1.0]), of, strokes, forces, counts,

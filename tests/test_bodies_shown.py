@@ -87,7 +87,7 @@ def test_a_body_has_a_row_and_what_has_yielded_stands_below_it(result, summary):
 
 def test_of_many_members_a_few_are_told():
     """Breaks if a body of fifty members fills the screen, or the rest is not counted."""
-    body = {**HEAD, "members": 30, "collapse_force_kN": 300, "hardening_kN_per_mm": 0}
+    body = {**HEAD, "members": 30, "collapse_force_kN": 300}
     many = Scenario.from_values(VALUES).with_values({"trains.train.vehicles.0.body": body, "simulation.step_ms": 0.02})
     result = run(many)
     names = [row[0].strip() for row in tables.bodies(result.chain, summarise(result)).rows]
@@ -279,7 +279,7 @@ def test_an_export_shortens_as_the_real_run_does():
     """Breaks if stand-ins of members are missing, too soft, or never yield."""
     plain = Scenario.from_values(VALUES).with_values(
         {
-            "trains.train.vehicles.0.body": {**HEAD, "hardening_kN_per_mm": 0},
+            "trains.train.vehicles.0.body": {**HEAD, "hardening_kN_per_mm": 0, "damping_ratio": 0},
             "trains.train.brakes": None,
             "collision.rail_friction": 0,
         }

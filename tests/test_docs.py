@@ -7,6 +7,7 @@ a newcomer would in a fresh clone, takes minutes: `pytest -m as_written`, which 
 from __future__ import annotations
 
 import csv
+import importlib
 import json
 import os
 import re
@@ -256,6 +257,13 @@ def test_a_device_law_is_added_as_the_architecture_says(tmp_path):
     assert "damping_kN_s_per_m" in trainmj_("schema")
     code = "import sys; sys.path.insert(0, 'docs/hooks'); import fields; print(fields.scenario_page())"
     assert "| `kind` | `damper` |" in python("-c", code)
+
+
+def test_every_public_name_has_its_place_in_the_reference(monkeypatch):
+    """Breaks if a public name is missing on the page of Python, without which the site is not built."""
+    monkeypatch.syspath_prepend("docs/hooks")
+    page = importlib.import_module("api").page()
+    assert all(f"trainmj.{name}" in page for name in trainmj.__all__)
 
 
 LAWS = [block for block in EVERY if block.page == "docs/device-law.md" and block.language == "yaml"]

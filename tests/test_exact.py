@@ -19,7 +19,7 @@ from trainmj.verification.suite import GROUPS, Case
 from trainmj.verification.systems import chain, envelope, follow, shipped
 
 # the paper has tests of its own, as have random trains
-ELSEWHERE = (published.paper, oracles.random_by_scipy, oracles.every_kind_by_scipy)
+ELSEWHERE = (published.paper, oracles.random_by_scipy, oracles.every_kind_by_scipy, oracles.bodies_by_scipy)
 # seconds each; random trains by scipy and the order for crush devices are quicker of the same kind
 THOROUGH = (oracles.standard_by_scipy, oracles.three_masses_by_scipy, numerics.order_by_kind)
 CASES = [

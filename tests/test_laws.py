@@ -162,3 +162,9 @@ def test_two_equal_devices_in_series_are_one_at_half_the_stroke(name):
         before = u
         assert twins.to(2 * u, 2 * rate, elapsed) == alone.to(u, rate, elapsed)
     assert (twins.lost, twins.stored) == (2 * alone.lost, 2 * alone.stored)
+
+
+def test_what_flies_apart_holds_infinite_energy():
+    """Breaks when a run at a step far above the largest ends in an OverflowError in place of being unstable."""
+    law = DEVICES["tube"].law
+    assert law.kind.stored(law, 1e200, 1e208, 0.0, 0.0) == np.inf

@@ -257,6 +257,7 @@ def tallied(result: Result, **fields: object) -> Summary:
         "point_speed": tally.speed,
         "member_force": np.zeros(0),
         "member_dissipated": np.zeros(0),
+        "member_end_time": np.zeros(0),
     }
     return measure(result.chain, changed(tally, **of_elements), result.time, result.velocity)
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from trainmj.collision.batch import run_chains
+from trainmj.collision.lineup import line_up
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.scenario import Scenario, load
 from trainmj.verification import kinds, oracles
 from trainmj.verification.kinds import Exact
-from trainmj.verification.mixed import random_scenario
+from trainmj.verification.mixed import random_scenario, with_bodies
 from trainmj.verification.oracle import Solution, solve
+from trainmj.verification.oracle.bodies import Member, Members
 
 CASES = list(kinds.cases())
 
@@ -129,7 +133,7 @@ def compared(scenario: Scenario) -> None:
     """Every check of a run against the oracle passes."""
     checks = list(oracles.beside("", [scenario]))
     assert [check for check in checks if not check.passed] == []
-    assert len(checks) == 5
+    assert len(checks) == 6
 
 
 @pytest.mark.parametrize("name", [pytest.param("b_type", marks=pytest.mark.thorough), "wagon_80t"])
@@ -175,3 +179,88 @@ def test_the_same_seed_is_the_same_scenario():
     """Breaks when a scenario depends on more than its seed."""
     assert random_scenario(7) == random_scenario(7)
     assert random_scenario(7) != random_scenario(8)
+    assert with_bodies(random_scenario(7), 7) == with_bodies(random_scenario(7), 7)
+
+
+# bodies that give
+
+
+def test_the_oracle_swings_as_masses_and_springs():
+    """Breaks when the oracle puts a mass, a spring, a bogie or a device elsewhere than a body states."""
+    body = {"stiffness_kN_per_mm": 100, "members": 2, "damping_ratio": 0, "attached_m": [7, 0]}
+    body["bogies"] = {"mass_t": 5, "centres_m": 15, "stiffness_kN_per_mm": 200}
+    tube = {"curve": {"stroke_mm": [0, 400], "force_kN": [0, 20_000]}, "stiffness_kN_per_mm": 50, "beyond": "hold"}
+    car = {"name": "car", "mass_t": 40, "length_m": 16, "body": body}
+    values = {
+        "devices": {"tube": tube},
+        "trains": {"a": {"vehicles": [car], "front": "tube"}},
+        "collision": {"train": "a", "partner": "rigid_wall", "speed_km_h": 7.2},
+    }
+    found = solve(values, 0.03)
+    mass = np.array([7.5, 15, 7.5, 5, 5]) * 1e3  # rear, middle, front, bogies below rear and front
+    stiffness = np.zeros((5, 5))
+    stiffness[1, 1] = 50e6  # the tube, at the middle
+    for i, j, k in ((0, 1, 200e6), (1, 2, 200e6), (0, 3, 200e6), (2, 4, 200e6)):
+        stiffness[[i, j], [i, j]] += k
+        stiffness[[i, j], [j, i]] -= k
+    root = np.sqrt(mass)
+    square, modes = np.linalg.eigh(stiffness / np.outer(root, root))
+    omega, start = np.sqrt(square), modes.T @ (root * 2.0)
+    place = modes @ (np.sin(omega * 0.03) / omega * start) / root
+    speed = modes @ (np.cos(omega * 0.03) * start) / root
+    assert found.travel["M1"] == pytest.approx((mass * place).sum() / 40e3, rel=1e-8)
+    assert found.speed["M1"] == pytest.approx((mass * speed).sum() / 40e3, rel=1e-8)
+    assert found.kinetic[1] == pytest.approx(0.5 * (mass * speed**2).sum(), rel=1e-8)
+    bogie = 0.5 * 200e6 * (place[2] - place[4]) ** 2
+    assert found.members["M1 bogie 1"].elastic == pytest.approx(bogie, rel=1e-7)
+
+
+def test_the_oracle_yields_to_and_fro():
+    """Breaks when a member of the oracle does not yield in tension too, or hardens otherwise than by its travel."""
+    members = Members((Member("", 0, 1, 1e8, collapse=1e6, h=1e7),))
+    stroke, plastic_now = 0.0, np.zeros(1)
+    for turn in (0.05, -0.05, 0.02):
+        rate = np.array([np.sign(turn - stroke)])
+        for u in np.linspace(stroke, turn, 2001)[1:]:
+            now = np.array([u]), rate, plastic_now
+            members.switch(*now)
+            plastic_now = plastic_now + members.rate(*now) * abs(turn - stroke) / 2000
+        stroke = turn
+    (found,) = members.found(np.array([stroke]), plastic_now, np.zeros(1))
+    # each way: k (u - p) = F + h travel
+    plastic, travel = 0.0, 0.0
+    for u in (0.05, -0.05, 0.02):
+        more = (abs(1e8 * (u - plastic)) - 1e6 - 1e7 * travel) / 1.1e8
+        plastic, travel = plastic + np.sign(u - plastic) * more, travel + more
+    assert found.plastic == pytest.approx(plastic, rel=5e-3), "a step is 0.05 mm"
+    assert found.lost == pytest.approx(1e6 * travel + 0.5e7 * travel**2, rel=5e-3)
+
+
+@pytest.mark.parametrize("seed", [5, 24, 34, 47])
+def test_random_trains_with_bodies(seed):
+    """Breaks when the package and the oracle disagree about masses, members, yielding, bogies or where devices act."""
+    compared(oracles.scenario_of_bodies(seed))
+
+
+SLOW_OR_LOST = {0, 8, 9, 14, 15, 36, 43}
+"""Seeds with bodies that take the oracle minutes, or at which it finds no branch of a pair or a plunger."""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", sorted(set(range(53)) - SLOW_OR_LOST))
+def test_many_random_trains_with_bodies(seed):
+    """Breaks as the few do, for what they do not reach."""
+    compared(oracles.scenario_of_bodies(seed))
+
+
+def test_random_trains_with_bodies_are_the_same_in_batches_and_with_smaller_steps():
+    """Breaks if points or members of many sizes are laid out otherwise in a batch, or steps that are made smaller."""
+    chains = {}
+    for seed in (3, 5, 24, 31, 34, 47):
+        chain = line_up(oracles.scenario_of_bodies(seed))
+        chains |= {(seed, refined): replace(chain, refined=refined, time_limit=0.1) for refined in (False, True)}
+    together = dict(run_chains(chains.items(), 2, 3))
+    for key, chain in chains.items():
+        (alone,) = (summary for _, summary in run_chains([(key, chain)], 1, 1))
+        assert repr(together[key].responses) == repr(alone.responses), key
+        assert repr(together[key].balance) == repr(alone.balance), key

@@ -33,7 +33,7 @@ _GROUPS = {
     "Trust in a collision": ["converge", "Convergence", "compare", "Comparison", "verify", "Verification"],
     "Sweeps": ["run_cases", "load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
-    "Identification": ["load_targets", "targets_of", "Identification", "identify", "Found"],
+    "Identification": ["load_targets", "targets_of", "channels", "Identification", "identify", "Found"],
     "Reports": ["write_report"],
     "Errors": ["TrainmjError", "InputError", "OutputError", "EngineError"],
 }

@@ -300,7 +300,7 @@ GOOD = {"channels": "good.csv", "time": "t", "values": {"speed_1": "v"}}
         ({"channels": "short.csv"}, r"needs 4 times or more: of its 3 times, from 0 to 0.02 s, 3 are used"),
         ({"between_s": [0.5, 0.9]}, r"of its 4 times, from 0 to 0.03 s, 0 are used"),
         ({"channels": "late.csv"}, r"its times end at 5 s, and simulation.time_limit_s is 3: times are in s \(time:"),
-        ({"channels": "ended.csv"}, r"times end at 0.9 s, and the collision at 0.15\d s with the start values: use"),
+        ({"channels": "ended.csv"}, r"times end at 0.9 s, and the collision at 0.22\d s with the start values: use"),
         ({"channels": "early.csv"}, r"its times begin 0.01 s before the simulation: .*or shift them \(offset_ms\)"),
         ({"offset_ms": -3}, r"data.test.channels = 'good.csv': its times begin 0.003 s before the simulation"),
         ({"channels": "fine.csv"}, r"samples are 0.1 ms apart, finer than simulation.record_every_ms = 1: take at mo"),

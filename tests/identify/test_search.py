@@ -10,7 +10,8 @@ from hypothesis.extra.numpy import arrays
 from twins import AREA_KJ, KNOWN, plan, scenario, values
 
 from trainmj.identification.file import AreaPart, ExplorePart, SetPart
-from trainmj.identification.misfit import REFUSED, Misfit, Simulated
+from trainmj.identification.misfit import REFUSED, Misfit
+from trainmj.identification.plan import Simulated
 from trainmj.identification.search import explore, refine
 from trainmj.identification.sought import Area, Rise, Unknown
 from trainmj.identification.unknowns import Unknowns

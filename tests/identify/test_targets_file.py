@@ -12,8 +12,7 @@ from trainmj.errors import InputError
 from trainmj.identification import identify, load_targets, tables, targets_of
 from trainmj.identification.data import observations, parse_sum
 from trainmj.identification.file import DataPart, TableData
-from trainmj.identification.misfit import Simulated
-from trainmj.identification.plan import at_step
+from trainmj.identification.plan import Simulated, at_step
 from trainmj.scenario import load, save
 
 K = {"sets": "devices.coupler.stiffness_kN_per_mm", "bounds": [20, 400]}

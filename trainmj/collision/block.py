@@ -140,6 +140,7 @@ class Layout:
             Head.ROLLING: chain.rolling,
             Head.WINDOW: chain.steps_per_window,
             Head.RING: self._ring,
+            Head.LINGER: chain.linger,
         }
         if self.n_ring:
             head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}

@@ -66,6 +66,10 @@ class Body:
     attached: tuple[float, float] = (0.0, 0.0)
     bogies: Bogies | None = None
 
+    def own(self, mass: float) -> float:
+        """What a vehicle of some mass has without its bogies [kg]."""
+        return mass - (2 * self.bogies.mass if self.bogies else 0.0)
+
     def frequency(self, mass: float, mode: int = 1) -> float:
         """Frequency of an axial mode of the free body of some mass, bogies left out [Hz]."""
         n = self.n_members
@@ -142,8 +146,7 @@ def points_of(name: str, vehicle: int, mass: float, length: float, body: Body | 
         yield Point(name, vehicle, 0, mass, 1.0, length / 2)
         return
     n = body.n_members
-    bogies = body.bogies
-    own = mass - (2 * bogies.mass if bogies else 0.0)
+    bogies, own = body.bogies, body.own(mass)
     for i in range(n + 1):
         part = own / n * (0.5 if i in (0, n) else 1.0)
         order = n - i if facing else i
@@ -161,9 +164,8 @@ def members_of(name: str, vehicle: int, mass: float, length: float, body: Body, 
     The arguments are those of :func:`points_of`.
     """
     n = body.n_members
-    own = mass - (2 * body.bogies.mass if body.bogies else 0.0)
     stiffness = n * body.stiffness
-    damping = 2.0 * body.damping_ratio * stiffness / (2.0 * math.pi * body.frequency(own))
+    damping = 2.0 * body.damping_ratio * stiffness / (2.0 * math.pi * body.frequency(body.own(mass)))
     for i in range(n):
         order = n - 1 - i if facing else i
         span = (length * i / n, length * (i + 1) / n)

@@ -22,6 +22,9 @@ from trainmj.units import G, rounded_down
 
 _ROUNDING = 1e-9  # of a largest step
 
+_LATE = 2.0  # times that the stiffness of what pushes only counts in the largest step
+_SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
+
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
 
@@ -418,6 +421,11 @@ class Chain:
         rails = {v.rail_friction for v in self.vehicles}
         return bool(self.grade or len(rails) > 1 or any(v.brake for v in self.vehicles))
 
+    @property
+    def linger(self) -> float:
+        """How long nothing may touch before a collision is over [s]: bodies that give swing, and may touch again."""
+        return max((_SWINGS / v.body.frequency(v.mass) for v in self.vehicles if v.body is not None), default=0.0)
+
     @cached_property
     def closing_speed(self) -> float:
         """Largest difference of the initial speeds [m/s]."""
@@ -458,9 +466,9 @@ def largest_step(chain: Chain) -> float:
 
     The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
     matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
-    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. The stiffness of devices counts twice: they
-    let go of what they hold, and near the bound of a spring that holds they would do so with more energy than they
-    took. What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
+    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. A device, which pushes only, is met up to a
+    step late, h v deep, and turns v into v (1 - h2 K / M - h C / M): not faster than v if its stiffness counts twice.
+    What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
     from scipy.optimize import brentq
 
@@ -480,17 +488,18 @@ def largest_step(chain: Chain) -> float:
     def over(step: float) -> float:
         return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
 
-    low = high = _certain_step(chain)
+    low = _certain_step(chain) * (1.0 - _ROUNDING)  # it may be the largest itself
+    high = 2.0 * low
     while over(high) < 0.0:
         low, high = high, 2.0 * high
-    return float(brentq(over, low, high, rtol=1e-12)) if low < high else low
+    return float(brentq(over, low, high, rtol=1e-12))
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
-    """What acts between two points, or one and the wall: their indices, largest stiffness and damping."""
+    """What acts between two points, or one and the wall: their indices, stiffness that counts, largest damping."""
     for interface in chain.interfaces:
         stiffness, damping = interface.bounds(chain.closing_speed)
-        yield *chain.ends(interface), 2.0 * stiffness, damping
+        yield *chain.ends(interface), _LATE * stiffness, damping
     for member in chain.members:
         yield member.left, member.right, member.stiffness, member.damping
 

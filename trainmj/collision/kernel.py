@@ -194,7 +194,11 @@ def _passive(offsets: Offsets) -> Any:
             if peaked:
                 _peaks(s)
             s[HEAD.TIME] = time
-            s[HEAD.OVER] = 1.0 if still or not (active or closing) else 0.0
+            quiet = still or not (active or closing)
+            if not quiet:
+                s[HEAD.BUSY] = time
+            # a body that swings may have its largest forces after the last touch, and may touch again
+            s[HEAD.OVER] = 1.0 if quiet and time - s[HEAD.BUSY] >= s[HEAD.LINGER] else 0.0
             if whole:
                 _record(s, n)
         else:

@@ -259,7 +259,8 @@ class Used:
         That is the area below it, climbed as the law does, less what it gives back.
         """
         path = self.law.loading.climbing
-        return path.energy(stroke) - 0.5 * path.force_at(stroke) ** 2 / path.stiffness
+        force = path.force_at(stroke)
+        return path.energy(stroke) - 0.5 * force * force / path.stiffness
 
     def within(self, start: float, stroke: float) -> float:
         """Energy that a stage has absorbed [J], which begins at a stroke of the law and has one of its own [m].

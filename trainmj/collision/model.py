@@ -167,14 +167,19 @@ def _add_point(base: mujoco.MjSpec, chain: Chain, index: int, point: Point) -> N
 
 
 def _add_member(base: mujoco.MjSpec, chain: Chain, member: Member) -> None:
-    """A member of a body as a tendon of MuJoCo's: a spring with a dashpot, which yields but does not harden."""
+    """A member of a body as a tendon of MuJoCo's: a spring that yields but does not harden, or one with a dashpot.
+
+    The dashpot of a tendon does not yield: in a fast collapse it alone would carry more than the member does.
+    """
     tendon = base.add_tendon(name=member.name)
     tendon.wrap_joint(chain.points[member.left].name, 1.0)
     tendon.wrap_joint(chain.points[member.right].name, -1.0)
-    tendon.stiffness[0], tendon.damping[0] = member.stiffness, member.damping
+    tendon.stiffness[0] = member.stiffness
     tendon.springlength[:] = 0.0, 0.0
     if member.collapse < np.inf:
         tendon.springyield = member.collapse / member.stiffness
+    else:
+        tendon.damping[0] = member.damping
 
 
 def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed: Sequence[str], stand_in: bool) -> None:

@@ -108,6 +108,10 @@ def _averages(chain: Chain) -> bool:
     return chain.steps_per_window > 0
 
 
+def _bodies_give(chain: Chain) -> bool:
+    return bool(chain.members)
+
+
 INTERFACE: tuple[Quantity[Side], ...] = (
     Quantity(
         "stroke", "mm", 1, "largest\nstroke", "largest stroke; at the front that of one train",
@@ -133,12 +137,6 @@ INTERFACE: tuple[Quantity[Side], ...] = (
     ),
 )  # fmt: skip
 """Quantities of an interface, or of one train's side of the front; a number each."""
-
-
-def _bodies_give(chain: Chain) -> bool:
-    """Whether a vehicle has a body that gives; the others have that of one mass."""
-    return bool(chain.members)
-
 
 VEHICLE: tuple[Quantity[Measured], ...] = (
     Quantity("mass", "t", -6, "mass", "mass", lambda m: m.chain.mass / TONNE),
@@ -437,9 +435,8 @@ def _columns(
             add(of_vehicle, name, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
         for quantities, things in zip((MEMBER, POINT), bodies[k] if bodies else ((), ()), strict=True):
             for of_part in with_column(quantities):
-                for thing in things:
-                    at = len(of_vehicles) + things.index(thing)
-                    add(of_part, thing, 2, k >= n_moving, k if k < n_moving else k - n_moving, at)
+                for n, thing in enumerate(things, start=len(of_vehicles)):
+                    add(of_part, thing, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
     return {column.name: column for column in found}
 
 

@@ -159,6 +159,12 @@ class Result:
         return np.asarray(self._moved[:, left] - self._moved[:, right])
 
     @property
+    def member_elastic(self) -> Array:
+        """(n_sample, n_member) energy that the springs of the members of bodies hold [J]."""
+        stiffness = np.array([member.stiffness for member in self.chain.members])
+        return np.asarray(0.5 * stiffness * (self.member_shortening - self.member_plastic) ** 2)
+
+    @property
     def member_yielded(self) -> Array:
         """(n_sample, n_member) energy that the members of bodies have lost by yielding [J], from the records."""
         travel = np.cumsum(np.abs(np.diff(self.member_plastic, axis=0, prepend=0.0)), axis=0)

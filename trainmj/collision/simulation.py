@@ -27,8 +27,9 @@ LAW_NOT_CALLED = "the device law was not called: something replaced MuJoCo's pas
 def run(scenario: Scenario | str | Path) -> Result:
     """Compute one collision.
 
-    The run ends when no device carries force and none comes closer, or all vehicles stand, or at the time limit. Where
-    a step has passed a peak of a curve unseen, it is computed again with smaller steps there.
+    The run ends when no device carries force and none comes closer, or all vehicles stand, and bodies that give have
+    swung on for a while; or at the time limit. Where a step has passed a peak of a curve unseen, it is computed again
+    with smaller steps there.
 
     Args:
         scenario: what to collide: a scenario, the path of its file, or the name of one that ships.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from trainmj.cases.table import STATUS
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
 from trainmj.collision.status import UNUSABLE
-from trainmj.identification.plan import Identification, at_step
+from trainmj.identification.plan import Identification, Simulated, at_step
 from trainmj.identification.unknowns import Point
 from trainmj.scenario import Scenario
 
@@ -29,13 +29,6 @@ REFUSED = 1e6
 _LARGEST = 1e5  # residual of one that can: its powers stay finite
 
 _INSIDE = 0.95  # fraction of a bar beyond which a value is pushed back
-
-
-class Simulated(NamedTuple):
-    """What trials have given in m cases."""
-
-    responses: Array  # (n_trial, m, n_column)
-    traces: list[list[Mapping[str, Trace]]]  # [n_trial][m], the channels by name
 
 
 @dataclass

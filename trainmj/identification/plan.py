@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.channels import Trace
 from trainmj.collision.channels import channels_of as channels_of_chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -27,9 +28,6 @@ from trainmj.identification.unknowns import Point, Unknowns
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
 from trainmj.units import MS
-
-if TYPE_CHECKING:
-    from trainmj.identification.misfit import Simulated
 
 _ROUNDING = 1e-9  # of times [s]
 
@@ -107,6 +105,13 @@ class Sample:
             ),
         )
         return sample, tuple(chosen.tolist())
+
+
+class Simulated(NamedTuple):
+    """What trials have given in m cases."""
+
+    responses: Array  # (n_trial, m, n_column)
+    traces: list[list[Mapping[str, Trace]]]  # [n_trial][m], the channels by name
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trainmj.cases.engine import Local
+from trainmj.cases.engine import Local, Row
 from trainmj.cases.origin import Origin
 from trainmj.cases.store import KEY, Store
 from trainmj.collision.channels import Trace
@@ -21,7 +21,7 @@ from trainmj.files.folder import filling, remove_own, staged
 from trainmj.identification.figures import FIGURES
 from trainmj.identification.found import BASE, FOUND, Found
 from trainmj.identification.misfit import Misfit, Trials
-from trainmj.identification.plan import Identification, load_targets
+from trainmj.identification.plan import Identification, Sample, load_targets
 from trainmj.identification.search import Place, Watch, search
 from trainmj.identification.uncertainty import uncertainty
 from trainmj.identification.unknowns import Point, rounded
@@ -119,8 +119,7 @@ def _write(found: Found, formats: Sequence[Format], width: Width) -> None:
 
 def _check_start(plan: Identification, threads: int) -> None:
     """Refuse start values without usable numbers in every case, and targets that come to no number there."""
-    start = plan.unknowns.start().value
-    changes, shifts = plan.unknowns.changes(start), plan.shifts(start)
+    changes = plan.unknowns.changes(plan.unknowns.start().value)
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     made = ({**changes, **case} for case in cases)
     engine = Local(plan.scenario, threads, plan.channels)
@@ -135,21 +134,24 @@ def _check_start(plan: Identification, threads: int) -> None:
                 where = f"at the start values, in the case {dict(cases[k])} ({rows[k]['status']})"
                 rule = f"{column} comes to no number {where}"
                 raise plan.source.error(rule, "targets", wanted.name, "response")
-    left = iter(rows)
-    for key, sample in (("data", plan.fitted), ("held_out", plan.held_out)):
-        of_cases = [next(left) for _ in sample.cases]
-        for (data, _), places in sample.channels.items():
-            row, last = of_cases[sample.case[places[0]]], float(sample.time[places[-1]] + shifts[data])
-            terms = plan.targets[sample.target[places[0]]].terms
-            known = all(np.isfinite(Trace.unpacked(row[name]).at(np.array(last))) for name in terms)
-            rule = (
-                f"its times end at {last:.6g} s, and the collision at {row['duration_s']:.6g} s with the start values"
-            )
-            if last > row["duration_s"] + _LATE:
-                raise plan.source.error(f"{rule}: use those up to there (between_s)", key, data, "channels")
-            if not known:
-                rule += ", cut off, which a filter sees 10 ms before"
-                raise plan.source.error(f"{rule}: raise simulation.time_limit_s", key, data, "channels")
+    n = len(plan.fitted.cases)
+    _check_ends(plan, "data", plan.fitted, rows[:n])
+    _check_ends(plan, "held_out", plan.held_out, rows[n:])
+
+
+def _check_ends(plan: Identification, key: str, sample: Sample, rows: Sequence[Row]) -> None:
+    """Refuse channels that go on behind the end of the collision with the start values; a row for each case."""
+    shifts = plan.shifts(plan.unknowns.start().value)
+    for (data, _), places in sample.channels.items():
+        row, last = rows[sample.case[places[0]]], float(sample.time[places[-1]] + shifts[data])
+        terms = plan.targets[sample.target[places[0]]].terms
+        known = all(np.isfinite(Trace.unpacked(row[name]).at(np.array(last))) for name in terms)
+        rule = f"its times end at {last:.6g} s, and the collision at {row['duration_s']:.6g} s with the start values"
+        if last > row["duration_s"] + _LATE:
+            raise plan.source.error(f"{rule}: use those up to there (between_s)", key, data, "channels")
+        if not known:
+            rule += ", cut off, which a filter sees 10 ms before"
+            raise plan.source.error(f"{rule}: raise simulation.time_limit_s", key, data, "channels")
 
 
 def _final(plan: Identification, place: Place) -> Point:

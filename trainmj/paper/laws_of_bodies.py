@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.collision.summary import summarise
 from trainmj.paper.finding import Law
@@ -42,20 +41,11 @@ def _energies(rigid: Result, elastic: Result, section: str) -> Iterator[Law]:
     said = "The times of the energy change are almost identical"
     found = f"90 % of it at {times[0]:.3f} and {times[1]:.3f} s"
     yield Law(section, said, found, abs(times[1] / times[0] - 1) < 0.02, "within 2 %")
-    most = float(held(elastic).max() / KJ)
+    most = float(elastic.member_elastic.sum(axis=1).max() / KJ)
     said = "Car bodies absorb elastic energy"
     yield Law(
         section, said, f"at most {most:.1f} kJ, {100 * most * KJ / start:.2f} % of the kinetic energy", most > 0.0
     )
-
-
-def held(result: Result) -> Array:
-    """(n_sample,) elastic energy in all bodies [J]."""
-    left, right, stiffness = (
-        np.array([getattr(member, name) for member in result.chain.members]) for name in ("left", "right", "stiffness")
-    )
-    shortening = result.point_position[:, left] - result.point_position[:, right] - result.member_plastic
-    return np.asarray(0.5 * np.sum(stiffness * shortening**2, axis=1))
 
 
 def _strokes(rigid: Result, elastic: Result, section: str) -> Iterator[Law]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import pandas as pd
 
@@ -27,11 +28,17 @@ class Reproduction:
     recomputed: Analysis  # the study on the published Table 9
     ours: Analysis  # the study on our responses at the same points
     tables: Tables  # each published table beside its counterparts, by number
-    scatter: Scatter  # of the strokes over D, and what either law leaves of it
     optima: pd.DataFrame  # where the same decision ends on the paper's and on our responses
     verdicts: tuple[Verdict, ...]  # item by item
     laws: tuple[Law, ...]  # those the paper states in words, on our results
     defects: tuple[Defect, ...]  # the paper's own
+    threads: int = 0  # that what is computed later may use
+
+    @cached_property
+    def scatter(self) -> Scatter:
+        """The scatter of the strokes over D, and what either law leaves of it: some 600 collisions more."""
+        c = self.collisions
+        return scatter(self.tables, {OURS: c.summaries, S08: c.documented}, self.threads)
 
     @property
     def judged(self) -> list[Verdict]:
@@ -51,8 +58,7 @@ def reproduce(threads: int = 0) -> Reproduction:
         threads: native threads; 0 for all cores. The numbers do not depend on it.
     """
     collisions = collide(threads)
-    laws_of_unloading = {OURS: collisions.summaries, S08: collisions.documented}
-    tables = compare_collisions(laws_of_unloading)
+    tables = compare_collisions({OURS: collisions.summaries, S08: collisions.documented})
     nine, thirteen = tables["9"], tables.pop("13")  # which stands behind those of the study
     studies = {RECOMPUTED: from_table_9(), OURS: analyse(pd.concat([nine.keys, nine.found[OURS]], axis=1))}
     tables = {"2": compare_scenarios(collisions.scenarios)} | tables | compare_studies(thirteen, studies)
@@ -61,11 +67,11 @@ def reproduce(threads: int = 0) -> Reproduction:
         studies[RECOMPUTED],
         studies[OURS],
         tables,
-        scatter(tables, laws_of_unloading, threads),
         optima(studies, collisions),
         tuple(verdicts(tables)),
         tuple(laws(collisions, tables, studies[OURS])),
         (*defects_of_tables, *defects_of_study),
+        threads,
     )
 
 

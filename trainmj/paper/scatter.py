@@ -31,7 +31,7 @@ OVER_D, HELD_OUT, OVER_M = "Table 3", "Table 9, D = 23, 47 mm", "Table 6"
 """Whose strokes: those over D at 33 t; the two more of Table 9 at 33 t, about the lines of Table 3; those over M."""
 
 FINE_MM = 0.5
-"""From one empty stroke to the next in the picture: a ring of M1 and M2 is some 7.7 mm long."""
+"""From one empty stroke to the next in the picture, in which a period of the ring must show."""
 
 STIFFNESSES = np.union1d(np.geomspace(1e3, 4e5, 41), np.arange(38e3, 56e3, 1e3))
 """Unloading stiffnesses that are tried [kN/mm]."""

@@ -51,8 +51,8 @@ class BodySpec(Part):
         Above("slopes are in kN/mm; divide by 1000 if it is in N/mm"),
     ] = Field(
         default=0.0,
-        description="slope of that force over the plastic shortening of the body [kN/mm]; with none, nothing but "
-        "inertia spreads it over several members",
+        description="slope of that force over the plastic shortening of the body [kN/mm]; with none, one member "
+        "takes all of the crush",
     )
     attached_m: Annotated[list[Place], Field(min_length=2, max_length=2)] = Field(
         default_factory=lambda: [0.0, 0.0],

@@ -64,18 +64,17 @@ def write_run(
 def _bodies(chain: Chain, summary: Summary) -> Iterator[dict[str, Any]]:
     """A row for each member and each point of a body that gives, with its place from the end that faces the impact."""
     for i, v in zip(order_of_vehicles(chain), summary.vehicles, strict=True):
+        if not v.members:
+            continue
+        parts = []
+        for k, member in zip(chain.members_inward(i), v.members, strict=True):
+            left = chain.points[chain.members[k].left].place
+            span = chain.members[k].span
+            parts.append(("member" if span else "link", span or (left, left), member))
+        for k, point in zip(chain.points_inward(i), v.points, strict=True):
+            place = chain.points[k].place
+            parts.append(("point" if k <= chain.edge(i, 1) else "bogie", (place, place), point))
         length = chain.vehicles[i].length
-
-        def inward(*places: float, length: float = length, facing: int = chain.facing(i)) -> dict[str, float]:
-            first, *_, last = sorted(length - place if facing else place for place in (*places, places[0]))
-            return {"from_m": first, "to_m": last}
-
-        if v.members:
-            for k, part in zip(chain.members_inward(i), v.members, strict=True):
-                member = chain.members[k]
-                kind, span = ("member", member.span) if member.span else ("link", (chain.points[member.left].place,))
-                yield {"vehicle": v.name, "part": kind, **inward(*span), **part.as_row()}
-            for k, part in zip(chain.points_inward(i), v.points, strict=True):
-                point = chain.points[k]
-                kind = "point" if k <= chain.edge(i, 1) else "bogie"
-                yield {"vehicle": v.name, "part": kind, **inward(point.place), **part.as_row()}
+        for kind, (start, end), part in parts:
+            inward = (length - end, length - start) if chain.facing(i) else (start, end)
+            yield {"vehicle": v.name, "part": kind, "from_m": inward[0], "to_m": inward[1], **part.as_row()}

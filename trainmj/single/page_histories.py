@@ -138,8 +138,7 @@ def _balance_lines(result: Result, step: int) -> list[Trace]:
     brakes = np.cumsum(np.sum(_braking(result)[:, chain.vehicle_of] * chain.carried * way, axis=1))
     grade = -np.sum(chain.grade_force * (result.point_position - result.point_position[0]), axis=1)
     yielded = np.sum(result.member_yielded, axis=1)
-    stiffness = np.array([member.stiffness for member in chain.members])
-    elastic = np.sum(0.5 * stiffness * (result.member_shortening - result.member_plastic) ** 2, axis=1)
+    elastic = np.sum(result.member_elastic, axis=1)
     held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - yielded - elastic - rails - brakes - grade)
     rest = "elastic or gas, in the devices" + (" (or damped in car bodies)" if chain.members else "")
     return [

@@ -55,7 +55,7 @@ def why_not_valid(summary: Summary) -> str:
     if any(i.drawn_out for i in summary.interfaces):
         cures.append("for draw gear a longer curve")
     if bodies:
-        cures.append("a larger collapse_force_kN or hardening_kN_per_mm of the body")
+        cures.append("more hardening_kN_per_mm or collapse_force_kN of the body, or fewer members")
     what = [f"the curve of {', '.join(ended)} ended"] if ended else []
     what += [f"a member of the body of {bodies} was shortened by its whole length"] if bodies else []
     return (
@@ -266,7 +266,7 @@ def bodies_of(chain: Chain) -> Table:
         v, facing = chain.vehicles[i], chain.facing(i)
         if v.body is None:
             continue
-        b, own = v.body, v.mass - (2 * v.body.bogies.mass if v.body.bogies else 0.0)
+        b, own = v.body, v.body.own(v.mass)
         at = [nearest(b, v.length, v.length - a if end else a) for end, a in enumerate(b.attached)]
         inward = [v.length * n / b.n_members for n in (at[0], b.n_members - at[1])]
         numbers = (

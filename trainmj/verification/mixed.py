@@ -227,3 +227,47 @@ def _pull(rng: Rng) -> dict[str, Any]:
     if rng.random() < 0.3:
         gear["curve"] = {"stroke_mm": [0.0, 10.0, 200.0], "force_kN": [0.0, 500.0, 800.0]}
     return gear
+
+
+def with_bodies(values: dict[str, Any], seed: int) -> dict[str, Any]:
+    """The same collision with car bodies that give: all vehicles of a train, some, or all but some.
+
+    Some bodies are soft, some collapse far, some have bogies, and devices are attached behind their ends.
+    """
+    rng = np.random.default_rng([seed, 1])
+    trains = {}
+    for name, train in values["trains"].items():
+        cars = [{**car, "length_m": float(rng.uniform(12.0, 28.0))} for car in train["vehicles"]]
+        whole = rng.random() < 0.6
+        for car in cars:
+            if rng.random() < (0.3 if whole else 0.6):
+                least = car["mass_t"]
+                car["body"] = "rigid" if rng.random() < 0.25 else _body(rng, least, car["length_m"])
+        least, length = (min(car[key] for car in cars) for key in ("mass_t", "length_m"))
+        trains[name] = {**train, "vehicles": cars, **({"body": _body(rng, least, length)} if whole else {})}
+    return {**values, "trains": trains}
+
+
+def _body(rng: Rng, mass: float, length: float) -> dict[str, Any]:
+    """A body for vehicles of at least a mass [t] and a length [m]."""
+    stiffness = float(10 ** rng.uniform(1.7, 3.3))  # kN/mm
+    stated = str(rng.choice(["stiffness_kN_per_mm", "EA_MN", "frequency_Hz"]))
+    value = {
+        "stiffness_kN_per_mm": stiffness,
+        "EA_MN": stiffness * length,
+        "frequency_Hz": max(1.0, 0.5 * float(np.sqrt(1e3 * stiffness / mass))),
+    }[stated]
+    body: dict[str, Any] = {stated: value, "members": int(rng.choice([1, 2, 3, 4, 4, 4, 7]))}
+    body["damping_ratio"] = float(rng.choice([0.0, 0.02, 0.02, rng.uniform(0.0, 0.3)]))
+    if rng.random() < 0.5:
+        body["collapse_force_kN"] = float(rng.uniform(300.0, 2500.0))
+        body["hardening_kN_per_mm"] = float(rng.choice([0.0, rng.uniform(0.2, 5.0)]))
+    if rng.random() < 0.5:
+        body["attached_m"] = [float(rng.uniform(0.0, 0.4) * length), float(rng.uniform(0.0, 0.4) * length)]
+    if rng.random() < 0.4:
+        body["bogies"] = {
+            "mass_t": float(rng.uniform(0.08, 0.2) * mass),
+            "centres_m": float(rng.uniform(0.5, 0.9) * length),
+            "stiffness_kN_per_mm": float(rng.uniform(50.0, 500.0)),
+        }
+    return body

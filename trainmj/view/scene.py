@@ -70,8 +70,8 @@ def export(chain: Chain, title: str = "") -> str:
     )
     stand_ins += "".join(f"\n       {line}" for line in _bodies(chain))
     bodies = (
-        "Car bodies that give have such a tendon for each member, which shortens, is drawn out and yields at the "
-        "collapse force of the scenario, with its dashpot. "
+        "Car bodies that give have such a tendon for each member, which shortens and is drawn out; it yields at the "
+        "collapse force of the scenario, or has the dashpot of the member if none is stated. "
         if chain.members
         else ""
     )
@@ -123,6 +123,7 @@ def _left_out(chain: Chain) -> Iterator[str]:
         "that two devices in series have a state each": any(len(element.laws) > 1 for element in elements),
         "parallel paths": any(sum(e.sign > 0 for e in i.elements) > 1 for i in chain.interfaces),
         "draw gear": any(element.sign < 0 for element in elements),
+        "dashpots of members that yield": any(m.damping and m.collapse < np.inf for m in chain.members),
         "that members of car bodies harden as they yield": any(member.hardening for member in chain.members),
         "friction of rails and ground": any(vehicle.rail_friction for vehicle in chain.vehicles),
         "brakes": any(vehicle.brake for vehicle in chain.vehicles),

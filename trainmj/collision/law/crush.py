@@ -80,7 +80,7 @@ def _passed(s: Block, e: int, before: int, k: int) -> float:
 def stored(law: Law, stroke: float, force: float, plastic: float, _: float) -> float:
     """Energy in the spring [J]."""
     left = max(0.0, stroke - plastic)
-    return 0.5 * law.parameters[0] * left**2
+    return 0.5 * law.parameters[0] * left * left  # left**2 is an error where it overflows
 
 
 def bounds(law: Law, _: float) -> tuple[float, float]:

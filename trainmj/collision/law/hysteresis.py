@@ -95,7 +95,7 @@ def stored(law: Law, stroke: float, force: float, slipped: float, given: float) 
     if slope[k] < stiffness * (1.0 - 1e-9):
         at = min(at, (f[k] - slope[k] * u[k] + stiffness * slipped) / (stiffness - slope[k]))
     met = value(unloading, 0, segment(unloading, 0, 0, at), at)
-    held = (force**2 - met**2) / (2.0 * stiffness) + area(unloading, 0, at)
+    held = (force * force - met * met) / (2.0 * stiffness) + area(unloading, 0, at)
     return float(held + (force + 0.5 * stop * over) * over)
 
 

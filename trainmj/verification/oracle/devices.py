@@ -252,7 +252,7 @@ class Crush:
         spring, cap = self.k * (u - self.p), self._cap(u, v)
         order = ["elastic", "capped", "slack"] if self.c > 0.0 else ["elastic", "capped"]  # it takes a dashpot to relax
         if spring >= cap - 2 * SLACK_N and self.curve.slope(self.i) <= self.k:
-            order.insert(1 if shrunk else 0, "crushing")
+            order.insert(len(order) if shrunk else 0, "crushing")
         before = self.p
         for branch in order:
             self.branch = branch

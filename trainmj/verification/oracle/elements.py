@@ -128,7 +128,7 @@ class Element:
             return
         if len(self.devices) == 1:
             for _ in self.devices[0].branches(u, v, shrunk):
-                if shrunk or _holds(self.devices[0], u, v):
+                if _holds(self.devices[0], u, v):
                     break
             else:
                 raise EngineError(f"no branch goes on at {u} m, {v} m/s: {self.devices[0]}")

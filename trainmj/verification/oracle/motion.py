@@ -11,6 +11,7 @@ from scipy.integrate import DOP853, LSODA
 from scipy.optimize import brentq
 
 from trainmj.errors import EngineError
+from trainmj.verification.oracle.bodies import Given, Member, Members
 from trainmj.verification.oracle.devices import SLACK_M_S, SLACK_N, Crush, Hydraulic, Hysteresis
 from trainmj.verification.oracle.elements import Element
 
@@ -31,6 +32,10 @@ class Brake:
     delay: float = 0.0
     rise: float = 0.0
 
+    def shared(self, share: float) -> Brake:
+        """A part of it."""
+        return Brake(share * self.force, self.delay, self.rise)
+
     def at(self, t: float) -> float:
         """Its limit at a time [N]."""
         if t < self.delay:
@@ -39,22 +44,22 @@ class Brake:
 
 
 @dataclass(frozen=True)
-class Vehicle:
-    """A vehicle as numbers in SI."""
+class Point:
+    """A vehicle, or a part of one with a body that gives, as numbers in SI."""
 
-    name: str
+    vehicle: int
     mass: float
     speed: float
-    friction: float = 0.0  # coefficient of the rails
+    friction: float = 0.0  # largest force of the rails [N]
     brake: Brake = Brake(0.0)
 
 
 @dataclass
 class Interface:
-    """All that joins two neighbours."""
+    """All that joins two neighbours; or both ends of a body, whose members are elsewhere."""
 
     name: str
-    left: int
+    left: int  # point
     right: int
     elements: list[Element]
 
@@ -63,10 +68,13 @@ class Interface:
 class System:
     """What is collided, left to right."""
 
-    vehicles: tuple[Vehicle, ...]
+    vehicles: tuple[str, ...]  # by name
+    points: tuple[Point, ...]
     interfaces: tuple[Interface, ...]
+    members: tuple[Member, ...]
+    bodies: tuple[Interface, ...]  # from one end of a body that gives to the other one
     gap: float  # at the front
-    front: int  # index of the front interface
+    front: int  # index of the last vehicle of the moving train
     slope: float  # sine of the angle of the track, positive uphill along +x
     time_limit: float
 
@@ -106,12 +114,15 @@ class Solution:
     valid_until: float  # [s], inf if no curve ended
     switches: int
     over: float  # time at which it was over [s]; nan if it was not
-    stood: dict[str, float] = field(default_factory=dict)  # when a vehicle last came to rest [s]
+    stood: dict[str, float] = field(default_factory=dict)  # when a vehicle of one mass last came to rest [s]
+    members: dict[str, Given] = field(default_factory=dict)
+    shortened: dict[str, float] = field(default_factory=dict)  # largest of each body that gives [m]
 
     @property
     def missing(self) -> float:
         """Error of the energy balance [J]."""
         kept = sum(f.absorbed + f.energies["elastic"] for f in self.interfaces.values())
+        kept += sum(m.lost + m.elastic for m in self.members.values())
         return self.kinetic[0] + self.grade - self.kinetic[1] - self.rails - self.brakes - kept
 
 
@@ -121,32 +132,38 @@ class Motion:
     def __init__(self, system: System) -> None:
         """Put a system at its start."""
         self.s = system
-        self.n = len(system.vehicles)
-        self.mass = np.array([v.mass for v in system.vehicles])
+        self.n = len(system.points)
+        self.mass = np.array([p.mass for p in system.points])
+        self.vehicle = np.array([p.vehicle for p in system.points])
+        self.whole = np.bincount(self.vehicle, self.mass)
+        self.members = Members(system.members)
+        self.joints = (*system.interfaces, *system.bodies)
         self.elements = [e for i in system.interfaces for e in i.elements]
         self.at: list[int] = []
         at = 2 * self.n
         for e in self.elements:
             self.at.append(at)
             at += e.extra + 2 * len(e.devices)
-        self.books = at
-        self.size = at + 3
+        self.plastic = at
+        self.dashpots = at + self.members.n
+        self.books = self.dashpots + self.members.n
+        self.size = self.books + 3
         self.weight = -self.mass * G * system.slope
-        self.hold = np.array([v.friction * v.mass * G for v in system.vehicles])
-        self.gripped = np.array([v.friction > 0.0 or v.brake.force > 0.0 for v in system.vehicles])
+        self.hold = np.array([p.friction for p in system.points])
+        self.gripped = np.array([p.friction > 0.0 or p.brake.force > 0.0 for p in system.points])
         y = np.zeros(self.size)
-        y[: system.front + 1] -= system.gap
-        y[self.n : 2 * self.n] = [v.speed for v in system.vehicles]
+        y[: self.n] -= np.where(self.vehicle <= system.front, system.gap, 0.0)
+        y[self.n : 2 * self.n] = [p.speed for p in system.points]
         self.y = y
         self.way = np.sign(y[self.n : 2 * self.n])
         self.t = 0.0
         self.valid_until = math.inf
         self.switches = 0
-        self.stroke = [-math.inf] * len(system.interfaces)
-        self.stroke_time = [0.0] * len(system.interfaces)
+        self.stroke = [-math.inf] * len(self.joints)
+        self.stroke_time = [0.0] * len(self.joints)
         self.push = [0.0] * len(system.interfaces)
         self.pull = [0.0] * len(system.interfaces)
-        self.peak = np.zeros(self.n)
+        self.peak = np.zeros(len(system.vehicles))
         self.stood: dict[str, float] = {}
 
     # the state
@@ -164,8 +181,13 @@ class Motion:
         return u, v, e.sides(u, v, y[self.at[k] : self.at[k] + e.extra])
 
     def _limits(self, t: float) -> tuple[Array, Array]:
-        brakes = np.array([v.brake.at(t) for v in self.s.vehicles])
+        brakes = np.array([p.brake.at(t) for p in self.s.points])
         return self.hold, brakes
+
+    def _of_members(self, y: Array) -> tuple[Array, Array, Array]:
+        """Their shortenings, rates and plastic shortenings."""
+        u, v = self.members.between(y[: self.n]), self.members.between(y[self.n : 2 * self.n])
+        return u, v, y[self.plastic : self.dashpots]
 
     def _net(self, y: Array) -> tuple[Array, list[list[tuple[float, float]]], list[float]]:
         net = self.weight.copy()
@@ -178,6 +200,10 @@ class Motion:
                 net[e.right] += f
             all_sides.append(sides)
             forces.append(f)
+        if self.members.n:
+            inner = self.members.force(*self._of_members(y))
+            net -= np.bincount(self.members.left, inner, self.n)
+            net += np.bincount(self.members.right, inner, self.n)
         return net, all_sides, forces
 
     def rate(self, t: float, y: Array) -> Array:
@@ -199,6 +225,9 @@ class Motion:
                 d[at + 2 * j] = device.force(w, v) * v
                 d[at + 2 * j + 1] = device.viscous(w, v) * v
         speed = y[n : 2 * n]
+        of_members = self._of_members(y)
+        d[self.plastic : self.dashpots] = self.members.rate(*of_members)
+        d[self.dashpots : self.books] = self.members.viscous(*of_members)
         d[self.books] = float((self.way * speed * rails).sum())
         d[self.books + 1] = float((self.way * speed * brakes).sum())
         d[self.books + 2] = float((self.weight * speed).sum())
@@ -213,6 +242,7 @@ class Motion:
         for k, e in enumerate(self.elements):
             u, v = self._between(y, e)
             values += [value + slack for value, slack in e.conditions(u, v, all_sides[k])]
+        values += self.members.conditions(*self._of_members(y)).tolist()
         rails, brakes = self._limits(t)
         for i in np.flatnonzero(self.gripped):
             if self.way[i]:
@@ -262,6 +292,9 @@ class Motion:
                     e.switch(u, v, y[at : at + e.extra], shrunk)
                     self.switches += 1
                     changed = True
+            yields = self.members.switch(*self._of_members(y))
+            self.switches += yields
+            changed |= yields > 0
             net, _, _ = self._net(y)
             rails, brakes = self._limits(t)
             for i in np.flatnonzero(self.gripped):
@@ -269,7 +302,7 @@ class Motion:
                 speed = y[n + i]
                 if self.way[i] and self.way[i] * speed < -SLACK_M_S / 2:
                     y[n + i] = 0.0
-                    self.stood[self.s.vehicles[i].name] = t
+                    self.stood[self.s.vehicles[self.vehicle[i]]] = t
                     self.way[i] = 0.0 if abs(net[i]) <= limit else np.sign(net[i])
                     changed = True
                     self.switches += 1
@@ -285,12 +318,14 @@ class Motion:
 
     def look(self, t: float, y: Array) -> None:
         """Note the peaks."""
-        by_device = np.zeros(self.n)
+        by_device = np.zeros(len(self.whole))
         k = 0
-        for j, interface in enumerate(self.s.interfaces):
-            u = y[interface.left] - (y[interface.right] if interface.right != WALL else 0.0)
+        for j, joint in enumerate(self.joints):
+            u = y[joint.left] - (y[joint.right] if joint.right != WALL else 0.0)
             if u > self.stroke[j]:
                 self.stroke[j], self.stroke_time[j] = float(u), t
+        self.members.look(*self._of_members(y))
+        for j, interface in enumerate(self.s.interfaces):
             push = pull = 0.0
             for e in interface.elements:
                 _, _, sides = self._sides(y, k)
@@ -301,10 +336,10 @@ class Motion:
                         e.top[m] = max(e.top[m], w)
                 k += 1
             self.push[j], self.pull[j] = max(self.push[j], push), max(self.pull[j], pull)
-            by_device[interface.left] -= push - pull
+            by_device[self.vehicle[interface.left]] -= push - pull
             if interface.right != WALL:
-                by_device[interface.right] += push - pull
-        self.peak = np.maximum(self.peak, np.abs(by_device) / self.mass)
+                by_device[self.vehicle[interface.right]] += push - pull
+        self.peak = np.maximum(self.peak, np.abs(by_device) / self.whole)
 
     def _ended(self, y: Array) -> float:
         """How far the device that is furthest past its curve is past it [m]."""
@@ -329,7 +364,8 @@ class Motion:
 
     def go(self, until: float, stop_when_over: bool) -> float:
         """Follow it to a time; returns when it was over, nan if it was not."""
-        marks = {v.brake.delay for v in self.s.vehicles} | {v.brake.delay + v.brake.rise for v in self.s.vehicles}
+        brakes = {p.brake for p in self.s.points}
+        marks = {b.delay for b in brakes} | {b.delay + b.rise for b in brakes}
         stops = [*sorted(m for m in marks if 0.0 < m < until), until]
         self.look(0.0, self.y)
         for stop in stops:
@@ -357,7 +393,7 @@ class Motion:
         stiff = self._stiff()
         kind: Any = LSODA if stiff else DOP853
         carries = any(e.carries() for e in self.elements)
-        step = _LONGEST if carries else _FREE
+        step = _LONGEST if carries or self.members.n else _FREE
         solver = kind(self.rate, t, self.y.copy(), stop, rtol=1e-9 if stiff else 1e-10, atol=atol, max_step=step)
         while solver.status == "running":
             message = solver.step()
@@ -393,25 +429,29 @@ class Motion:
 
     def _note(self, t0: float, t1: float, dense: Any) -> None:
         """What happened in a stretch without a switch: peaks inside it and at its end, and curves that ended."""
-        for interface in self.s.interfaces:
 
-            def closing(t: float, i: Interface = interface) -> float:
-                y = dense(t)
-                return float(y[self.n + i.left] - (y[self.n + i.right] if i.right != WALL else 0.0))
+        def closing(y: Array, joint: Interface) -> float:
+            return float(y[self.n + joint.left] - (y[self.n + joint.right] if joint.right != WALL else 0.0))
 
-            if closing(t0) > 0.0 > closing(t1):
-                t = float(brentq(closing, t0, t1, xtol=1e-14))
+        y0, y1 = dense(t0), dense(t1)
+        for joint in self.joints:
+            if closing(y0, joint) > 0.0 > closing(y1, joint):
+                t = float(brentq(lambda t, joint=joint: closing(dense(t), joint), t0, t1, xtol=1e-14))
                 self.look(t, dense(t))
-        if self.valid_until == math.inf and self._ended(dense(t1)) > 0.0:
+        if self.valid_until == math.inf and self._ended(y1) > 0.0:
             self.valid_until = t0
-            if self._ended(dense(t0)) < 0.0:
+            if self._ended(y0) < 0.0:
                 self.valid_until = float(brentq(lambda x: self._ended(dense(x)), t0, t1, xtol=1e-12))
-        self.look(t1, dense(t1))
+        self.look(t1, y1)
+
+    def _mean(self, values: Array) -> Array:
+        """Of the points of each vehicle, by their masses."""
+        return np.asarray(np.bincount(self.vehicle, self.mass * values) / self.whole)
 
     def solution(self, t: float, over: float) -> Solution:
         """All that was found."""
         n, y = self.n, self.y
-        names = [v.name for v in self.s.vehicles]
+        names = self.s.vehicles
         found, k = {}, 0
         for j, interface in enumerate(self.s.interfaces):
             energies = dict.fromkeys(("crushed", "viscous", "frictional", "gas", "elastic", "set_free", "broken"), 0.0)
@@ -446,18 +486,20 @@ class Motion:
             found[interface.name] = Found(
                 self.stroke[j], self.stroke_time[j], tops, self.push[j], self.pull[j], energies, broken
             )
-        speed0 = np.array([v.speed for v in self.s.vehicles])
+        speed0 = np.array([p.speed for p in self.s.points])
         kinetic = (0.5 * float((self.mass * speed0**2).sum()), 0.5 * float((self.mass * y[n : 2 * n] ** 2).sum()))
         common = 0.0
         if all(i.right != WALL for i in self.s.interfaces):
             common = float((self.mass * speed0).sum() / self.mass.sum())
-        start = np.zeros(n)
-        start[: self.s.front + 1] = -self.s.gap
+        start = np.where(self.vehicle <= self.s.front, -self.s.gap, 0.0)
+        shortening, _, plastic = self._of_members(y)
+        given = self.members.found(shortening, plastic, y[self.dashpots : self.books])
+        shortened = self.stroke[len(self.s.interfaces) :]
         return Solution(
             t,
             found,
-            dict(zip(names, y[n : 2 * n].tolist(), strict=True)),
-            dict(zip(names, (y[:n] - start).tolist(), strict=True)),
+            dict(zip(names, self._mean(y[n : 2 * n]).tolist(), strict=True)),
+            dict(zip(names, self._mean(y[:n] - start).tolist(), strict=True)),
             dict(zip(names, self.peak.tolist(), strict=True)),
             kinetic,
             0.5 * float((self.mass * (speed0 - common) ** 2).sum()),
@@ -468,4 +510,6 @@ class Motion:
             self.switches,
             over,
             self.stood,
+            {m.name: found for m, found in zip(self.s.members, given, strict=True)},
+            {body.name: most for body, most in zip(self.s.bodies, shortened, strict=True)},
         )

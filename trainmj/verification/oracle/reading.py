@@ -6,9 +6,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from trainmj.verification.oracle.bodies import Member
 from trainmj.verification.oracle.devices import Body, Crush, Device, Hydraulic, Hysteresis, Points, factor_of
 from trainmj.verification.oracle.elements import Element
-from trainmj.verification.oracle.motion import WALL, Brake, G, Interface, System, Vehicle
+from trainmj.verification.oracle.motion import WALL, Brake, G, Interface, Point, System
 
 Values = Mapping[str, Any]
 _FAR = 100.0  # a stop rises this far [m]
@@ -41,25 +42,32 @@ def read(values: Values) -> System:
     n = len(moving)
     ordered = moving[::-1] + struck
     names = [f"M{n - k}" for k in range(n)] + [f"S{k + 1}" for k in range(len(struck))]
-    vehicles = tuple(
-        Vehicle(name, car["mass"], car["speed"], car["friction"], car["brake"])
-        for name, car in zip(names, ordered, strict=True)
-    )
+    points: list[Point] = []
+    members: list[Member] = []
+    bodies: list[Interface] = []
+    ends: list[tuple[int, int]] = []  # of each vehicle: the points at which devices are attached
+    for i, (name, car) in enumerate(zip(names, ordered, strict=True)):
+        front_right = i < n or c.get("partner_end") == "rear"
+        ends.append(_points(i, name, car, front_right, i < n, points, members, bodies))
     interfaces = []
     for k in range(n - 1):  # left to right, from the tail
         left, right = n - 1 - k, n - 2 - k  # of the moving train: behind, before
-        elements = _coupled(moving[right]["coupler"], values, k, k + 1, turn=True)
-        interfaces.append(Interface(f"M{right + 1}-M{left + 1}", k, k + 1, elements))
+        at = ends[k][1], ends[k + 1][0]
+        elements = _coupled(moving[right]["coupler"], values, *at, turn=True)
+        interfaces.append(Interface(f"M{right + 1}-M{left + 1}", *at, elements))
     wall = not struck
-    interfaces.append(
-        Interface("M1-wall" if wall else "S1-M1", n - 1, WALL if wall else n, _front(fronts, values, n - 1, wall))
-    )
+    at = ends[n - 1][1], WALL if wall else ends[n][0]
+    interfaces.append(Interface("M1-wall" if wall else "S1-M1", *at, _front(fronts, values, *at)))
     for k in range(len(struck) - 1):
-        elements = _coupled(struck[k]["coupler"], values, n + k, n + k + 1, turn=False)
-        interfaces.append(Interface(f"S{k + 1}-S{k + 2}", n + k, n + k + 1, elements))
+        at = ends[n + k][1], ends[n + k + 1][0]
+        elements = _coupled(struck[k]["coupler"], values, *at, turn=False)
+        interfaces.append(Interface(f"S{k + 1}-S{k + 2}", *at, elements))
     return System(
-        vehicles,
+        tuple(names),
+        tuple(points),
         tuple(interfaces),
+        tuple(members),
+        tuple(bodies),
         c.get("gap_mm", 0.0) / 1e3,
         n - 1,
         c.get("grade_per_mille", 0.0) / 1e3,
@@ -88,9 +96,66 @@ def _cars(train: Values, friction: float, speed: float) -> list[dict[str, Any]]:
                 "friction": friction if mu is None else mu,
                 "brake": _brake(value.get("brakes"), mass),
                 "coupler": value.get("coupler"),
+                "body": value.get("body"),
+                "length": value.get("length_m", 20.0),
             }
         )
     return cars
+
+
+def _points(
+    vehicle: int,
+    name: str,
+    car: Values,
+    front_right: bool,
+    facing_right: bool,
+    points: list[Point],
+    members: list[Member],
+    bodies: list[Interface],
+) -> tuple[int, int]:
+    """Add a vehicle to what there is; the points at which the devices of its left and right end are attached."""
+    mass, speed, brake, body = car["mass"], car["speed"], car["brake"], car.get("body")
+    hold, first = car["friction"] * mass * G, len(points)
+    if body is None or body == "rigid":
+        points.append(Point(vehicle, mass, speed, hold, brake))
+        return first, first
+    length, bogies, parts = car["length"], body.get("bogies"), int(body.get("members", 4))
+    ratio = body.get("damping_ratio", 0.02)
+    heavy = bogies["mass_t"] * 1e3 if bogies else 0.0
+    own = mass - 2 * heavy
+    if "EA_MN" in body:
+        k = body["EA_MN"] * 1e6 / length
+    elif "frequency_Hz" in body:  # f = sqrt(EA / (L M)) / 2
+        k = (2.0 * body["frequency_Hz"]) ** 2 * own
+    else:
+        k = body["stiffness_kN_per_mm"] * 1e6
+    for i in range(parts + 1):
+        own_part = own / parts * (0.5 if i in (0, parts) else 1.0)
+        share = 0.0 if bogies else own_part / mass
+        points.append(Point(vehicle, own_part, speed, share * hold, brake.shared(share)))
+    lowest = 2.0 * parts * math.sqrt(k / own) * math.sin(math.pi / (2 * parts))
+    collapse = body["collapse_force_kN"] * 1e3 if body.get("collapse_force_kN") is not None else math.inf
+    h = body.get("hardening_kN_per_mm", 0.0) * 1e6
+    for i in range(parts):
+        number = parts - i if facing_right else i + 1
+        member = f"{name} member {number}"
+        one = Member(member, first + i, first + i + 1, parts * k, 2 * ratio * parts * k / lowest, collapse, parts * h)
+        members.append(one)
+    bodies.append(Interface(name, first, first + parts, []))
+
+    def nearest(place: float) -> int:
+        return min(range(parts + 1), key=lambda i: abs(i * length / parts - place))
+
+    for right in (False, True) if bogies else ():
+        place = 0.5 * (length + (bogies["centres_m"] if right else -bogies["centres_m"]))
+        link = bogies.get("stiffness_kN_per_mm", 500.0) * 1e6
+        number = 1 if right is facing_right else 2
+        bogie = f"{name} bogie {number}"
+        members.append(Member(bogie, first + nearest(place), len(points), link, 2 * ratio * math.sqrt(link * heavy)))
+        points.append(Point(vehicle, heavy, speed, 0.5 * hold, brake.shared(0.5)))
+    front, rear = body.get("attached_m", (0.0, 0.0))
+    left, right_end = (rear, front) if front_right else (front, rear)
+    return first + nearest(left), first + nearest(length - right_end)
 
 
 def _brake(stated: Values | None, mass: float) -> Brake:
@@ -335,8 +400,7 @@ def _series(names: list[str], values: Values, left: int, right: int, offset: flo
     return element
 
 
-def _front(fronts: list[str], values: Values, left: int, wall: bool) -> list[Element]:
-    right = WALL if wall else left + 1
+def _front(fronts: list[str], values: Values, left: int, right: int) -> list[Element]:
     cuts = [split_at_shear_off(values["devices"][name]) for name in fronts]
     equal = len(fronts) == 2 and values["devices"][fronts[0]] == values["devices"][fronts[1]]
     if len(fronts) == 2 and all(cuts) and not equal:
