@@ -17,6 +17,7 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load
+from trainmj.single.tables import why_not_valid
 from trainmj.units import KN_PER_MM, G
 from trainmj.verification import bodies
 from trainmj.verification.systems import Ride, chain, envelope
@@ -213,6 +214,36 @@ def test_a_body_that_collapses_says_so_above_a_millimetre():
     assert "body" not in str(strong.status)
 
 
+def test_a_body_that_is_drawn_out_says_so_too():
+    """Breaks if a body that yields in tension is no matter: its devices push at its far end."""
+    pulled = STIFF | {"collapse_force_kN": 500, "hardening_kN_per_mm": 3, "attached_m": [20, 0]}
+    summary = summarise(run(b_type("rigid", "b_type_wall", **{"trains.b_type.vehicles.0.body": pulled})))
+    assert summary.vehicles[0].body_plastic_mm < -1.0
+    assert "body of M1 (drawn out by " in summary.status.reason
+
+
+def test_a_member_of_which_nothing_is_left_is_not_valid():
+    """Breaks if a body of 20 m is crushed by 70 m and only the stroke is exhausted."""
+    soft = STIFF | {"members": 2, "collapse_force_kN": 60}
+    changes = {"collision.speed_km_h": 60, "simulation.time_limit_s": 1.2, "trains.b_type.vehicles.0.body": soft}
+    result = run(b_type("rigid", "b_type_wall", **changes))
+    summary = summarise(result)
+    member = result.chain.members_inward(result.chain.front)[0]
+    until = np.argmax(result.member_shortening[:, member] >= 10.0) * result.chain.record_interval
+    assert until - result.chain.record_interval < summary.valid_until_s <= until
+    assert summary.status.where == ("body of M1",)
+    assert summary.status.unusable
+    assert "body of M1 was shortened by its whole length" in why_not_valid(summary)
+    assert "draw gear" not in why_not_valid(summary)
+
+
+def test_a_response_that_only_bodies_have_is_missed_with_the_reason():
+    """Breaks if the names of all other responses are listed instead."""
+    for name in ("body_plastic_mm", "body_plastic_M1_mm", "plastic_M1_member_1_mm", "peak_acceleration_M1_2_g"):
+        with pytest.raises(InputError, match=r"; no vehicle of the scenario has a body that gives$"):
+            line_up(load("b_type", {f"limits.{name}": 5}))
+
+
 def test_what_to_know_of_a_body_that_collapses_is_said():
     """Breaks if a car body that stands twice, or a collapse that stays in one member, is computed in silence."""
     said = " ".join(remarks(line_up(b_type(STIFF | {"collapse_force_kN": 2000}))))
@@ -221,17 +252,6 @@ def test_what_to_know_of_a_body_that_collapses_is_said():
     hard = STIFF | {"collapse_force_kN": 2000, "hardening_kN_per_mm": 2}
     assert "without hardening" not in " ".join(remarks(line_up(b_type(hard))))
     assert "body" not in " ".join(remarks(line_up(b_type(STIFF))))
-
-
-def test_a_member_that_is_shorter_than_nothing_is_named():
-    """Breaks if a body is crushed by more than there is of it, and nobody is told: nothing ends a collapse."""
-    body = STIFF | {"collapse_force_kN": 300, "members": 20}
-    soft = b_type(body, "b_type_wall", **{"collision.speed_km_h": 36, "simulation.step_ms": 0.02})
-    (said,) = (one for one in summarise(run(soft)).remarks if "more than its length" in one)
-    assert said.startswith("M1 member 1: shortened by ")
-    assert "its length of 1000 mm" in said
-    hard = b_type(body | {"hardening_kN_per_mm": 1}, "b_type_wall", **{"simulation.step_ms": 0.02})
-    assert "more than its length" not in " ".join(summarise(run(hard)).remarks)
 
 
 def test_no_member_carries_more_than_it_yields_at():
@@ -334,7 +354,7 @@ def test_quantities_of_bodies_are_there_where_a_body_gives():
     [
         ({"members": 4}, "needs stiffness_kN_per_mm, EA_MN or frequency_Hz"),
         (STIFF | {"EA_MN": 3}, "does not go with stiffness_kN_per_mm"),
-        ("soft", "must be 'rigid'"),
+        ("soft", "must be rigid, or a group with stiffness_kN_per_mm, EA_MN or frequency_Hz"),
         (STIFF | {"members": 0}, "must be at least 1"),
         (STIFF | {"damping_ratio": 2}, "divide by 100 if it is in %"),
         (STIFF | {"bogies": {"mass_t": 17, "centres_m": 12}}, "leaves -1 t of 33 t for the body"),

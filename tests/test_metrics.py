@@ -100,12 +100,14 @@ def test_means_over_windows_are_the_changes_of_speed(window_ms, changes):
     case = load("b_type", {"collision.rail_friction": 0, "simulation.averaging_ms": window_ms, **changes})
     result = run(case.with_values({"simulation.record_every_ms": 0.2}))
     assert result.chain.refined == ("devices.front.stages.coupler.shear_off" in changes)
-    ends = np.append(np.arange(0, len(result.time), round(window_ms / 0.2)), len(result.time) - 1)
-    means = np.abs(np.diff(result.velocity[ends], axis=0)).max(axis=0) / (window_ms * 1e-3)
+    ends = np.arange(0, len(result.time), round(window_ms / 0.2))
+    if result.tally.over:  # and nothing is pushed any more
+        ends = np.append(ends, len(result.time) - 1)
+    means = np.abs(np.diff(result.velocity[ends], axis=0)).max(axis=0, initial=0) / (window_ms * 1e-3)
+    means = means if len(ends) > 1 else np.full_like(means, np.nan)
     found = {v.name: v.averaged_device_acceleration_g for v in summarise(result).vehicles}
     wanted = {v.name: mean / 9.80665 for v, mean in zip(result.chain.vehicles, means, strict=True)}
-    slack = abs(result.force[-1]).max() * case.simulation.step_ms / window_ms / 33e3  # of the step behind a cut
-    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9 + slack)
+    assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9, nan_ok=True)
 
 
 def test_a_known_force_over_windows():
@@ -131,7 +133,7 @@ def test_without_a_window_there_are_no_means():
         "TAMA_averaged_g", *(f"averaged_device_M{n}_g" for n in range(1, 7))
     }  # fmt: skip
     assert one.responses == {name: other.responses[name] for name in one.responses}, "and nothing else changes"
-    with pytest.raises(InputError, match="TAMA_averaged"):
+    with pytest.raises(InputError, match=r"TAMA_averaged.*; the scenario does not state simulation.averaging_ms$"):
         line_up(load("b_type_wall", {"limits.TAMA_averaged_g": 1}))
 
 
@@ -255,7 +257,7 @@ def tallied(result: Result, **fields: object) -> Summary:
         "point_speed": tally.speed,
         "member_force": np.zeros(0),
         "member_dissipated": np.zeros(0),
-        "member_stroke_max": np.zeros(0),
+        "member_end_time": np.zeros(0),
     }
     return measure(result.chain, changed(tally, **of_elements), result.time, result.velocity)
 

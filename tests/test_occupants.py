@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -246,6 +247,8 @@ def test_a_collision_that_is_cut_off_has_blanks_and_says_why():
     assert math.isnan(last.SIV_300mm_m_per_s)
     limit = next(c for c in summary.limits if c.name == "SIV_600mm_m_per_s")
     assert not limit.kept
+    assert re.search(r"SIV 600mm of M\d \(no number\)", summary.status.reason)
+    assert "nan" not in str(list(tables.limits(summary.limits).rows))
     assert "Missing values need" in list(tables.vehicles(line_up(case), summary))[1].note
 
 

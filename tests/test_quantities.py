@@ -146,7 +146,7 @@ def test_a_response_that_is_added_in_one_file_appears_everywhere(tmp_path):
         (100.4, 100.0, 0, "100.4"),
         (800.0000000000003, 800.0, 1, "800.0"),
         (800.0001, 800.0, -5, "800.0001"),
-        (math.nan, 1.0, 1, "nan"),
+        (math.nan, 1.0, 1, "-"),
         (2.0, None, 1, "2.0"),
         (2.0, math.inf, 1, "2.0"),
     ],

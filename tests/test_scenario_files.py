@@ -242,6 +242,7 @@ def test_changes_come_one_upon_the_other(good):
         ({"mas_t": 33}, r"mas_t.*did you mean 'mass_t'"),
         ({"trains.x.mass_t": 33}, r"no 'x' in trains.*known: t"),
         ({"trains.t.mas_t": 33}, r"trains\.t\.mas_t = 33: unknown key; did you mean 'mass_t'"),
+        ({"trains.t.body.members": 3}, r"no 'body' in trains\.t: state it as a whole, trains\.t\.body=\{\.\.\.\}"),
         ({"trains.t.mass_t.x": 33}, r"trains\.t\.mass_t is a single value"),
         ({"mass_t": -5}, r"mass_t=-5.*must be at least 1"),
         ({"mass_t": "heavy"}, r"'heavy'.*must be a number"),

@@ -72,7 +72,9 @@ def label(name: str, unit: str) -> str:
 
 
 def in_digits(value: float, digits: int) -> str:
-    """A value with so many decimals or, if negative, significant digits."""
+    """A value with so many decimals or, if negative, significant digits; a dash if it is not a number."""
+    if math.isnan(value):
+        return "-"
     return f"{value:.{digits}f}" if digits >= 0 else f"{value:.{-digits}g}"
 
 

@@ -24,7 +24,10 @@ MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 """First value of a block, made from the code of the law; the law leaves any other simulation of the process alone."""
 
 
-_OF_MEMBERS = (Member.LEFT, Member.RIGHT, Member.STIFFNESS, Member.DAMPING, Member.COLLAPSE, Member.HARDENING)
+_OF_MEMBERS = (
+    *(Member.LEFT, Member.RIGHT, Member.STIFFNESS, Member.DAMPING),
+    *(Member.COLLAPSE, Member.HARDENING, Member.LENGTH),
+)
 CODES = {kind: code for code, kind in enumerate(KINDS.values())}
 
 
@@ -159,6 +162,7 @@ class Layout:
                 self.point(block, Point.BRAKE_MOST)[part] = [vehicle.brake.most * c if c else 0.0 for c in carried]
         for field in _OF_MEMBERS if chain.members else ():
             self.member(block, field)[:] = [getattr(member, field.name.lower()) for member in chain.members]
+        self.member(block, Member.END_TIME)[:] = -1.0
         for k, member in enumerate(chain.members):
             if member.span:
                 self.member(block, Member.CAR)[k] = len(Head) + len(Car) * member.vehicle
@@ -276,8 +280,8 @@ class Tally:
 
     @property
     def valid_until(self) -> float:
-        """When the first curve ended behind whose end nothing is stated [s]; infinite if none did."""
-        times = self.element_end_time
+        """When the first curve, or member of a body, ended behind which nothing is stated [s]; infinite if none did."""
+        times = np.concatenate([self.element_end_time, self.member_end_time])
         return float(times[times >= 0.0].min(initial=np.inf))
 
     @classmethod

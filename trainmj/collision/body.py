@@ -125,6 +125,11 @@ class Member:
     hardening: float = 0.0
     span: tuple[float, float] | None = None
 
+    @property
+    def length(self) -> float:
+        """Of its part of the body [m]; infinite of a bogie, whose link has none."""
+        return self.span[1] - self.span[0] if self.span else math.inf
+
 
 def points_of(name: str, vehicle: int, mass: float, length: float, body: Body | None, facing: int) -> Iterator[Point]:
     """The points of a vehicle from left to right, then its bogies.

@@ -122,6 +122,7 @@ class Member(_Field):
     DAMPING = "N s/m", "dashpot beside it"
     COLLAPSE = "N", "force at which it yields"
     HARDENING = "N/m", "slope of that force over plastic travel"
+    LENGTH = "m", "its length; infinite of the link of a bogie"
     STROKE = "m", "shortening at the last evaluation", True
     RATE = "m/s", "rate of its elastic part"
     FORCE = "N", "force of the spring", True
@@ -131,6 +132,7 @@ class Member(_Field):
     FORCE_MAX = "N", "largest force, of spring and dashpot", True
     DISSIPATED = "J", "energy lost", True
     VISCOUS = "J", "part of it that was lost in the dashpot", True
+    END_TIME = "s", "time at which nothing of its length was left; -1 if something is", True
 
 
 class Joint(_Field):

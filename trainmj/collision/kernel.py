@@ -187,7 +187,7 @@ def _passive(offsets: Offsets) -> Any:
             inertia = _at(data, at_inertia)
             active, peaked, wall = _devices(s, _at(data, at_qpos), qvel, elapsed, time)
             if s[HEAD.N_MEMBER] > 0.0:
-                _members(s, _at(data, at_qpos), qvel, elapsed)
+                _members(s, _at(data, at_qpos), qvel, elapsed, time)
             still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
             if s[HEAD.WINDOW] != 0.0:
                 _windows(s, n, step[0], whole)
@@ -296,7 +296,7 @@ def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tup
 
 
 @register_jitable
-def _members(s: Block, qpos: Any, qvel: Any, elapsed: float) -> None:
+def _members(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
     """Move the members of bodies and add up their forces on the points."""
     points = int(s[HEAD.POINTS])
     m = int(s[HEAD.MEMBERS])
@@ -306,6 +306,8 @@ def _members(s: Block, qpos: Any, qvel: Any, elapsed: float) -> None:
         car = int(s[m + MEMBER.CAR])
         if car > 0:
             s[car + CAR.SHORTENED] += s[m + MEMBER.STROKE]
+            if s[m + MEMBER.STROKE] >= s[m + MEMBER.LENGTH] and s[m + MEMBER.END_TIME] < 0.0:
+                s[m + MEMBER.END_TIME] = time
         s[points + N_POINT * left + POINT.INNER] -= force
         s[points + N_POINT * right + POINT.INNER] += force
         m += N_MEMBER

@@ -64,7 +64,7 @@ class Criterion:
     @property
     def said(self) -> str:
         """What was found against the limit: ``mean deceleration of M1 (5.214 of 5 g)``."""
-        found = f"{self.text} of {self.limit:.12g} {self.unit}".rstrip()
+        found = "no number" if math.isnan(self.found) else f"{self.text} of {self.limit:.12g} {self.unit}".rstrip()
         return f"{self.title}{f' of {self.where}' if self.where else ''} ({found})"
 
     def as_dict(self) -> dict[str, Any]:

@@ -178,8 +178,12 @@ class Measured:
     def window_peak(self) -> Array:
         """(n_vehicle,) largest |mean| of the acceleration by the devices over windows from time 0 on [m/s2].
 
-        The devices push no more behind the end of the run, in which the last window may end.
+        The devices push no more behind the end of a run that is over, in which the last window may end. A run that
+        was cut off has only its whole windows; nan if there is none.
         """
+        if not self.tally.over:
+            whole = self.tally.time > self.chain.window * (1.0 - 1e-9)
+            return self.tally.window_peak if whole else np.full_like(self.tally.window_peak, np.nan)
         last = np.abs(self.tally.window_impulse) / (self.chain.window * self.chain.mass)
         return np.asarray(np.maximum(self.tally.window_peak, last))
 

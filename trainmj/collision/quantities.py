@@ -452,9 +452,19 @@ def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], .
     return tuple(q for q in quantities if q.column)
 
 
+_WITHOUT = {
+    "no vehicle of the scenario has a body that gives": r"bod(y|ies)_|.*_(member|bogie)_\d|.*_[MS]\d+_\d",
+    "the scenario does not state simulation.averaging_ms": "averaged_device_|TAMA_averaged",
+}
+"""Why a collision may have none of the responses whose names begin like a pattern."""
+
+
 def in_place_of(name: str, known: Iterable[str]) -> str:
     """The end of a message about a name that no response has: how to have it, the nearest one, or all of them."""
     names = tuple(known)
+    for why, pattern in _WITHOUT.items():
+        if re.match(pattern, name) and not any(re.match(pattern, other) for other in names):
+            return f"; {why}"
     flight = re.match(r"SIV_(?:time_)?(\d+)mm", name)
     if flight and not any(other.startswith(flight[0]) for other in names):
         return f"; the scenario does not state {flight[1]} under occupants.free_flight_mm"

@@ -10,7 +10,7 @@ from trainmj.collision.device import CAR_BODY
 from trainmj.errors import close_match
 from trainmj.units import beyond
 
-_COLLAPSED = 1.0  # plastic shortening of a car body from which on it counts as collapsed [mm]
+_COLLAPSED = 1.0  # plastic shortening or lengthening of a car body from which on it counts as collapsed [mm]
 
 
 @dataclass(frozen=True)
@@ -134,17 +134,19 @@ class VehicleMetrics(Numbers):
         kind: what its train calls it.
         members: of its body, if it gives, from the end that faces the impact; then the links of its bogies.
         points: likewise, the points between them; then its bogies.
+        used_up: whether a member was shortened by its whole length, behind which nothing is stated.
     """
 
     name: str
     kind: str
     members: tuple[PartMetrics, ...] = ()
     points: tuple[PartMetrics, ...] = ()
+    used_up: bool = False
 
     @property
     def collapsed(self) -> bool:
         """Whether its body has given way."""
-        return bool(self.members) and self.body_plastic_mm > _COLLAPSED
+        return bool(self.members) and abs(self.body_plastic_mm) > _COLLAPSED
 
     def as_row(self) -> dict[str, Any]:
         """Plain values for a table; members and points are left out."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from trainmj.collision.chain import Chain
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.measured import Measured
-from trainmj.units import KJ, MM
+from trainmj.units import KJ
 
 _COUNTS = 1e-3  # energy to speak of, relative to what the collision can convert
 
@@ -58,7 +58,7 @@ def _of_bodies(chain: Chain) -> Iterator[str]:
 
 def remarks_of(measured: Measured) -> tuple[str, ...]:
     """What this collision adds to the remarks of its chain."""
-    return (*_set_free(measured), *_refined(measured), *_used_up(measured))
+    return (*_set_free(measured), *_refined(measured))
 
 
 def _set_free(measured: Measured) -> Iterator[str]:
@@ -82,14 +82,3 @@ def _refined(measured: Measured) -> Iterator[str]:
             "A step was wider than a part of a curve, and passed a peak of it or lost the balance of energy. Steps "
             f"were made smaller there: {measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
         )
-
-
-def _used_up(measured: Measured) -> Iterator[str]:
-    """Members of bodies that have been shortened by more than there is of them."""
-    for member, most in zip(measured.chain.members, measured.tally.member_stroke_max.tolist(), strict=True):
-        start, end = member.span or (0.0, float("inf"))
-        if most > end - start:
-            yield (
-                f"{member.name}: shortened by {most / MM:.0f} mm, more than its length of {(end - start) / MM:.0f} mm, "
-                "as nothing ends a collapse; what follows is no prediction. State more hardening, or fewer members."
-            )

@@ -152,6 +152,7 @@ def summary_of(measured: Measured) -> Summary:
             chain.vehicles[i].name,
             chain.vehicles[i].kind,
             *_parts(measured, i),
+            used_up=any(measured.tally.member_end_time[k] >= 0.0 for k in chain.members_inward(i)),
         )
         for i in order_of_vehicles(chain)
     )
@@ -247,18 +248,24 @@ def _status(
             if tally.over
             else "no device was pressed before the time limit",
         )
-    ended = [i for i in interfaces if i.beyond_curve]
+    ended = [(i.name, _ended(i)) for i in interfaces if i.beyond_curve]
+    ended += [
+        (f"body of {v.name}", f"body of {v.name} (a member shortened by its whole length)")
+        for v in vehicles
+        if v.used_up
+    ]
     spent = [one for interface in interfaces for one in _spent(interface)]
     spent += [
-        (f"body of {v.name}", f"body of {v.name} (crushed by {v.body_plastic_mm:.1f} mm)")
+        (f"body of {v.name}", f"body of {v.name} ({how} by {abs(v.body_plastic_mm):.1f} mm)")
         for v in vehicles
         if v.collapsed
+        for how in ["crushed" if v.body_plastic_mm > 0.0 else "drawn out"]
     ]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
     if ended:
-        detail = f"{', '.join(map(_ended, ended))}; {not_valid(tally.valid_until)}"
-        return Status(Kind.CURVE_ENDED, tuple(i.name for i in ended), detail + cut)
+        where, said = zip(*ended, strict=True)
+        return Status(Kind.CURVE_ENDED, where, f"{', '.join(said)}; {not_valid(tally.valid_until)}{cut}")
     if spent:
         where, said = zip(*spent, strict=True)
         more = f"; {Kind.LIMIT}: {passed}" if passed else ""

@@ -202,8 +202,8 @@ def _from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Probl
             rule = next((note.rule for note in _bare(place.type)[1] if isinstance(note, Spelt)), rule)
         elif e["type"] == "less_than_equal":
             rule = ": ".join([rule, *(note.cure for note in _bare(place.type)[1] if isinstance(note, Above))])
-        elif e["type"].startswith("union_tag"):
-            union, notes = _bare(place.type)
+        elif e["type"].startswith("union_tag") or (e["type"] == "literal_error" and place.union):
+            union, notes = _bare(place.union or place.type)
             either = next(note for note in notes if isinstance(note, Either))
             key, rule = either.refusal(e["input"], alternatives(union))
             path = (*path, key) if key else path

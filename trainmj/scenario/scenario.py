@@ -15,7 +15,20 @@ from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import group_given
-from trainmj.files.source import Path, Problem, Source, change, dotted, inside, placed, plain, put, source_of, type_at
+from trainmj.files.source import (
+    Path,
+    Problem,
+    Source,
+    change,
+    dotted,
+    groups_of,
+    inside,
+    placed,
+    plain,
+    put,
+    source_of,
+    type_at,
+)
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 from trainmj.scenario.trains import RIGID_WALL
@@ -275,7 +288,11 @@ def _resolve(here: Any, text: str, path: list[str | int], target: str, parameter
         # a key that has a default may be missing at the end of a path; the checks know whether it exists
         if text in here or (last and path) or (not path and text in Parts.model_fields):
             return text
-        raise InputError(f"{target}: there is no {text!r}{_within(path)}{close_match(text, {*here, *parameters})}")
+        said = f"{target}: there is no {text!r}{_within(path)}"
+        place = type_at(Parts, tuple(path))
+        if groups_of(place) and groups_of(inside(place, text)):
+            raise InputError(f"{said}: state it as a whole, {dotted((*path, text))}={{...}}")
+        raise InputError(f"{said}{close_match(text, {*here, *parameters})}")
     if isinstance(here, list):
         position = int(text) if text.isdecimal() and len(text) < _DIGITS else len(here)
         named = [n for n, entry in enumerate(here) if isinstance(entry, dict) and entry.get("name") == text]

@@ -48,13 +48,20 @@ def why_not_valid(summary: Summary) -> str:
         for i in summary.interfaces
         if i.beyond_curve
     )
-    cure = "a longer curve, or beyond: car_body, stop or hold"
+    bodies = ", ".join(v.name for v in summary.vehicles if v.used_up)
+    cures = []
+    if ended:
+        cures.append("a longer curve, or beyond: car_body, stop or hold")
     if any(i.drawn_out for i in summary.interfaces):
-        cure += "; for draw gear a longer curve"
+        cures.append("for draw gear a longer curve")
+    if bodies:
+        cures.append("more hardening_kN_per_mm or collapse_force_kN of the body, or fewer members")
+    what = [f"the curve of {', '.join(ended)} ended"] if ended else []
+    what += [f"a member of the body of {bodies} was shortened by its whole length"] if bodies else []
     return (
-        f"the curve of {', '.join(ended)} ended, and nothing is stated behind it. From then on its last force is only "
+        f"{', and '.join(what)}, and nothing is stated behind it. From then on its last force is only "
         "held, and no force, stroke, acceleration, speed or energy is valid; nor is any number that depends on them. "
-        f"Cure: {cure}."
+        f"Cure: {'; '.join(cures)}."
     )
 
 
