@@ -163,6 +163,7 @@ def test_the_channels_of_the_docs_give_the_values_it_says(tmp_path, monkeypatch)
     assert told.format(*(row.to_list() for row in (stiffness, damping, clock))) in " ".join(read(page).split())
 
 
+@pytest.mark.thorough  # the numbers themselves are held by the tests of the paper
 def test_the_numbers_of_the_page_on_the_paper_are_those_of_the_command():
     """Breaks if the page of the docs calls a bar met that is missed, or the other way round."""
     paper = reproduce()
