@@ -247,7 +247,7 @@ SLOW_OR_LOST = {0, 8, 9, 14, 15, 36, 43}
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", sorted(set(range(53)) - SLOW_OR_LOST))
+@pytest.mark.parametrize("seed", sorted(set(range(0, 53, 2)) - SLOW_OR_LOST))
 def test_many_random_trains_with_bodies(seed):
     """Breaks as the few do, for what they do not reach."""
     compared(oracles.scenario_of_bodies(seed))
