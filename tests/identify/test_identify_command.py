@@ -160,7 +160,8 @@ def test_a_damaged_store_is_said(tmp_path):
 
 
 def test_an_interrupt_ends_with_130_and_keeps_the_trials(tmp_path):
-    file = targets_file(tmp_path, method__explore__trials=20_000, method__explore__population=16)
+    explore = {"trials": 20_000, "population": 16, "step_ms": 0.02}  # too many and too slow to end before
+    file = targets_file(tmp_path, **{f"method__explore__{key}": value for key, value in explore.items()})
     out = tmp_path / "out"
     process = Forked(tmp_path, "identify", file, "--out", out, "--threads", "1")
     wait_for_trials(out)
