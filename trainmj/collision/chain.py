@@ -335,7 +335,9 @@ class Chain:
         return int(vehicle < self.n_moving)
 
     def points_inward(self, vehicle: int) -> list[int]:
-        """The points of a vehicle with a body that gives, from the end that faces the impact; bogies are last."""
+        """The points of the body of a vehicle from the end that faces the impact; bogies are last; none if rigid."""
+        if self.vehicles[vehicle].body is None:
+            return []
         return sorted(range(*self.points_of(vehicle).indices(len(self.points))), key=lambda i: self.points[i].order)
 
     def members_of(self, vehicle: int) -> list[int]:

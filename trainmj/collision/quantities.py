@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import cache, cached_property
-from typing import Any, Generic, NamedTuple, Self, TypeVar, cast
+from typing import Any, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -366,8 +366,13 @@ def of_occupants(chain: Chain) -> tuple[Quantity[Measured], ...]:
 
 
 def of_each(chain: Chain) -> dict[str, Quantity[Any]]:
-    """The quantities of every vehicle and interface of a chain by name."""
-    return {q.name: q for q in (*cast(tuple[Quantity[Any], ...], of_vehicles(chain)), *INTERFACE)}
+    """The quantities of every vehicle and interface of a chain by name; not to be changed."""
+    return _by_name(of_vehicles(chain), INTERFACE)
+
+
+@cache
+def _by_name(*tables: tuple[Quantity[Any], ...]) -> dict[str, Quantity[Any]]:
+    return {q.name: q for table in tables for q in table}
 
 
 def columns_of(chain: Chain) -> dict[str, Column]:
@@ -394,7 +399,7 @@ def _bodies(chain: Chain) -> tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
     return tuple(
         (
             tuple(chain.members[k].name for k in chain.members_inward(i)),
-            tuple(chain.points[k].name for k in chain.points_inward(i) if chain.vehicles[i].body),
+            tuple(chain.points[k].name for k in chain.points_inward(i)),
         )
         for i in order_of_vehicles(chain)
     )

@@ -6,7 +6,7 @@ The quantities themselves are in :mod:`trainmj.collision.quantities`; here they 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.block import Tally
+from trainmj.collision.body import Member, Point
 from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
@@ -146,12 +147,18 @@ def summary_of(measured: Measured) -> Summary:
     blank = np.full(len(chain.vehicles), np.nan)
     values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in quantities)
     numbers = list(zip(*(value.tolist() for value in values), strict=True))
+    members, points = (
+        (_of_parts(measured, chain.members, MEMBER), _of_parts(measured, chain.points, POINT))
+        if chain.members
+        else ([], [])
+    )
     vehicles = tuple(
         VehicleMetrics(
             dict(zip(names, numbers[i], strict=True)),
             chain.vehicles[i].name,
             chain.vehicles[i].kind,
-            *_parts(measured, i),
+            tuple(members[k] for k in chain.members_inward(i)),
+            tuple(points[k] for k in chain.points_inward(i)),
             used_up=any(measured.tally.member_end_time[k] >= 0.0 for k in chain.members_inward(i)),
         )
         for i in order_of_vehicles(chain)
@@ -187,22 +194,14 @@ def _responses(
     return values
 
 
-def _parts(measured: Measured, vehicle: int) -> tuple[tuple[PartMetrics, ...], tuple[PartMetrics, ...]]:
-    """Members and points of the body of a vehicle, if it gives."""
-    chain = measured.chain
-    if chain.vehicles[vehicle].body is None:
-        return (), ()
-    members, points = ({q.name: q.value(measured) for q in table} for table in (MEMBER, POINT))
-    return (
-        tuple(
-            PartMetrics({name: float(values[k]) for name, values in members.items()}, chain.members[k].name)
-            for k in chain.members_inward(vehicle)
-        ),
-        tuple(
-            PartMetrics({name: float(values[k]) for name, values in points.items()}, chain.points[k].name)
-            for k in chain.points_inward(vehicle)
-        ),
-    )
+def _of_parts(
+    measured: Measured, parts: Sequence[Member | Point], table: tuple[Quantity[Measured], ...]
+) -> list[PartMetrics]:
+    """Each member, or point, of bodies that give, by its index."""
+    numbers = {q.name: q.value(measured).tolist() for q in table}
+    return [
+        PartMetrics({name: values[k] for name, values in numbers.items()}, part.name) for k, part in enumerate(parts)
+    ]
 
 
 def _interface(side: Side) -> InterfaceMetrics:
