@@ -248,7 +248,7 @@ def test_changes_come_one_upon_the_other(good):
         ({"mass_t": "heavy"}, r"'heavy'.*must be a number"),
         ({"curves.tube.stroke_mm.9": 1}, r"no entry '9'.*has 3"),
         ({"": 1}, r"there is no ''"),
-        ({"collision.partner": "tt"}, r"no train of this name.*did you mean 't'"),
+        ({"collision.partner": "tt"}, r"no train, obstacle or partner file of this name.*did you mean 't'"),
     ],
 )
 def test_changes_that_lead_nowhere_are_refused(good, changes, said):
@@ -523,7 +523,7 @@ def said_of(old: str, new: str, *said: str) -> Any:
         said_of("[501, 600]", "[400, 600]", r"link\.curve\.1: must continue from the 500 mm"),
         said_of("curve: tube,", "curve: tub,", r"devices\.head\.curve = 'tub': there is no curve.*did you mean 'tube'"),
         said_of("front: head", "front: haed", r"trains\.t\.front = 'haed': there is no device.*did you mean 'head'"),
-        said_of("partner: t", "partner: u", r"partner = 'u': there is no train of this name"),
+        said_of("partner: t", "partner: u", r"partner = 'u': there is no train, obstacle or partner"),
         said_of("train: t,", "train: u,", r"train = 'u': there is no train of this name"),
         said_of("partner: t", "partner: rigid_wal", r"did you mean 'rigid_wall'"),
         said_of("stroke_limit_mm: 400", "stroke_limit_mm: 501", r"must be within the curve, which ends at 500 mm"),

@@ -226,7 +226,9 @@ class Chain:
         grade: of the track, as the part of the weight that it takes; positive uphill along +x.
         refined: whether steps are made smaller at narrow parts of curves.
         steps_per_window: steps in a window over which device forces are averaged; 0 for none.
-        limits: largest values that the scenario allows the moving train, by quantity or column of a response.
+        limits: largest values that the scenario allows the train under test, by quantity or column of a response.
+        sources: where values of the scenario come from, in words, by their paths.
+        twin: whether the partner is the same train, whose devices are judged as those of the moving one.
         obstacle: what stands fixed at the wall, as a vehicle; for pictures.
         free_flights: distances over which occupants fly freely, rising [m].
     """
@@ -243,6 +245,8 @@ class Chain:
     refined: bool = False
     steps_per_window: int = 0
     limits: Mapping[str, float] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+    twin: bool = False
     obstacle: Vehicle | None = None
     free_flights: tuple[float, ...] = ()
 

@@ -1,8 +1,8 @@
 """Limits: what a scenario allows the train under test, and how a collision keeps it.
 
 A limit of a scenario is stated for a quantity of every vehicle or interface (``mean_deceleration_g``) or for one
-response by the name of its column (``stroke_M1_M2_mm``). The train under test is the moving one. The stroke limits of
-stages belong to the devices and hold wherever these are built in.
+response by the name of its column (``stroke_M1_M2_mm``). The train under test is the moving one; a partner is not
+judged. The stroke limits of stages belong to the devices: those of a struck train are judged if it is the same train.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import Any
 from trainmj.collision.chain import Chain, n_own_sides
 from trainmj.collision.quantities import STAGE, columns_of, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
+from trainmj.files.provenance import source_of
 from trainmj.scenario.devices import DEVICE
 from trainmj.units import against, beyond
 
@@ -33,6 +34,7 @@ class Criterion:
         unit: of both.
         digits: decimals worth reading; negative for significant digits.
         of_scenario: whether the scenario states it under ``limits``; otherwise a device states it for a stroke.
+        source: where the limit comes from, in words; empty if the scenario does not say.
         valid: whether what was found is: no curve ended behind which nothing is stated.
     """
 
@@ -44,6 +46,7 @@ class Criterion:
     unit: str
     digits: int
     of_scenario: bool = False
+    source: str = ""
     valid: bool = True
 
     @property
@@ -69,7 +72,7 @@ class Criterion:
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --json`` prints them."""
-        names = ("name", "where", "found", "limit", "unit", "kept", "valid")
+        names = ("name", "where", "found", "limit", "unit", "kept", "valid", "source")
         return {name: getattr(self, name) for name in names}
 
 
@@ -93,27 +96,29 @@ def of_responses(
     )
     columns = columns_of(chain)
     for name, limit in chain.limits.items():
+        source = source_of(chain.sources, f"limits.{name}")
         if name in columns:
             column = columns[name]
             title = f"{column.title} of the partner" if column.of_partner else column.title
-            yield Criterion(name, title, "", responses[name], limit, column.unit, column.digits, True)
+            yield Criterion(name, title, "", responses[name], limit, column.unit, column.digits, True, source)
         else:
             quantity = of_each(chain)[name]
             worst = max((p for p in own if name in p.values), key=lambda part: _badness(part.values[name]))
-            title = quantity.key.replace("_", " ")
-            yield Criterion(name, title, worst.name, worst.values[name], limit, quantity.unit, quantity.digits, True)
+            title, found = quantity.key.replace("_", " "), worst.values[name]
+            yield Criterion(name, title, worst.name, found, limit, quantity.unit, quantity.digits, True, source)
 
 
-def of_stages(interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
-    """The stroke limit of each stage that has one, where the stage is used most."""
+def of_stages(chain: Chain, interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
+    """The stroke limit of each stage under test that has one, where the stage is used most."""
     found: dict[str, Criterion] = {}
     for interface in interfaces:
-        for stage in interface.stages:
+        for stage in interface.stages if interface.judged else ():
             if stage.limit_mm is not None:
                 several = stage.name != DEVICE  # a device of one curve is its own stage, and has the limit itself
                 path = f"devices.{interface.device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"
                 title = f"stroke of {interface.device}{f' {stage.name}' if several else ''}"
-                one = Criterion(path, title, interface.name, stage.stroke_mm, stage.limit_mm, STAGE.unit, STAGE.digits)
+                what = path, title, interface.name, stage.stroke_mm, stage.limit_mm, STAGE.unit, STAGE.digits
+                one = Criterion(*what, source=source_of(chain.sources, path))
                 found[path] = max(found.get(path, one), one, key=lambda criterion: _badness(criterion.found))
     yield from found.values()
 

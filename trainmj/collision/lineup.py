@@ -12,6 +12,7 @@ from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, chec
 from trainmj.collision.device import Device
 from trainmj.collision.law import KINDS
 from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
+from trainmj.files.provenance import said
 from trainmj.files.source import Problem
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.bodies import BodySpec
@@ -76,6 +77,8 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         grade=c.grade_per_mille * 1e-3,
         steps_per_window=s.steps_per_window,
         limits=scenario.limits,
+        sources={path: said(entry) for path, entry in scenario.sources.items()},
+        twin=c.partner == c.train,
         obstacle=fixed,
         free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),
     )

@@ -77,6 +77,7 @@ class InterfaceMetrics(Numbers):
             held there, and is not valid.
         draws: whether it has draw gear.
         drawn_out: whether that was drawn past the end of its own curve.
+        judged: whether the limits of its stages count: those of a partner that is no twin do not.
     """
 
     name: str
@@ -85,6 +86,7 @@ class InterfaceMetrics(Numbers):
     beyond_curve: bool
     draws: bool = False
     drawn_out: bool = False
+    judged: bool = True
 
     @property
     def crush_mm(self) -> float:
@@ -135,6 +137,7 @@ class VehicleMetrics(Numbers):
         members: of its body, if it gives, from the end that faces the impact; then the links of its bogies.
         points: likewise, the points between them; then its bogies.
         used_up: whether a member was shortened by its whole length, behind which nothing is stated.
+        judged: whether it counts if its body gives way: that of a partner that is no twin does not.
     """
 
     name: str
@@ -142,6 +145,7 @@ class VehicleMetrics(Numbers):
     members: tuple[PartMetrics, ...] = ()
     points: tuple[PartMetrics, ...] = ()
     used_up: bool = False
+    judged: bool = True
 
     @property
     def collapsed(self) -> bool:

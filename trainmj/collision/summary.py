@@ -16,7 +16,7 @@ import numpy as np
 
 from trainmj.collision.block import Tally
 from trainmj.collision.body import Member, Point
-from trainmj.collision.chain import Chain, order_of_vehicles
+from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
@@ -141,7 +141,8 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
 def summary_of(measured: Measured) -> Summary:
     """The numbers of a collision that has been measured."""
     chain = measured.chain
-    interfaces = tuple(_interface(side) for side in measured.sides)
+    own = n_own_sides(chain)
+    interfaces = tuple(_interface(side, chain.twin or n < own) for n, side in enumerate(measured.sides))
     quantities = of_vehicles(chain)
     names = [q.name for q in quantities]
     blank = np.full(len(chain.vehicles), np.nan)
@@ -160,6 +161,7 @@ def summary_of(measured: Measured) -> Summary:
             tuple(members[k] for k in chain.members_inward(i)),
             tuple(points[k] for k in chain.points_inward(i)),
             used_up=any(measured.tally.member_end_time[k] >= 0.0 for k in chain.members_inward(i)),
+            judged=chain.twin or i < chain.n_moving,
         )
         for i in order_of_vehicles(chain)
     )
@@ -167,10 +169,10 @@ def summary_of(measured: Measured) -> Summary:
     whole = Numbers({q.name: q.value(measured) for q in (*of_train(chain), *COLLISION)})
     columns = columns_of(chain)
     responses = dict(zip(columns, _responses(chain, whole, balance, interfaces, vehicles), strict=True))
-    found = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(interfaces))
+    found = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(chain, interfaces))
     limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
     status = _status(measured, interfaces, vehicles, balance, limits)
-    said = (*remarks(chain), *remarks_of(measured))
+    said = (*remarks(chain), *remarks_of(measured), *_of_partner(interfaces, vehicles))
     return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
 
 
@@ -204,7 +206,7 @@ def _of_parts(
     ]
 
 
-def _interface(side: Side) -> InterfaceMetrics:
+def _interface(side: Side, judged: bool) -> InterfaceMetrics:
     return InterfaceMetrics(
         {q.name: q.value(side) for q in INTERFACE},
         name=side.name,
@@ -216,6 +218,7 @@ def _interface(side: Side) -> InterfaceMetrics:
         beyond_curve=side.end_time < np.inf,
         draws=side.interface.draws,
         drawn_out=side.drawn_out,
+        judged=judged,
     )
 
 
@@ -253,13 +256,8 @@ def _status(
         for v in vehicles
         if v.used_up
     ]
-    spent = [one for interface in interfaces for one in _spent(interface)]
-    spent += [
-        (f"body of {v.name}", f"body of {v.name} ({how} by {abs(v.body_plastic_mm):.1f} mm)")
-        for v in vehicles
-        if v.collapsed
-        for how in ["crushed" if v.body_plastic_mm > 0.0 else "drawn out"]
-    ]
+    spent = [one for interface in interfaces if interface.judged for one in _spent(interface)]
+    spent += [one for vehicle in vehicles if vehicle.judged for one in _collapsed(vehicle)]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
     if ended:
@@ -279,6 +277,22 @@ def _ended(interface: InterfaceMetrics) -> str:
     if interface.drawn_out:
         return f"{interface.name} (drawn past the end of the curve of the draw gear of {interface.device})"
     return f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of the curve of {interface.device})"
+
+
+def _of_partner(interfaces: Iterable[InterfaceMetrics], vehicles: Iterable[VehicleMetrics]) -> Iterator[str]:
+    """What of the partner, which is not judged, passed its limits or gave way."""
+    found = [said for interface in interfaces if not interface.judged for _, said in _spent(interface)]
+    found += [said for vehicle in vehicles if not vehicle.judged for _, said in _collapsed(vehicle)]
+    if found:
+        yield f"The partner, which is not judged, passed limits of its own: {', '.join(found)}."
+
+
+def _collapsed(vehicle: VehicleMetrics) -> Iterator[tuple[str, str]]:
+    """A body that gave way, with by how much."""
+    if vehicle.collapsed:
+        how = "crushed" if vehicle.body_plastic_mm > 0.0 else "drawn out"
+        where = f"body of {vehicle.name}"
+        yield where, f"{where} ({how} by {abs(vehicle.body_plastic_mm):.1f} mm)"
 
 
 def _spent(interface: InterfaceMetrics) -> Iterator[tuple[str, str]]:

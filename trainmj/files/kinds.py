@@ -1,4 +1,4 @@
-"""The kinds of input file, told apart by the keys that only one of them has."""
+"""The kinds of input file, told apart by their keys."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ class Kind(NamedTuple):
     name: str
     ending: str  # of the names of shipped ones, and by custom of others
     takes: str  # what reads it: command and function
-    own: frozenset[str]  # keys that no other kind has
+    own: frozenset[str]  # keys that tell it from other kinds
 
 
 def _kind(name: str, ending: str, takes: str, own: str) -> Kind:
     return Kind(name, ending, takes, frozenset(own.split()))
 
 
-SCENARIO, SWEEP, STUDY, TARGETS = KINDS = (
+SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
     _kind(
         "scenario file",
         ".yaml",
@@ -43,6 +43,18 @@ SCENARIO, SWEEP, STUDY, TARGETS = KINDS = (
         ".targets.yaml",
         "trainmj identify or trainmj.load_targets",
         "targets data held_out method",
+    ),
+    _kind(
+        "partner file",
+        ".partner.yaml",
+        "collision.partner of a scenario",
+        "train obstacle curves devices",
+    ),
+    _kind(
+        "assessment file",
+        ".assessment.yaml",
+        "trainmj assess or trainmj.load_assessment",
+        "edition categories load_states scenarios not_computed",
     ),
 )
 

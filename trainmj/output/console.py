@@ -63,7 +63,9 @@ def console_table(table: Table) -> Grid:
     )
     for column in table.columns:
         side: Literal["left", "right"] = "left" if column.text else "right"
-        grid.add_column(Align(_head(column), side, vertical="bottom"), justify=side, no_wrap=not column.text)
+        grid.add_column(
+            Align(_head(column), side, vertical="bottom"), justify=side, no_wrap=not column.text, overflow="fold"
+        )
     for row in table.rows:
         grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
     return grid

@@ -11,21 +11,19 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import given
 from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
-from trainmj.files.source import Path, Problem, Source, dotted, giving_way, groups_of, inside, placed, put
-from trainmj.files.tables import read_beside
+from trainmj.files.source import Path, Problem, Source, dotted, giving_way, inside, placed, put
 from trainmj.files.text import beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
-from trainmj.scenario.curves import TableFile
 from trainmj.scenario.parts import Parts
-from trainmj.scenario.scenario import Scenario, marked
+from trainmj.scenario.reading import tables_of, with_tables
+from trainmj.scenario.scenario import Scenario, marked, without_old_sources
 
 BUILDS_ON = "builds_on"
 JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
 """The dialect of the schemas for editors."""
 
 _LONGEST_CHAIN = 10
-_SHOWN = 120  # characters of heads in a message
 
 
 def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scenario:
@@ -42,7 +40,7 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
     scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
-    scenario.refuse(_lost_parameters(scenario))
+    scenario.refuse(_lost(scenario))
     return scenario.with_values(changes) if changes else scenario
 
 
@@ -116,13 +114,14 @@ def _or_null(part: dict[str, Any]) -> dict[str, Any]:
     return {"anyOf": [part, {"type": "null"}], **about}
 
 
-def _lost_parameters(scenario: Scenario) -> Iterator[Problem]:
-    """Parameters that stand for no value."""
-    for name in scenario.parameters:
-        try:
-            scenario.places(name)
-        except InputError as error:
-            yield Problem(("parameters", name), str(error))
+def _lost(scenario: Scenario) -> Iterator[Problem]:
+    """Parameters and sources that stand for no value."""
+    for key, names in (("parameters", scenario.parameters), ("sources", scenario.sources)):
+        for name in names:
+            try:
+                scenario.places(name)
+            except InputError as error:
+                yield Problem((key, name), str(error))
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
@@ -187,7 +186,7 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
         raise InputError(f"{path}: {BUILDS_ON} leads back to this file: break the circle")
     if len(before) >= _LONGEST_CHAIN:
         raise InputError(f"{path}: more than {_LONGEST_CHAIN} files build on each other")
-    source = _with_tables(read_yaml(path))
+    source = with_tables(read_yaml(path), Parts)
     values = dict(source.values)
     base = values.pop(BUILDS_ON, None)
     if base is None:
@@ -198,54 +197,6 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     return _built(below, replace(source, values=values))
 
 
-def _with_tables(source: Source) -> Source:
-    """A file, each part of it that names a CSV file replaced by what is there, which has places of its own."""
-    origins, names = dict(source.origins), []
-
-    def read(value: Any, path: Path, type_: Any) -> Any:
-        if isinstance(value, dict) and set(value) == {"file"} and isinstance(value["file"], str):
-            kinds = _tables(type_)
-            if not kinds:
-                return value  # the checks say what is wrong with it
-            content, places = _read_table(kinds[0], value["file"], path, source)
-            names.append(value["file"])
-            origins.update(places)
-            return content
-        if isinstance(value, dict):
-            return {key: read(inner, (*path, key), inside(type_, key)) for key, inner in value.items()}
-        if isinstance(value, list):
-            return [read(inner, (*path, n), inside(type_, n)) for n, inner in enumerate(value)]
-        return value
-
-    return replace(source, values=read(source.values, (), Parts), origins=origins).reading(*names)
-
-
-def _tables(type_: Any) -> list[type[TableFile]]:
-    """The table in a CSV file that a type allows, if it does."""
-    return [group for group in groups_of(type_) if issubclass(group, TableFile)]
-
-
-def _read_table(kind: type[TableFile], name: str, at: Path, source: Source) -> tuple[Any, dict[Path, str]]:
-    """What a CSV file stands for, and the place of each value; columns that its kind does not read are ignored."""
-    said = source.said(*at, "file")
-    table = read_beside(source.folder, name, said, kind.texts)
-    missing = [column for column in kind.columns if column not in table.columns]
-    if missing:
-        there = ascii(", ".join(table.columns))[:_SHOWN]
-        raise InputError(
-            f"{said}: has no column {missing[0]!r}; the first line must name {' and '.join(kind.columns)}, "
-            f"and is {there}"
-        )
-    if len(table.lines) > kind.most:
-        raise InputError(f"{said}: has more than {kind.most} {kind.row}s")
-    try:
-        values, rows = kind.values_of(table)
-    except InputError as error:
-        raise InputError(f"{said}: {error}") from None
-    of_rows = {path: f":{table.lines[row]}: {kind.row} {row + 1}" for path, row in rows.items() if row is not None}
-    return values, {(*at, *path): f"{table.file}{of_rows.get(path, '')}" for path in rows}
-
-
 def _built(below: Source, over: Source) -> Source:
     """The values of a file over those of the file that it builds on.
 
@@ -253,7 +204,7 @@ def _built(below: Source, over: Source) -> Source:
     that do not go with the alternative that is stated over them give way, as a curve does to stages.
     """
     replaced: list[Path] = []
-    new: set[str] = set()
+    new: list[Path] = []
     displaced: list[str] = []
 
     def merged(under: Mapping[str, Any], values: Mapping[str, Any], path: Path, type_: Any) -> dict[str, Any]:
@@ -264,16 +215,17 @@ def _built(below: Source, over: Source) -> Source:
         result = {key: value for key, value in under.items() if key not in old}
         for key, value in values.items():
             there, at, inner = under.get(key), (*path, key), inside(type_, key)
-            of_points = bool(_tables(inner))  # which go together: all of them are replaced
+            of_points = bool(tables_of(inner))  # which go together: all of them are replaced
             if isinstance(there, dict) and isinstance(value, dict) and not (of_points and "stroke_mm" in value):
                 result[key] = merged(there, value, at, inner)
             else:
                 replaced.append(at)
-                new.update([dotted(at)] if value != there else [])
+                new.extend([at] if value != there else [])
                 put(result, key, value, type_)
         return result
 
     values = merged(below.values, over.values, (), Parts)
+    values = without_old_sources(values, new, over.values.get("sources") or {})
     built = replace(
         over,
         values=values,
@@ -287,4 +239,4 @@ def _built(below: Source, over: Source) -> Source:
     before = values.get("changed", [])
     if not (isinstance(before, list) and all(isinstance(name, str) for name in before)):
         return built  # the checks say what is wrong with it
-    return marked(built, {*before, *new})
+    return marked(built, {*before, *map(dotted, new)})

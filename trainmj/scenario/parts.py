@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from trainmj.files.parts import Above, Either, Notes, Part, Positive, Title
+from trainmj.files.provenance import Sources
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
 from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step
@@ -24,7 +25,10 @@ class Collision(Part):
 
     train: str = Field(description="the train that runs into its partner")
     speed_km_h: Speed
-    partner: str = Field(description=f"another train, the same one, an obstacle, or {RIGID_WALL}")
+    partner: str = Field(
+        description=f"another train, the same one, an obstacle, {RIGID_WALL}, or a partner file by its name: "
+        "NAME.partner.yaml beside the scenario, or one that ships"
+    )
     partner_speed_km_h: Speed = 0.0
     partner_end: Literal["front", "rear"] = Field(default="front", description="the end of the partner that is struck")
     gap_mm: Gap = Field(default=0.0, description="distance between the two sides at time 0 [mm]")
@@ -90,6 +94,10 @@ class Parts(Part, title="scenario file"):
         default_factory=list,
         description="values that were changed after the title was written, by parameter or path; every output shows "
         "them beside the title; trainmj states it",
+    )
+    sources: Sources = Field(
+        default_factory=dict,
+        description="where values come from: by the path of a value, or of a group for all that is in it",
     )
     parameters: dict[Key, Annotated[str | Paths, Either(said="a path, or a list of paths")]] = Field(
         default_factory=dict,

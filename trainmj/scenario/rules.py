@@ -8,6 +8,7 @@ from itertools import chain
 from trainmj.files.source import Path, Problem, no_such
 from trainmj.scenario.bodies import body_rules
 from trainmj.scenario.curves import Curve, listed
+from trainmj.scenario.partners import shipped_partners
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
 from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read
@@ -154,8 +155,8 @@ def _partner(parts: Parts) -> Iterator[Problem]:
         if getattr(parts.trains[c.partner], c.partner_end) is None:
             yield _no_device(c.partner, c.partner_end)
     elif obstacle is None and c.partner != RIGID_WALL:
-        what = "train or obstacle" if parts.obstacles else "train"
-        yield no_such(what, ("collision", "partner"), c.partner, [*parts.trains, *parts.obstacles, RIGID_WALL])
+        known = [*parts.trains, *parts.obstacles, RIGID_WALL, *shipped_partners()]
+        yield no_such("train, obstacle or partner file", ("collision", "partner"), c.partner, known)
 
 
 def _no_device(train: str, end: str) -> Problem:

@@ -6,7 +6,7 @@ Values are found by path, such as ``trains.b_type.mass_t``, or by the short name
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
 from typing import Any, Self
@@ -15,6 +15,7 @@ from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import group_given
+from trainmj.files.provenance import outdated
 from trainmj.files.source import (
     Path,
     Problem,
@@ -29,13 +30,14 @@ from trainmj.files.source import (
     source_of,
     type_at,
 )
+from trainmj.scenario.partners import with_partner
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 from trainmj.scenario.trains import RIGID_WALL
 
 _NOWHERE = Source({})
 _DIGITS = 10  # of a position: longer ones are none
-_UNSAID = ("title", "notes", "parameters", "changed")  # of which a title says nothing
+_UNSAID = ("title", "notes", "sources", "parameters", "changed")  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 _LONGEST_NAME = 120  # and of its path
@@ -65,6 +67,7 @@ class Scenario(Parts):
         Raises:
             InputError: listing every key, value and rule that is broken, each with its place.
         """
+        source = with_partner(source)
         scenario = source.checked(cls)
         source.refuse(broken_rules(scenario))
         scenario._source = source
@@ -226,6 +229,7 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
     """
     values, origins = dict(source.values), dict(source.origins)
     owner: dict[Path, str] = {}
+    replaced: list[Path] = []
     new = set(source.values.get("changed", ()))
     for name, given in changes.items():
         value = plain(given)
@@ -237,11 +241,30 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
                 )
             owner[path] = name
             before = _replace(values, path, value)
-            new.update([name] if before != value else [])
+            if before != value:
+                new.add(name)
+                replaced.append(path)
             if isinstance(before, (dict, list)):
                 origins = placed(origins, [path], {})
             origins[path] = change(name, value)
+    values = without_old_sources(values, replaced)
     return marked(replace(source, values=values, origins=origins), set() if "title" in changes else new)
+
+
+def without_old_sources(values: dict[str, Any], new: Iterable[Path], stated: Collection[str] = ()) -> dict[str, Any]:
+    """The same values, the sources of those at new paths marked as changed, but for entries that are new as well."""
+    sources = values.get("sources")
+    if not (isinstance(sources, dict) and sources and all(isinstance(name, str) for name in sources)):
+        return values  # none, or the checks say what is wrong with them
+
+    def find(name: str) -> Path | None:
+        try:
+            return _find(values, name, {})
+        except InputError:
+            return None
+
+    kept = outdated({name: entry for name, entry in sources.items() if name not in stated}, new, find)
+    return values | {"sources": kept | {name: sources[name] for name in stated if name in sources}}
 
 
 def _paths(name: str, parameters: Mapping[str, str | list[str]]) -> tuple[str, ...]:

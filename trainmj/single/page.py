@@ -155,4 +155,6 @@ def _add_scenario(section: Section, result: Result) -> None:
     section.table(tables.vehicles_of(chain), folded=len(chain.vehicles) > _MOST_ROWS)
     if chain.members:
         section.table(tables.bodies_of(chain))
+    if scenario.sources:
+        section.table(tables.sources_of(scenario), folded=len(scenario.sources) > _MOST_ROWS)
     section.code(to_yaml(scenario), "scenario.yaml")

@@ -131,6 +131,9 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     console.print()
     print_table(console, devices.table(scenario, chain))
     _print_curves(console, chain)
+    if scenario.sources:
+        console.print()
+        print_table(console, tables.sources_of(scenario))
     _print_notes(console, scenario, (*remarks(chain), *devices.narrow(chain)))
     if chain.grade:
         console.print(f"Grade {chain.grade * 1e3:g} per mille, positive uphill along the motion.")

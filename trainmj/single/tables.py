@@ -17,7 +17,9 @@ from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
 from trainmj.collision.summary import Summary
+from trainmj.files.provenance import MEANING, Provenance
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
+from trainmj.scenario import Scenario
 from trainmj.units import KM_H, KN, KN_PER_MM, MS, TONNE, against
 
 if TYPE_CHECKING:
@@ -68,6 +70,7 @@ def why_not_valid(summary: Summary) -> str:
 def limits(criteria: Sequence[Criterion]) -> Table:
     """The limits of the scenario beside what was found."""
     heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%"), *worded("verdict")]
+    heads += worded("source") if (said := any(c.source for c in criteria)) else []
     rows = [
         (
             c.title,
@@ -76,6 +79,7 @@ def limits(criteria: Sequence[Criterion]) -> Table:
             f"{c.limit:.12g} {c.unit}",
             against(c.used, 100, 0),
             judged(c.kept) if c.valid else failed("not valid"),
+            *([c.source or "-"] if said else []),
         )
         for c in criteria
     ]
@@ -96,7 +100,7 @@ def interfaces(summary: Summary) -> Table:
         rows.append((i.name, i.device, *(cells[q.name] for q in shown), _end(i)))
         for s in stages:
             cells = {"stroke_mm": STAGE.text(s.stroke_mm, s.limit_mm), "energy_kJ": s.energy_kJ}
-            rows.append((f"{_INDENT}{s.name}", "", *(cells.get(q.name, "") for q in shown), _limit(s)))
+            rows.append((f"{_INDENT}{s.name}", "", *(cells.get(q.name, "") for q in shown), _limit(s, i.judged)))
     table = Table(
         [*worded("Interface", "device"), *_columns(shown), Column("limit", "mm", text=True)],
         rows,
@@ -111,7 +115,7 @@ def _end(interface: InterfaceMetrics) -> Verdict | str:
     if interface.beyond_curve:
         return failed("curve ended")
     used = _used(interface)
-    return _limit(used[0]) if len(used) == 1 else ""
+    return _limit(used[0], interface.judged) if len(used) == 1 else ""
 
 
 def _used(interface: InterfaceMetrics) -> tuple[StageUse, ...]:
@@ -119,11 +123,13 @@ def _used(interface: InterfaceMetrics) -> tuple[StageUse, ...]:
     return tuple(stage for stage in interface.stages if stage.name != CAR_BODY or stage.stroke_mm > 0.0)
 
 
-def _limit(stage: StageUse) -> Verdict | str:
-    if stage.limit_mm is None:
-        return failed("crushed") if stage.collapsed else ""
-    limit = f"{stage.limit_mm:.12g}"
-    return failed(f"> {limit}") if stage.exhausted else passed(f"≤ {limit}")
+def _limit(stage: StageUse, under_test: bool) -> Verdict | str:
+    """How a stage stands to its limit; only said, not judged, of a partner that is not under test."""
+    if stage.limit_mm is None and not stage.collapsed:
+        return ""
+    bad = stage.collapsed or stage.exhausted
+    text = "crushed" if stage.limit_mm is None else f"{'>' if stage.exhausted else '≤'} {stage.limit_mm:.12g}"
+    return judged(not bad, text, text) if under_test else text
 
 
 def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
@@ -257,6 +263,17 @@ def vehicles_of(chain: Chain) -> Table:
         ],
         "Vehicles along the track",
     )
+
+
+def sources_of(scenario: Scenario) -> Table:
+    """Where values of a scenario come from, as it says."""
+    rows = [
+        (path, entry.source, entry.mark) if isinstance(entry, Provenance) else (path, entry, "-")
+        for path, entry in scenario.sources.items()
+    ]
+    marks = {mark for *_, mark in rows}
+    note = " ".join(f"{mark.capitalize()}: {meaning}." for mark, meaning in MEANING.items() if mark in marks)
+    return Table(worded("Value", "source", "mark"), rows, "Where values come from", note)
 
 
 def bodies_of(chain: Chain) -> Table:

@@ -1,0 +1,138 @@
+"""Partners in files of their own: wagons, lorries and reference trains that any train can be run into.
+
+A scenario whose ``collision.partner`` is the name of such a file, and of no train or obstacle of its own, takes over
+what the file states: as a train or obstacle of that name, with devices, curves and sources.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path as FilePath
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from trainmj.errors import InputError
+from trainmj.files.kinds import PARTNER
+from trainmj.files.parts import Either, Notes, Part, Title
+from trainmj.files.provenance import Sources
+from trainmj.files.resources import shipped_files
+from trainmj.files.source import Path, Problem, Source, dotted
+from trainmj.files.text import beside
+from trainmj.files.yaml import read_yaml
+from trainmj.scenario.curves import Curve, CurveFile
+from trainmj.scenario.devices import DeviceSpec
+from trainmj.scenario.parts import MAX_NAMES
+from trainmj.scenario.ranges import Key
+from trainmj.scenario.reading import with_tables
+from trainmj.scenario.trains import RIGID_WALL, ObstacleSpec, TrainSpec
+
+_KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_HOMES = {"train": "trains", "obstacle": "obstacles"}
+
+
+class PartnerFile(Part, title="partner file"):
+    """What can be struck by any train: a train or an obstacle, with its devices and where its values come from."""
+
+    title: Title = Field(description="one line that says what it is")
+    notes: Notes = Field(default="", description="what a user of it must know")
+    sources: Sources = Field(default_factory=dict, description="where values come from, by path")
+    curves: dict[Key, Annotated[Curve | CurveFile, Either()]] = Field(
+        default_factory=dict, max_length=MAX_NAMES, description="curves that several devices share, by name"
+    )
+    devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES, description="its devices, by name")
+    train: TrainSpec | None = Field(default=None, description="a train or wagon")
+    obstacle: ObstacleSpec | None = Field(default=None, description="in its place: an obstacle that is no train")
+
+
+def shipped_partners() -> dict[str, FilePath]:
+    """Names and paths of the partners that ship with trainmj."""
+    return shipped_files(PARTNER.ending)
+
+
+def read_partner(file: FilePath) -> Source:
+    """A partner file, checked, with the tables that it names.
+
+    Raises:
+        InputError: if it cannot be read, or a key or value of it is wrong.
+    """
+    source = with_tables(read_yaml(file), PartnerFile)
+    checked = source.checked(PartnerFile)
+    if (checked.train is None) == (checked.obstacle is None):
+        raise source.refusal([Problem((), "must state a train or an obstacle, one of them")])
+    return source
+
+
+def with_partner(source: Source) -> Source:
+    """The values of a scenario with those of the partner file that its collision names; the same if it names none.
+
+    Raises:
+        InputError: if the file is wrong, or states something of a name that the scenario has as well.
+    """
+    name = _named(source.values)
+    if name is None:
+        return source
+    file = beside(source.folder, name + PARTNER.ending, source.said("collision", "partner"))
+    file = file or shipped_partners().get(name)
+    if file is None:
+        return source  # the rules of a scenario say what there is
+    status = file.stat()
+    return _merged(source, _read(file, status.st_mtime_ns, status.st_size), name)
+
+
+@lru_cache(maxsize=32)
+def _read(file: FilePath, *_: int) -> Source:
+    """A partner file as it was at a time, of a size; not to be changed."""
+    return read_partner(file)
+
+
+def _named(values: Mapping[str, Any]) -> str | None:
+    """The partner that is neither a train nor an obstacle of a scenario; None if it is one, or nothing that can be."""
+    collision = values.get("collision")
+    name = collision.get("partner") if isinstance(collision, Mapping) else None
+    homes = [values.get(home) or {} for home in _HOMES.values()]
+    if not isinstance(name, str) or name == RIGID_WALL or not _KEY.fullmatch(name):
+        return None
+    return None if any(name in home for home in homes if isinstance(home, Mapping)) else name
+
+
+def _merged(source: Source, partner: Source, name: str) -> Source:
+    values, origins = dict(source.values), dict(source.origins)
+    for path, value in _placed(partner, name):
+        group = values.get(path[0]) or {}
+        if not isinstance(group, Mapping):
+            return source  # the checks say what is wrong with it
+        if path[0] != "sources" and path[1] in group and group[path[1]] != value:
+            raise InputError(
+                f"{source.said(*path)}: there is one of this name in {partner.origin() or name}, which "
+                f"collision.partner takes over: rename it"
+            )
+        values[path[0]] = {**group, path[1]: value}
+    origins |= {_home(path, name): place for path, place in partner.origins.items() if _home(path, name)}
+    return replace(source, values=values, origins=origins, files=source.files | partner.files)
+
+
+def _placed(partner: Source, name: str) -> list[tuple[tuple[str, str], Any]]:
+    """What a partner file states, each thing with its place in a scenario."""
+    found: list[tuple[tuple[str, str], Any]] = []
+    for key, value in partner.values.items():
+        if key in _HOMES:
+            found.append(((_HOMES[key], name), value))
+        elif key in ("curves", "devices"):
+            found += [((key, thing), inner) for thing, inner in value.items()]
+        elif key == "sources":
+            found += [((key, dotted(_home(tuple(of.split(".")), name))), entry) for of, entry in value.items()]
+    return found
+
+
+def _home(path: Path, name: str) -> Path:
+    """Where a value of a partner file stands in a scenario; empty for what has no place there."""
+    if not path or path[0] in ("title", "notes"):
+        return ()
+    if path[0] == "sources":
+        of = dotted(_home(tuple(str(path[1]).split(".")), name)) if len(path) > 1 else ""
+        return ("sources", of, *path[2:]) if of else ()
+    return (_HOMES[str(path[0])], name, *path[1:]) if path[0] in _HOMES else path
