@@ -200,9 +200,10 @@ def test_limits_are_on_the_terminal_in_json_and_in_the_report(tmp_path):
     assert "1000 mm" in line
     assert "FAIL" in line
     spoken = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)
-    assert [set(c) for c in spoken["limits"]] == [{"name", "where", "found", "limit", "unit", "kept", "valid", "source"}] * 6
+    keys = {"name", "where", "found", "limit", "unit", "kept", "valid", "source"}
+    assert [set(c) for c in spoken["limits"]] == [keys] * 6
     ts = next(c for c in spoken["limits"] if c["name"] == "TS_mm")
-    stated = {"name": "TS_mm", "where": "", "limit": 1000, "unit": "mm"}
+    stated = {"name": "TS_mm", "where": "", "limit": 1000, "unit": "mm", "source": ""}
     assert ts == stated | {"found": ts["found"], "kept": False, "valid": True}
     assert ts["found"] == spoken["criteria"]["TS_mm"]
     out = tmp_path / "out"

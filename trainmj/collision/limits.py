@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from trainmj.collision.chain import Chain, n_own_sides
@@ -90,22 +90,31 @@ def of_responses(
         interfaces: from the front backwards, the moving train first.
         vehicles: likewise.
     """
+    for name, limit in chain.limits.items():
+        found = reported(chain, responses, interfaces, vehicles, name)
+        yield replace(found, limit=limit, source=source_of(chain.sources, f"limits.{name}"))
+
+
+def reported(
+    chain: Chain,
+    responses: Mapping[str, float],
+    interfaces: Sequence[InterfaceMetrics],
+    vehicles: Sequence[VehicleMetrics],
+    name: str,
+) -> Criterion:
+    """A response, or a quantity where it is largest in the moving train, without a limit; arguments as above."""
+    column = columns_of(chain).get(name)
+    if column is not None:
+        title = f"{column.title} of the partner" if column.of_partner else column.title
+        return Criterion(name, title, "", responses[name], math.inf, column.unit, column.digits, True)
+    quantity = of_each(chain)[name]
     own: tuple[VehicleMetrics | InterfaceMetrics, ...] = (
         *vehicles[: chain.n_moving],
         *interfaces[: n_own_sides(chain)],
     )
-    columns = columns_of(chain)
-    for name, limit in chain.limits.items():
-        source = source_of(chain.sources, f"limits.{name}")
-        if name in columns:
-            column = columns[name]
-            title = f"{column.title} of the partner" if column.of_partner else column.title
-            yield Criterion(name, title, "", responses[name], limit, column.unit, column.digits, True, source)
-        else:
-            quantity = of_each(chain)[name]
-            worst = max((p for p in own if name in p.values), key=lambda part: _badness(part.values[name]))
-            title, found = quantity.key.replace("_", " "), worst.values[name]
-            yield Criterion(name, title, worst.name, found, limit, quantity.unit, quantity.digits, True, source)
+    worst = max((p for p in own if name in p.values), key=lambda part: _badness(part.values[name]))
+    title, found = quantity.key.replace("_", " "), worst.values[name]
+    return Criterion(name, title, worst.name, found, math.inf, quantity.unit, quantity.digits, True)
 
 
 def of_stages(chain: Chain, interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:

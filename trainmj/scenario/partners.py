@@ -72,10 +72,23 @@ def with_partner(source: Source) -> Source:
     Raises:
         InputError: if the file is wrong, or states something of a name that the scenario has as well.
     """
-    name = _named(source.values)
-    if name is None:
+    collision = source.values.get("collision")
+    name = collision.get("partner") if isinstance(collision, Mapping) else None
+    return taking(source, name, source.folder) if isinstance(name, str) else source
+
+
+def taking(source: Source, name: str, folder: FilePath) -> Source:
+    """The values of a scenario with those of the partner file of a name, in a folder or shipped.
+
+    The same if there is none, or the scenario has a train or obstacle of this name.
+
+    Raises:
+        InputError: as :func:`with_partner`.
+    """
+    homes = [values for home in _HOMES.values() if isinstance(values := source.values.get(home), Mapping)]
+    if name == RIGID_WALL or not _KEY.fullmatch(name) or any(name in home for home in homes):
         return source
-    file = beside(source.folder, name + PARTNER.ending, source.said("collision", "partner"))
+    file = beside(folder, name + PARTNER.ending, source.said("collision", "partner"))
     file = file or shipped_partners().get(name)
     if file is None:
         return source  # the rules of a scenario say what there is
@@ -87,16 +100,6 @@ def with_partner(source: Source) -> Source:
 def _read(file: FilePath, *_: int) -> Source:
     """A partner file as it was at a time, of a size; not to be changed."""
     return read_partner(file)
-
-
-def _named(values: Mapping[str, Any]) -> str | None:
-    """The partner that is neither a train nor an obstacle of a scenario; None if it is one, or nothing that can be."""
-    collision = values.get("collision")
-    name = collision.get("partner") if isinstance(collision, Mapping) else None
-    homes = [values.get(home) or {} for home in _HOMES.values()]
-    if not isinstance(name, str) or name == RIGID_WALL or not _KEY.fullmatch(name):
-        return None
-    return None if any(name in home for home in homes if isinstance(home, Mapping)) else name
 
 
 def _merged(source: Source, partner: Source, name: str) -> Source:

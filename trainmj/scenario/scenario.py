@@ -30,7 +30,7 @@ from trainmj.files.source import (
     source_of,
     type_at,
 )
-from trainmj.scenario.partners import with_partner
+from trainmj.scenario.partners import taking, with_partner
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 from trainmj.scenario.trains import RIGID_WALL
@@ -93,6 +93,14 @@ class Scenario(Parts):
             InputError: if a path leads nowhere or the changed scenario breaks a rule.
         """
         return self.from_source(changed(self._source, self.parameters, group_given(changes)))
+
+    def with_partner(self, name: str, folder: FilePath) -> Self:
+        """A copy that has the partner of a name, too: one of its own, or of a partner file, in a folder or shipped.
+
+        Raises:
+            InputError: if the file is wrong, or states something of a name that the scenario has as well.
+        """
+        return self.from_source(taking(self._source, name, folder))
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.
@@ -247,7 +255,7 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
             if isinstance(before, (dict, list)):
                 origins = placed(origins, [path], {})
             origins[path] = change(name, value)
-    values = without_old_sources(values, replaced)
+    values = without_old_sources(values, replaced, changes.get("sources") or ())
     return marked(replace(source, values=values, origins=origins), set() if "title" in changes else new)
 
 

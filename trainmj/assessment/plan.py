@@ -1,0 +1,247 @@
+"""An assessment file read and checked, and the collisions of a train that it asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from trainmj.assessment.file import IDENTICAL, AssessmentFile, CollisionScenario, FromLineSpeed
+from trainmj.collision.chain import Chain
+from trainmj.collision.lineup import line_up
+from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
+from trainmj.errors import InputError, close_match
+from trainmj.files.arguments import given
+from trainmj.files.kinds import ASSESSMENT
+from trainmj.files.provenance import Provenance
+from trainmj.files.resources import find_file
+from trainmj.files.source import Path as Place
+from trainmj.files.source import Problem, Source, dotted
+from trainmj.files.yaml import read_yaml
+from trainmj.scenario import Scenario
+from trainmj.scenario.trains import TrainSpec
+
+
+@dataclass(frozen=True, eq=False)
+class Standard:
+    """What a train must pass: an assessment file that has been checked.
+
+    Attributes:
+        spec: the parts of the file.
+        name: of the file, without its ending.
+    """
+
+    spec: AssessmentFile
+    name: str
+    source: Source = field(repr=False)
+
+    @property
+    def files(self) -> frozenset[Path]:
+        """The files that it was read from."""
+        return self.source.files
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One collision of an assessment.
+
+    Attributes:
+        key: of its collision scenario in the file.
+        end: of the train that leads.
+        state: name of the load state; empty for the train as it stands.
+        changes: of the train's scenario, by path: ``trainmj run`` with them computes the same.
+        scenario: the train's, changed; None if it cannot be made.
+        chain: of the scenario.
+        refused: why it cannot be made.
+        absent: what is asked of it and is not there, with the reason, by the name of the response.
+    """
+
+    key: str
+    end: str
+    state: str
+    changes: Mapping[str, Any]
+    scenario: Scenario | None = None
+    chain: Chain | None = None
+    refused: str = ""
+    absent: Mapping[str, str] = field(default_factory=dict)
+
+
+def load_assessment(file: str | Path) -> Standard:
+    """Read an assessment file, or one that ships with trainmj by its name: ``en15227``.
+
+    Raises:
+        InputError: listing file, line, key, value and rule of everything that is wrong.
+    """
+    path = find_file(file, ASSESSMENT.ending, "assessment")
+    source = read_yaml(path)
+    spec = source.checked(AssessmentFile)
+    source.refuse(_broken_rules(spec))
+    return Standard(spec, path.name.removesuffix(ASSESSMENT.ending), source)
+
+
+def standard_given(standard: Standard | str | Path) -> Standard:
+    """A standard, or that of the path of a file or of a shipped one's name.
+
+    Raises:
+        InputError: if the file cannot be read or breaks a rule.
+        TypeError: if it is something else.
+    """
+    return given(standard, Standard, load_assessment)
+
+
+def _broken_rules(spec: AssessmentFile) -> Iterator[Problem]:
+    """Every rule that the parts of the file break between them."""
+    for key, scenario in spec.scenarios.items():
+        at: Place = ("scenarios", key)
+        if (scenario.speed_km_h is None) == (not scenario.speed_by_category_km_h):
+            yield Problem(at, "needs speed_km_h or speed_by_category_km_h, one of them")
+        for category in scenario.speed_by_category_km_h:
+            if category not in spec.categories:
+                rule = f"there is no category of this name{close_match(category, spec.categories)}"
+                yield Problem((*at, "speed_by_category_km_h", category), rule)
+        if len(set(scenario.ends)) < len(scenario.ends):
+            yield Problem((*at, "ends"), "states an end twice")
+    for path in spec.sources:
+        if not _leads_somewhere(spec.model_dump(exclude_unset=True), path):
+            yield Problem(("sources", path), "leads to no value of this file")
+
+
+def _leads_somewhere(values: Any, path: str) -> bool:
+    for key in path.split("."):
+        if not isinstance(values, dict) or key not in values:
+            return False
+        values = values[key]
+    return True
+
+
+def category_of(standard: Standard, category: str | None) -> str:
+    """The category that is assessed; empty where the file has none.
+
+    Raises:
+        InputError: if one is missing, or there is none of the name.
+    """
+    known = standard.spec.categories
+    words = "; ".join(f"{name}: {title}" for name, title in known.items())
+    if category is None and known:
+        raise InputError(f"category: {standard.name} needs one of its categories. {words}")
+    if category is not None and category not in known:
+        rule = f"is none of its categories. {words}" if known else "has no categories: leave it out"
+        raise InputError(f"category: {standard.name}: {category!r} {rule}")
+    return category or ""
+
+
+def speed_of(scenario: CollisionScenario, category: str, line_speed_km_h: float | None) -> float | None:
+    """The speed of a collision scenario [km/h]; None if it does not apply to a category.
+
+    Raises:
+        InputError: if the line is slower than what is taken off its speed.
+    """
+    one = scenario.speed_km_h if scenario.speed_km_h is not None else scenario.speed_by_category_km_h.get(category)
+    if not isinstance(one, FromLineSpeed):
+        return one
+    speed = one.at(line_speed_km_h)
+    if speed <= 0.0:
+        return None
+    return speed
+
+
+def cases_of(standard: Standard, train: Scenario, category: str, line_speed_km_h: float | None) -> Iterator[Case]:
+    """Every collision that a standard asks of a train, in the order of the file.
+
+    Args:
+        standard: what must be passed.
+        train: a scenario, whose moving train is assessed.
+        category: of the train; empty where the standard has none.
+        line_speed_km_h: speed of the line on which it runs; None if not known.
+    """
+    spec = standard.spec
+    for key, scenario in spec.scenarios.items():
+        speed = speed_of(scenario, category, line_speed_km_h)
+        if speed is None:
+            continue
+        for end in scenario.ends:
+            for state, loads in states_of(spec, train).items():
+                yield _case(standard, train, key, speed, end, state, loads)
+
+
+def states_of(spec: AssessmentFile, train: Scenario) -> dict[str, dict[str, float]]:
+    """The changes of each load state; the train as it stands, under an empty name, if no vehicle has seats."""
+    name = train.collision.train
+    places = list(_loads(train.trains[name]))
+    if not spec.load_states or not places:
+        return {"": {}}
+    found: dict[str, dict[str, float]] = {}
+    for state, load in spec.load_states.items():
+        stated = {"share": load.share} | ({} if load.kg is None else {"kg": load.kg})
+        found[state] = {
+            dotted(("trains", name, *place, key)): value
+            for place, load_of in places
+            for key, value in stated.items()
+            if not place[:-1] or getattr(load_of, key) is not None or train.trains[name].load is None
+        }
+    return found
+
+
+def _loads(train: TrainSpec) -> Iterator[tuple[Place, Any]]:
+    """The places below a train at which loads are stated, with what is there."""
+    if train.load is not None:
+        yield ("load",), train.load
+    for n, vehicle in enumerate(train.vehicles if isinstance(train.vehicles, list) else ()):
+        if vehicle.load is not None:
+            yield ("vehicles", n, "load"), vehicle.load
+
+
+def _case(
+    standard: Standard, train: Scenario, key: str, speed: float, end: str, state: str, loads: Mapping[str, float]
+) -> Case:
+    spec = standard.spec
+    scenario = spec.scenarios[key]
+    twin = scenario.partner == IDENTICAL
+    partner = train.collision.train if twin else scenario.partner
+    limits = {name: limit for name, limit in {**spec.limits, **scenario.limits}.items() if limit is not None}
+    own = {
+        "collision.partner": partner,
+        "collision.speed_km_h": speed,
+        "collision.partner_speed_km_h": 0.0,
+        "collision.train_end": end,
+        "collision.partner_end": end if twin else "front",
+    }
+    changes: dict[str, Any] = {**own, **spec.set, **scenario.set, **loads}
+    try:
+        base = train if twin else train.with_partner(partner, standard.source.folder)
+        changed = base.with_values(changes)
+        chain = line_up(changed)
+        absent = _absent(chain, (*limits, *spec.reported))
+        there = {name: limit for name, limit in limits.items() if name not in absent}
+        changes |= {f"limits.{name}": limit for name, limit in there.items()}
+        sources = changed.values().get("sources", {}) | {f"limits.{n}": _source_of(standard, key, n) for n in there}
+        limited = base.with_values(changes | {"sources": sources})
+        return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
+    except InputError as error:
+        return Case(key, end, state, changes, refused=str(error))
+
+
+def _absent(chain: Chain, names: Iterable[str]) -> dict[str, str]:
+    """Why a chain does not have some of the responses that are asked of it, by their names."""
+    found = {}
+    for name in names:
+        thing = of_each(chain).get(name) or columns_of(chain).get(name)
+        if thing is None:
+            known = [*of_each(chain), *columns_of(chain)]
+            found[name] = in_place_of(name, known).removeprefix("; ")
+        elif reason := no_number(thing, chain):
+            found[name] = reason
+    return found
+
+
+def entry_of(standard: Standard, key: str, name: str) -> str | Provenance:
+    """Where the limit of a response in a collision scenario comes from."""
+    sources = standard.spec.sources
+    own = f"scenarios.{key}.limits.{name}" if name in standard.spec.scenarios[key].limits else f"limits.{name}"
+    return sources.get(own, standard.spec.title)
+
+
+def _source_of(standard: Standard, key: str, name: str) -> Any:
+    entry = entry_of(standard, key, name)
+    return entry if isinstance(entry, str) else entry.model_dump()

@@ -1,0 +1,268 @@
+"""Compute every collision that a standard asks of a train, and judge the train by them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from trainmj.assessment.plan import Case, Standard, cases_of, category_of, standard_given, states_of
+from trainmj.collision.batch import run_chains
+from trainmj.collision.chain import Chain
+from trainmj.collision.identity import identity
+from trainmj.collision.limits import Criterion, reported
+from trainmj.collision.status import Kind
+from trainmj.collision.summary import Summary
+from trainmj.errors import InputError
+from trainmj.scenario import Scenario, scenario_given
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_ENDED_WELL = (Kind.OVER, Kind.LIMIT)  # of the limits passed the criteria tell
+_UNFINISHED = (Kind.TIME_LIMIT,)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A case with what was found.
+
+    Attributes:
+        case: that was computed.
+        summary: of its collision; None if it could not be made.
+    """
+
+    case: Case
+    summary: Summary | None
+
+    @property
+    def status(self) -> str:
+        """How it ended, in words."""
+        return str(self.summary.status) if self.summary else f"{Kind.REFUSED}: {self.case.refused}"
+
+    @property
+    def sound(self) -> bool | None:
+        """Whether the collision came to an end with nothing used up; None if it was cut off by the time limit."""
+        if self.summary is None:
+            return False
+        kind = self.summary.status.kind
+        return None if kind in _UNFINISHED else kind in _ENDED_WELL
+
+
+@dataclass(frozen=True)
+class Row:
+    """One criterion in one case.
+
+    Attributes:
+        outcome: the case.
+        criterion: with value and limit; the limit of a response that is only reported is infinite.
+    """
+
+    outcome: Outcome
+    criterion: Criterion
+
+    @property
+    def judged(self) -> bool:
+        """Whether there is a limit."""
+        return self.criterion.limit < float("inf")
+
+    @property
+    def margin(self) -> float:
+        """What is left of the limit [%]; negative where it is passed."""
+        return 100.0 - self.criterion.used
+
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Grows with how bad it is: not kept, then how much of the limit is used, or the value."""
+        value = self.criterion.used if self.judged else abs(self.criterion.found)
+        return not self.criterion.kept, value if value == value else float("inf")
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """What became of a train under a standard.
+
+    Attributes:
+        train: the scenario whose moving train was assessed.
+        standard: what it must pass.
+        category: of the train; empty where the standard has none.
+        line_speed_km_h: of the line; None if not given.
+        outcomes: every case, in the order of the file: collision scenario, end, load state.
+        versions: of what computed it.
+    """
+
+    train: Scenario
+    standard: Standard
+    category: str
+    line_speed_km_h: float | None
+    outcomes: tuple[Outcome, ...]
+    versions: Mapping[str, str]
+
+    @property
+    def rows(self) -> list[Row]:
+        """Every criterion of every case that was computed."""
+        return [
+            Row(outcome, criterion)
+            for outcome in self.outcomes
+            if outcome.summary and outcome.case.chain
+            for criterion in (
+                *outcome.summary.limits,
+                *(
+                    _reported(outcome.case.chain, outcome.summary, name)
+                    for name in self.standard.spec.reported
+                    if name not in outcome.case.absent
+                ),
+            )
+        ]
+
+    def governing(self) -> Iterator[list[Row]]:
+        """For each criterion of each collision scenario its rows, the one that governs first."""
+        found: dict[tuple[str, str], list[Row]] = {}
+        for row in self.rows:
+            found.setdefault((row.outcome.case.key, row.criterion.name), []).append(row)
+        for rows in found.values():
+            yield sorted(rows, key=lambda row: row.rank, reverse=True)
+
+    @property
+    def not_computed(self) -> dict[str, str]:
+        """What the standard asks and nothing here answers, with the reason."""
+        found = {key.replace("_", " "): reason for key, reason in self.standard.spec.not_computed.items()}
+        for outcome in self.outcomes:
+            for name, reason in outcome.case.absent.items():
+                found[name] = reason
+        return found
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a reader must know about what was computed."""
+        spec, said = self.standard.spec, []
+        if spec.load_states and list(states_of(spec, self.train)) == [""]:
+            states = ", ".join(load.title or name for name, load in spec.load_states.items())
+            said.append(
+                f"The train states no seats under load, so its masses are taken as they stand; the load states of the "
+                f"file ({states}) are not computed."
+            )
+        asked = [key for key in spec.scenarios if any(o.case.key == key for o in self.outcomes)]
+        lines = [spec.scenarios[key].notes for key in asked]
+        return [*said, *(note.strip() for note in lines if note)]
+
+    @property
+    def failed(self) -> list[str]:
+        """What is not passed, a sentence each; empty if all that is computed is."""
+        said = []
+        for rows in self.governing():
+            worst = rows[0]
+            if worst.judged and not worst.criterion.kept:
+                said.append(f"{self.titled(worst.outcome)}: {worst.criterion.said}")
+        for outcome in self.outcomes:
+            if outcome.sound is False and not any(r.outcome is outcome and not r.criterion.kept for r in self.rows):
+                said.append(f"{self.titled(outcome)}: {outcome.status}")
+        return said
+
+    @property
+    def passed(self) -> bool:
+        """Whether every criterion that is computed is kept in every case, and all cases could be computed."""
+        return not self.failed
+
+    def titled(self, outcome: Outcome) -> str:
+        """A case in words: "Into a standing identical train, rear leading, empty"."""
+        return f"{self.standard.spec.scenarios[outcome.case.key].title}, {self.state_of(outcome.case)}"
+
+    def state_of(self, case: Case) -> str:
+        """End and load state of a case in words: "rear leading, empty"."""
+        load = self.standard.spec.load_states.get(case.state)
+        return f"{case.end} leading" + (f", {load.title or case.state.replace('_', ' ')}" if load else "")
+
+    def to_frame(self) -> pd.DataFrame:
+        """Every criterion of every case as a table, a row each."""
+        import pandas as pd
+
+        return pd.DataFrame(self.table())
+
+    def table(self) -> list[dict[str, Any]]:
+        """Plain values of every criterion of every case."""
+        return [
+            {
+                "scenario": row.outcome.case.key,
+                "end": row.outcome.case.end,
+                "load_state": row.outcome.case.state,
+                "criterion": row.criterion.name,
+                "at": row.criterion.where,
+                "value": row.criterion.found,
+                "limit": row.criterion.limit if row.judged else None,
+                "unit": row.criterion.unit,
+                "margin_percent": row.margin if row.judged else None,
+                "kept": row.criterion.kept if row.judged else None,
+                "valid": row.criterion.valid,
+                "source": row.criterion.source,
+                "status": row.outcome.status,
+            }
+            for row in self.rows
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, as ``trainmj assess --json`` prints them."""
+        spec = self.standard.spec
+        return {
+            "standard": spec.title,
+            "edition": spec.edition,
+            "category": self.category,
+            "line_speed_km_h": self.line_speed_km_h,
+            "train": self.train.heading,
+            "passed": self.passed,
+            "failed": self.failed,
+            "not_computed": self.not_computed,
+            "remarks": self.remarks,
+            "cases": [
+                {
+                    "scenario": o.case.key,
+                    "end": o.case.end,
+                    "load_state": o.case.state,
+                    "changes": dict(o.case.changes),
+                    "status": o.status,
+                    "responses": dict(o.summary.responses) if o.summary else None,
+                }
+                for o in self.outcomes
+            ],
+            "criteria": self.table(),
+        }
+
+
+def _reported(chain: Chain, summary: Summary, name: str) -> Criterion:
+    found = reported(chain, summary.responses, summary.interfaces, summary.vehicles, name)
+    return replace(found, valid=not summary.not_valid)
+
+
+def assess(
+    train: Scenario | str | Path,
+    standard: Standard | str | Path,
+    category: str | None = None,
+    *,
+    line_speed_km_h: float | None = None,
+    threads: int = 0,
+) -> Assessment:
+    """Assess a train: every collision that a standard asks of it, computed as one batch and judged.
+
+    Args:
+        train: a scenario, or the path of its file; its moving train is assessed, with its own limits too.
+        standard: an assessment, the path of its file, or the name of one that ships, such as ``en15227``.
+        category: of the train, such as ``C-II``; None where the standard has none.
+        line_speed_km_h: speed of the line on which it runs, if a speed of the standard follows from it.
+        threads: native threads; 0 for all cores. The numbers do not depend on it.
+
+    Returns:
+        The assessment; each of its cases has the same numbers as a single run with its changes.
+
+    Raises:
+        InputError: if a file cannot be read or breaks a rule, or the standard does not have the category.
+        TypeError: if the train or the standard is something else.
+    """
+    train, standard = scenario_given(train), standard_given(standard)
+    category = category_of(standard, category)
+    cases = list(cases_of(standard, train, category, line_speed_km_h))
+    if not cases:
+        raise InputError(f"category: {standard.name} has no collision scenario for {category}")
+    summaries = dict(run_chains(((n, case.chain) for n, case in enumerate(cases) if case.chain is not None), threads))
+    outcomes = tuple(Outcome(case, summaries.get(n)) for n, case in enumerate(cases))
+    return Assessment(train, standard, category, line_speed_km_h, outcomes, identity())
