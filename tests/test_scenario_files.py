@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 from collections.abc import Iterator
@@ -196,6 +197,51 @@ def test_couplers_stay_with_their_joint_when_the_partner_is_turned():
     v["collision"]["partner_end"] = "rear"
     by_name = {i.name: i.devices[0].name for i in line_up(Scenario.from_values(v)).interfaces}
     assert by_name == {"M2-M3": "d", "M1-M2": "soft", "S1-M1": "d", "S1-S2": "d", "S2-S3": "soft"}
+
+
+def backwards(train: dict[str, Any]) -> dict[str, Any]:
+    """A train with its vehicles listed from the other end, and all that has a direction turned."""
+
+    def turned(part: dict[str, Any]) -> dict[str, Any]:
+        body = part.get("body", {})
+        return part | ({"body": body | {"attached_m": body["attached_m"][::-1]}} if "attached_m" in body else {})
+
+    couplers = [car.get("coupler") for car in train["vehicles"][-2::-1]]
+    couplers = [coupler[::-1] if isinstance(coupler, list) else coupler for coupler in couplers]
+    bare = [{key: value for key, value in car.items() if key != "coupler"} for car in train["vehicles"][::-1]]
+    cars = [turned(car | ({"coupler": c} if c else {})) for car, c in zip(bare, [*couplers, None], strict=True)]
+    coupler = train["coupler"][::-1] if isinstance(train["coupler"], list) else train["coupler"]
+    ends = {"front": train["rear"], "rear": train["front"]}
+    return turned(train) | ends | {"vehicles": cars, "coupler": coupler}
+
+
+@pytest.mark.parametrize("partner", ["other", "t", "rigid_wall"])
+def test_a_train_led_by_its_rear_is_the_train_listed_backwards(partner):
+    """Breaks if vehicles, couplers of two, bodies or end devices are not turned together, on either side."""
+    v = values([(0, 0), (10, 900), (100, 900)], 100, mass_t=[30.0, 31.0, 32.0], partner="t")
+    v["devices"] |= {name: v["devices"]["d"] | {"stiffness_kN_per_mm": k} for name, k in (("p", 50.0), ("q", 70.0))}
+    v["devices"]["tail"] = v["devices"]["p"] | {"empty_stroke_mm": 20}
+    train = v["trains"]["t"]
+    train |= {"rear": "tail", "coupler": ["p", "q"], "body": {"stiffness_kN_per_mm": 800, "attached_m": [1, 7]}}
+    train["vehicles"][0]["coupler"] = "q"
+    train["vehicles"][1]["body"] = {"stiffness_kN_per_mm": 900, "attached_m": [0, 11]}
+    v["trains"]["other"] = copy.deepcopy(train)
+    v["simulation"] = v.get("simulation", {}) | {"step_ms": 0.02, "time_limit_s": 0.2}
+    v["collision"] |= {"train_end": "rear", "partner": partner}
+    if partner == "t":
+        v["collision"]["partner_end"] = "rear"
+    led = Scenario.from_values(v)
+    v["trains"]["t"] = backwards(train)
+    v["collision"] |= {"train_end": "front", "partner_end": "front"}
+    listed = Scenario.from_values(v)
+    a, b = trainmj.run(led), trainmj.run(listed)
+    assert a.position.tobytes() == b.position.tobytes()
+    assert a.force.tobytes() == b.force.tobytes()
+    assert trainmj.summarise(a).row() == trainmj.summarise(b).row()
+    said = "t (3 vehicles, 93 t), led by its rear, at"
+    assert said in led.subject
+    assert "led by" not in listed.subject
+    assert trainmj.run(led.with_values({"collision.train_end": None})).position.tobytes() != a.position.tobytes()
 
 
 # changes
@@ -547,6 +593,8 @@ def said_of(old: str, new: str, *said: str) -> Any:
         said_of("partner: t", "partner: rigid_wall, partner_speed_km_h: -5", r"the rigid wall does not move"),
         said_of("rear: head, ", "", r"ok"),
         said_of("front: head, ", "", r"states no device at its front"),
+        said_of("rear: head, coupler: link}\ncollision: {", "coupler: link}\ncollision: {train_end: rear, ",
+                r"trains\.t: states no device at its rear, the end that meets the other side: add rear"),
         said_of("title: A", "titel: A", r"titel = '.*': unknown key; did you mean 'title'"),
         said_of("title: A small case", "title: [1]", r"title: must be text"),
         said_of("collision:", "simulation: {integrator: RK4}\ncollision:", r"'RK4': must be 'euler'"),

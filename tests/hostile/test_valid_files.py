@@ -187,6 +187,7 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
         },
         "collision": {
             "train": "t",
+            "train_end": draw(st.sampled_from(["front", "rear"])),
             "speed_km_h": speed,
             "partner": partner,
             "partner_speed_km_h": 0 if fixed else draw(number(-200, speed - 0.5)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from trainmj.files.source import Problem
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.bodies import BodySpec
 from trainmj.scenario.parts import Collision
-from trainmj.scenario.trains import RIGID_WALL, Car
+from trainmj.scenario.trains import RIGID_WALL, Car, End
 from trainmj.units import KM_H, KN, KN_PER_MM, MM, MS, TONNE, G
 
 
@@ -34,36 +34,22 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     scenario = scenario_given(scenario)
     c = scenario.collision
     devices = {name: KINDS[spec.law].device(name, spec, scenario) for name, spec in scenario.devices.items()}
-    moving = scenario.trains[c.train].cars()
+    moving, ((near,), *couplers), drawn = _side(c.train, c.train_end, scenario, devices)
     n = len(moving)
-    drawn: str = scenario.trains[c.train].drawing
     vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn, True) for i, car in enumerate(moving)][::-1]
-    interfaces = [
-        _coupled(f"M{i + 1}-M{i + 2}", n - i - 2, [devices[name] for name in (car.coupler or ())][::-1])
-        for i, car in enumerate(moving[:-1])
-    ][::-1]
-    near = devices[str(scenario.trains[c.train].front)]
+    interfaces = [_coupled(f"M{i + 1}-M{i + 2}", n - i - 2, coupler[::-1]) for i, coupler in enumerate(couplers)][::-1]
     obstacle = scenario.obstacles.get(c.partner)
     fixed = None
     if c.partner == RIGID_WALL:
         interfaces.append(Interface("M1-wall", n - 1, WALL, meet(near, coupled=False), (near,)))
     elif obstacle is not None and obstacle.fixed:
-        far = devices[obstacle.front]
-        interfaces.append(_front("M1-wall", n - 1, WALL, near, far))
+        interfaces.append(_front("M1-wall", n - 1, WALL, near, devices[obstacle.front]))
         fixed = Vehicle("wall", c.partner, math.inf, obstacle.length_m, 0.0, drawing=obstacle.drawn)
     else:
-        struck, cars = _partner(scenario)
-        far = devices[struck]
+        cars, ((far,), *couplers), drawn = _side(c.partner, c.partner_end, scenario, devices)
         interfaces.append(_front("S1-M1", n - 1, n, near, far))
-        drawn = scenario.trains[c.partner].drawing if obstacle is None else obstacle.drawn
-        front_right = c.partner_end == "rear"
-        vehicles += [
-            _vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn, front_right) for i, car in enumerate(cars)
-        ]
-        interfaces += [
-            _coupled(f"S{i + 1}-S{i + 2}", n + i, [devices[name] for name in (car.coupler or ())])
-            for i, car in enumerate(cars[:-1])
-        ]
+        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn, False) for i, car in enumerate(cars)]
+        interfaces += [_coupled(f"S{i + 1}-S{i + 2}", n + i, coupler) for i, coupler in enumerate(couplers)]
     s = scenario.simulation
     chain = Chain(
         tuple(vehicles),
@@ -98,23 +84,22 @@ def _limits(chain: Chain) -> Iterator[Problem]:
             yield Problem(("limits", name), reason)
 
 
-def _partner(scenario: Scenario) -> tuple[str, list[Car]]:
-    """The device of what is struck, and its vehicles from there; the coupler of each is that to the next one."""
-    c = scenario.collision
-    obstacle = scenario.obstacles.get(c.partner)
+def _side(
+    name: str, end: End, scenario: Scenario, devices: Mapping[str, Device]
+) -> tuple[list[Car], list[tuple[Device, ...]], str]:
+    """A train or a free obstacle from the end that meets the other side.
+
+    Its vehicles; its devices, those at this end and between each vehicle and the next; what pictures show it as.
+    """
+    obstacle = scenario.obstacles.get(name)
     if obstacle is not None:
-        return obstacle.front, [
-            Car(c.partner, obstacle.mass_t, obstacle.length_m, None, rail_friction=obstacle.rail_friction)
-        ]
-    partner = scenario.trains[c.partner]
-    cars = partner.cars()
-    if c.partner_end == "rear":
-        couplers = [car.coupler[::-1] if car.coupler else None for car in cars[:-1]]
-        cars = [car._replace(coupler=coupler) for car, coupler in zip(cars[::-1], [*couplers[::-1], None], strict=True)]
-    return str(getattr(partner, c.partner_end)), cars
+        car = Car(name, obstacle.mass_t, obstacle.length_m, rail_friction=obstacle.rail_friction)
+        return [car], [(devices[obstacle.front],)], obstacle.drawn
+    train = scenario.trains[name]
+    return train.cars(end), [tuple(devices[of] for of in joint) for joint in train.joints(end)], train.drawing
 
 
-def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str, front_right: bool) -> Vehicle:
+def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str, leads_right: bool) -> Vehicle:
     assert car.mass_t is not None  # held by the rules of a scenario
     brake = None
     if car.brakes is not None:
@@ -122,22 +107,22 @@ def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawi
         most = math.inf if b.adhesion is None else b.adhesion * car.mass_t * TONNE * G
         brake = Brake(b.whole_kN(car.mass_t) * KN, b.delay_s, b.rise_s, most)
     friction = collision.rail_friction if car.rail_friction is None else car.rail_friction
-    speed, body = speed_km_h * KM_H, None if car.body is None else _body(car.body, car, front_right)
+    speed, body = speed_km_h * KM_H, None if car.body is None else _body(car.body, car, leads_right)
     return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed, friction, brake, drawing, body)
 
 
-def _body(spec: BodySpec, car: Car, front_right: bool) -> Body:
-    """The body of a vehicle, whose front end is on its right or on its left."""
+def _body(spec: BodySpec, car: Car, leads_right: bool) -> Body:
+    """The body of a vehicle, whose end that meets the other side is on its right or on its left."""
     assert car.mass_t is not None
     own_t = car.mass_t - spec.bogies_t
-    front, rear = spec.attached_m
+    near, far = spec.attached_m
     body = Body(
         spec.whole_kN_per_mm(own_t, car.length_m) * KN_PER_MM,
         spec.damping_ratio,
         spec.members,
         math.inf if spec.collapse_force_kN is None else spec.collapse_force_kN * KN,
         spec.hardening_kN_per_mm * KN_PER_MM,
-        (rear, front) if front_right else (front, rear),
+        (far, near) if leads_right else (near, far),
     )
     if spec.bogies is None:
         return body

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
@@ -65,6 +65,10 @@ class BodySpec(Part):
     def bogies_t(self) -> float:
         """Mass of the bogies together [t]."""
         return 2 * self.bogies.mass_t if self.bogies else 0.0
+
+    def turned(self) -> Self:
+        """The same body with its rear end in front."""
+        return self.model_copy(update={"attached_m": self.attached_m[::-1]})
 
     @property
     def n_points(self) -> int:

@@ -15,13 +15,13 @@ from trainmj.files.provenance import Sources
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
 from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step
-from trainmj.scenario.trains import RIGID_WALL, ObstacleSpec, TrainSpec
+from trainmj.scenario.trains import RIGID_WALL, End, ObstacleSpec, TrainSpec
 
 MAX_NAMES = 1000
 
 
 class Collision(Part):
-    """Who runs into whom. The train moves along +x; its front end leads."""
+    """Who runs into whom. The train moves along +x."""
 
     train: str = Field(description="the train that runs into its partner")
     speed_km_h: Speed
@@ -30,7 +30,8 @@ class Collision(Part):
         "NAME.partner.yaml beside the scenario, or one that ships"
     )
     partner_speed_km_h: Speed = 0.0
-    partner_end: Literal["front", "rear"] = Field(default="front", description="the end of the partner that is struck")
+    train_end: End = Field(default="front", description="the end of the train that leads")
+    partner_end: End = Field(default="front", description="the end of the partner that is struck")
     gap_mm: Gap = Field(default=0.0, description="distance between the two sides at time 0 [mm]")
     rail_friction: Friction = Field(
         default=0.0,

@@ -12,7 +12,16 @@ from trainmj.scenario.partners import shipped_partners
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
 from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read
-from trainmj.scenario.trains import MAX_VEHICLES, RIGID_WALL, CouplerRef, Load, ObstacleSpec, TrainSpec, VehicleSpec
+from trainmj.scenario.trains import (
+    MAX_VEHICLES,
+    RIGID_WALL,
+    CouplerRef,
+    End,
+    Load,
+    ObstacleSpec,
+    TrainSpec,
+    VehicleSpec,
+)
 
 _LEAST_CLOSING = 0.1  # km/h; a collision whose sides close in at a third of this counts as over
 _MOST_STEPS = 5_000_000
@@ -116,8 +125,8 @@ def _collision(parts: Parts) -> Iterator[Problem]:
     collision = parts.collision
     if collision.train not in parts.trains:
         yield no_such("train", ("collision", "train"), collision.train, parts.trains)
-    elif parts.trains[collision.train].front is None:
-        yield _no_device(collision.train, "front")
+    else:
+        yield from _at_end(collision.train, collision.train_end, parts)
     yield from _partner(parts)
     if collision.speed_km_h - collision.partner_speed_km_h < _LEAST_CLOSING - 1e-9:
         yield Problem(
@@ -152,15 +161,18 @@ def _partner(parts: Parts) -> Iterator[Problem]:
     if fixed and c.partner_speed_km_h != 0:
         yield Problem(("collision", "partner_speed_km_h"), f"must be 0: {fixed} does not move")
     if c.partner in parts.trains:
-        if getattr(parts.trains[c.partner], c.partner_end) is None:
-            yield _no_device(c.partner, c.partner_end)
+        if (c.partner, c.partner_end) != (c.train, c.train_end):
+            yield from _at_end(c.partner, c.partner_end, parts)
     elif obstacle is None and c.partner != RIGID_WALL:
         known = [*parts.trains, *parts.obstacles, RIGID_WALL, *shipped_partners()]
         yield no_such("train, obstacle or partner file", ("collision", "partner"), c.partner, known)
 
 
-def _no_device(train: str, end: str) -> Problem:
-    return Problem(("trains", train), f"states no device at its {end}, the end that meets the other side")
+def _at_end(name: str, end: End, parts: Parts) -> Iterator[Problem]:
+    """The end of a train that meets the other side has a device."""
+    train = parts.trains[name]
+    if train.each() and not train.joints(end)[0]:
+        yield Problem(("trains", name), f"states no device at its {end}, the end that meets the other side: add {end}")
 
 
 def _simulation(parts: Parts) -> Iterator[Problem]:

@@ -122,7 +122,8 @@ class Scenario(Parts):
     def subject(self) -> str:
         """What collides, whatever the title says: trains, vehicles, masses, speeds."""
         c = self.collision
-        moving = f"{self._train(c.train)} at {c.speed_km_h:.10g} km/h"
+        leads = "" if c.train_end == "front" else f", led by its {c.train_end},"
+        moving = f"{self._train(c.train)}{leads} at {c.speed_km_h:.10g} km/h"
         if c.partner == RIGID_WALL:
             return f"{moving} into a rigid wall"
         obstacle = self.obstacles.get(c.partner)

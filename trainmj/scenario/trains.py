@@ -14,6 +14,8 @@ from trainmj.scenario.curves import TableFile
 from trainmj.scenario.ranges import Force, Friction, Label, Length, Mass, Seconds
 
 RIGID_WALL = "rigid_wall"
+End = Literal["front", "rear"]
+"""An end of a train."""
 MAX_VEHICLES = 400
 KG = 1e-3  # in t
 _SHOWN = 60  # characters of a head in a message
@@ -138,7 +140,6 @@ class Car(NamedTuple):
     name: str
     mass_t: float | None  # with its load
     length_m: float
-    coupler: tuple[str, ...] | None  # one device for the whole interface, or two in series: the own one first
     load_t: float = 0.0
     rail_friction: float | None = None
     brakes: BrakeForce | BrakeDeceleration | None = None
@@ -195,23 +196,38 @@ class TrainSpec(Part):
         body = vehicle.body or self.body
         return None if isinstance(body, str) else body
 
-    def cars(self) -> list[Car]:
-        """Every vehicle from the front end, with the values that the train states for all."""
-        return [self._car(vehicle) for vehicle in self.each()]
+    def cars(self, end: End = "front") -> list[Car]:
+        """Every vehicle from an end, with the values that the train states for all; turned round from the rear."""
+        cars = [self._car(vehicle) for vehicle in self.each()]
+        if end == "front":
+            return cars
+        return [car._replace(body=car.body.turned() if car.body else None) for car in cars[::-1]]
+
+    def joints(self, end: End = "front") -> list[tuple[str, ...]]:
+        """Devices from an end: at this end, then between each vehicle and the next; none where none is stated.
+
+        One stands for a whole interface; two are in series, that of the vehicle nearer to this end first.
+        """
+        couplers = [vehicle.coupler or self.coupler for vehicle in self.each()[:-1]]
+        joints = [_names(joint) for joint in (self.front, *couplers, self.rear)]
+        return joints[:-1] if end == "front" else [joint[::-1] for joint in joints[:0:-1]]
 
     def _car(self, v: VehicleSpec) -> Car:
-        coupler, load_t = v.coupler or self.coupler, self.load_t(v)
+        load_t = self.load_t(v)
         mass = self.mass_t if v.mass_t is None else v.mass_t
         return Car(
             v.name,
             None if mass is None else mass + load_t,
             self.length_m if v.length_m is None else v.length_m,
-            (coupler,) if isinstance(coupler, str) else tuple(coupler) if coupler else None,
             load_t,
             self.rail_friction if v.rail_friction is None else v.rail_friction,
             v.brakes or self.brakes,
             self.body_of(v),
         )
+
+
+def _names(joint: CouplerRef | None) -> tuple[str, ...]:
+    return (joint,) if isinstance(joint, str) else tuple(joint or ())
 
 
 class ObstacleSpec(Part):

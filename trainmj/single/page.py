@@ -143,7 +143,7 @@ def _add_scenario(section: Section, result: Result) -> None:
         section.text(scenario.notes)
     section.facts(
         {
-            "Train": f"{c.train}, {c.speed_km_h:g} km/h",
+            "Train": f"{c.train}, {c.speed_km_h:g} km/h, led by its {c.train_end}",
             "Partner": struck,
             "Gap at the start": f"{c.gap_mm:g} mm",
             "Grade": f"{c.grade_per_mille:g} per mille, positive uphill along the motion",

@@ -27,10 +27,11 @@ def random_scenario(seed: int) -> dict[str, Any]:
     fronts = ["f0", str(rng.choice(["f0", "f1", "f1"]))]
     if rng.random() < 0.15:  # two paths: different bolts on both sides
         devices["f0"], devices["f1"] = _staged(rng), _staged(rng)
-    trains = {"a": _train(rng, moving, devices, fronts[0])}
+    trains = {"a": _train(rng, moving, devices, fronts[0]) | {"rear": fronts[0]}}
     obstacles: dict[str, Any] = {}
     collision: dict[str, Any] = {
         "train": "a",
+        "train_end": str(np.random.default_rng([seed, 2]).choice(["front", "front", "rear"])),
         "speed_km_h": speed,
         "partner": {"train": "b", "free": "thing", "fixed": "thing"}.get(partner, partner),
         "gap_mm": float(rng.choice([0.0, rng.uniform(0.0, 50.0)])),

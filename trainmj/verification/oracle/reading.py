@@ -20,11 +20,12 @@ def read(values: Values) -> System:
     """The system that a scenario describes; values as its YAML file gives them, files and names of curves resolved."""
     c = values["collision"]
     friction = c.get("rail_friction", 0.0)
-    moving = _cars(values["trains"][c["train"]], friction, c["speed_km_h"] / 3.6)
+    led = c.get("train_end", "front")
+    moving = _seen_from(led, _cars(values["trains"][c["train"]], friction, c["speed_km_h"] / 3.6))
     partner = c["partner"]
     obstacle = values.get("obstacles", {}).get(partner)
     struck: list[dict[str, Any]] = []
-    fronts = [values["trains"][c["train"]]["front"]]
+    fronts = [values["trains"][c["train"]][led]]
     if obstacle is not None:
         fronts.append(obstacle["front"])
         if not obstacle.get("fixed"):
@@ -33,12 +34,7 @@ def read(values: Values) -> System:
     elif partner != "rigid_wall":
         end = c.get("partner_end", "front")
         fronts.append(values["trains"][partner][end])
-        struck = _cars(values["trains"][partner], friction, c.get("partner_speed_km_h", 0.0) / 3.6)
-        if end == "rear":
-            couplers = [_turned(car["coupler"]) for car in struck[:-1]][::-1]
-            struck = struck[::-1]
-            for car, coupler in zip(struck, couplers, strict=False):
-                car["coupler"] = coupler
+        struck = _seen_from(end, _cars(values["trains"][partner], friction, c.get("partner_speed_km_h", 0.0) / 3.6))
     n = len(moving)
     ordered = moving[::-1] + struck
     names = [f"M{n - k}" for k in range(n)] + [f"S{k + 1}" for k in range(len(struck))]
@@ -47,7 +43,7 @@ def read(values: Values) -> System:
     bodies: list[Interface] = []
     ends: list[tuple[int, int]] = []  # of each vehicle: the points at which devices are attached
     for i, (name, car) in enumerate(zip(names, ordered, strict=True)):
-        front_right = i < n or c.get("partner_end") == "rear"
+        front_right = led == "front" if i < n else c.get("partner_end") == "rear"
         ends.append(_points(i, name, car, front_right, i < n, points, members, bodies))
     interfaces = []
     for k in range(n - 1):  # left to right, from the tail
@@ -75,8 +71,12 @@ def read(values: Values) -> System:
     )
 
 
-def _turned(coupler: Any) -> Any:
-    return coupler[::-1] if isinstance(coupler, list) else coupler
+def _seen_from(end: str, cars: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Vehicles from an end of their train, each with the coupler to the next one from there."""
+    if end == "front":
+        return cars
+    couplers = [c[::-1] if isinstance(c, list) else c for c in (car["coupler"] for car in cars[:-1])]
+    return [{**car, "coupler": c} for car, c in zip(cars[::-1], [*couplers[::-1], None], strict=True)]
 
 
 def _cars(train: Values, friction: float, speed: float) -> list[dict[str, Any]]:
