@@ -19,6 +19,10 @@ from typing import TYPE_CHECKING, Any
 from trainmj.errors import EngineError, InputError, OutputError, TrainmjError
 
 if TYPE_CHECKING:
+    from trainmj.assessment import Assessment as Assessment
+    from trainmj.assessment import Standard as Standard
+    from trainmj.assessment import assess as assess
+    from trainmj.assessment import load_assessment as load_assessment
     from trainmj.cases.reader import read_table as read_table
     from trainmj.cases.table import run_cases as run_cases
     from trainmj.cli.report import write_report as write_report
@@ -58,6 +62,7 @@ if TYPE_CHECKING:
     from trainmj.verification.suite import verify as verify
 
 _HOMES = {
+    "assessment": "Assessment Standard assess load_assessment",
     "cases.reader": "read_table",
     "cases.table": "run_cases",
     "cli.report": "write_report",

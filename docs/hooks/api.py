@@ -34,6 +34,7 @@ _GROUPS = {
     "Sweeps": ["run_cases", "load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
     "Identification": ["load_targets", "targets_of", "channels", "Identification", "identify", "Found"],
+    "Assessments": ["assess", "Assessment", "load_assessment", "Standard"],
     "Reports": ["write_report"],
     "Errors": ["TrainmjError", "InputError", "OutputError", "EngineError"],
 }

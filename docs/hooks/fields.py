@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from trainmj.assessment.file import AssessmentFile
 from trainmj.identification.file import TargetsFile
 from trainmj.scenario import schema as scenario_schema
+from trainmj.scenario.partners import PartnerFile
 from trainmj.scenario.parts import Parts
 from trainmj.study.file import StudyFile
 from trainmj.sweep.file import SweepFile
@@ -44,6 +46,18 @@ def targets_page() -> str:
     """Keys of a targets file."""
     text = "What `trainmj identify` finds from which data; explained in [Identification](../identification.md)."
     return _page("Targets file", text, _schema(TargetsFile))
+
+
+def assessment_page() -> str:
+    """Keys of an assessment file."""
+    text = "What `trainmj assess` asks of a train; explained in [Assessments](../assessments.md)."
+    return _page("Assessment file", text, _schema(AssessmentFile))
+
+
+def partner_page() -> str:
+    """Keys of a partner file."""
+    text = "What any train can be run into; explained in [Scenarios](../scenario-files.md#partners)."
+    return _page("Partner file", text, _schema(PartnerFile))
 
 
 def _schema(model: Any) -> Schema:

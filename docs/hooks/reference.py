@@ -18,6 +18,8 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/sweep-file.md": fields.sweep_page,
     "reference/study-file.md": fields.study_page,
     "reference/targets-file.md": fields.targets_page,
+    "reference/assessment-file.md": fields.assessment_page,
+    "reference/partner-file.md": fields.partner_page,
     "reference/responses.md": responses.page,
     "reference/python.md": api.page,
     "reference/python-study.md": api.study_page,

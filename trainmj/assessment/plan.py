@@ -10,11 +10,11 @@ from typing import Any
 from trainmj.assessment.file import IDENTICAL, AssessmentFile, CollisionScenario, FromLineSpeed
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
+from trainmj.collision.quantities import columns_of, no_number, of_each, why_absent
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import given
 from trainmj.files.kinds import ASSESSMENT
-from trainmj.files.provenance import Provenance
+from trainmj.files.provenance import Provenance, entry_of
 from trainmj.files.resources import find_file
 from trainmj.files.source import Path as Place
 from trainmj.files.source import Problem, Source, dotted
@@ -212,36 +212,41 @@ def _case(
         base = train if twin else train.with_partner(partner, standard.source.folder)
         changed = base.with_values(changes)
         chain = line_up(changed)
-        absent = _absent(chain, (*limits, *spec.reported))
-        there = {name: limit for name, limit in limits.items() if name not in absent}
-        changes |= {f"limits.{name}": limit for name, limit in there.items()}
-        sources = changed.values().get("sources", {}) | {f"limits.{n}": _source_of(standard, key, n) for n in there}
-        limited = base.with_values(changes | {"sources": sources})
-        return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
     except InputError as error:
         return Case(key, end, state, changes, refused=str(error))
+    absent = _absent(standard, key, chain, (*limits, *spec.reported))
+    there = {f"limits.{name}": limit for name, limit in limits.items() if name not in absent}
+    sources = changed.values().get("sources", {}) | {path: _plain_source(standard, key, path) for path in there}
+    changes |= there
+    limited = base.with_values(changes | {"sources": sources})
+    return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
 
 
-def _absent(chain: Chain, names: Iterable[str]) -> dict[str, str]:
-    """Why a chain does not have some of the responses that are asked of it, by their names."""
+def _absent(standard: Standard, key: str, chain: Chain, names: Iterable[str]) -> dict[str, str]:
+    """Why a chain does not have some of the responses that are asked of it, by their names.
+
+    Raises:
+        InputError: if no scenario would have one.
+    """
     found = {}
+    known = {**columns_of(chain), **of_each(chain)}
     for name in names:
-        thing = of_each(chain).get(name) or columns_of(chain).get(name)
-        if thing is None:
-            known = [*of_each(chain), *columns_of(chain)]
-            found[name] = in_place_of(name, known).removeprefix("; ")
-        elif reason := no_number(thing, chain):
+        reason = no_number(known[name], chain) if name in known else why_absent(name, known)
+        if name not in known and not reason:
+            at: Place = ("scenarios", key, "limits") if name in standard.spec.scenarios[key].limits else ("limits",)
+            at = (*at, name) if name not in standard.spec.reported else ("reported",)
+            raise standard.source.error(f"there is no quantity or response {name!r}{close_match(name, known)}", *at)
+        if reason:
             found[name] = reason
     return found
 
 
-def entry_of(standard: Standard, key: str, name: str) -> str | Provenance:
-    """Where the limit of a response in a collision scenario comes from."""
-    sources = standard.spec.sources
-    own = f"scenarios.{key}.limits.{name}" if name in standard.spec.scenarios[key].limits else f"limits.{name}"
-    return sources.get(own, standard.spec.title)
+def source_of_limit(standard: Standard, key: str, path: str) -> str | Provenance:
+    """Where a limit, such as ``limits.TS_mm``, comes from in a collision scenario."""
+    own = path.removeprefix("limits.") in standard.spec.scenarios[key].limits
+    return entry_of(standard.spec.sources, f"scenarios.{key}.{path}" if own else path) or standard.spec.title
 
 
-def _source_of(standard: Standard, key: str, name: str) -> Any:
-    entry = entry_of(standard, key, name)
+def _plain_source(standard: Standard, key: str, path: str) -> Any:
+    entry = source_of_limit(standard, key, path)
     return entry if isinstance(entry, str) else entry.model_dump()

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trainmj.assessment.file import FromLineSpeed
 from trainmj.assessment.plan import Case, Standard, cases_of, category_of, standard_given, states_of
 from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import Chain
@@ -19,9 +20,6 @@ from trainmj.scenario import Scenario, scenario_given
 
 if TYPE_CHECKING:
     import pandas as pd
-
-_ENDED_WELL = (Kind.OVER, Kind.LIMIT)  # of the limits passed the criteria tell
-_UNFINISHED = (Kind.TIME_LIMIT,)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +40,29 @@ class Outcome:
         return str(self.summary.status) if self.summary else f"{Kind.REFUSED}: {self.case.refused}"
 
     @property
-    def sound(self) -> bool | None:
-        """Whether the collision came to an end with nothing used up; None if it was cut off by the time limit."""
-        if self.summary is None:
-            return False
-        kind = self.summary.status.kind
-        return None if kind in _UNFINISHED else kind in _ENDED_WELL
+    def fault(self) -> str:
+        """Why the case is not passed whatever its criteria say; empty if nothing else is wrong with it."""
+        if self.summary is None or self.summary.status.unusable or self.summary.status.kind is Kind.NO_CONTACT:
+            return self.status
+        crushed = [
+            f"{i.name} (crushed by {stage.stroke_mm:.1f} mm)"
+            for i in self.summary.interfaces
+            if i.judged
+            for stage in i.stages
+            if stage.collapsed
+        ]
+        crushed += [
+            f"body of {v.name} ({v.body_plastic_mm:.1f} mm plastic)"
+            for v in self.summary.vehicles
+            if v.judged and v.collapsed
+        ]
+        return f"car bodies gave way at {', '.join(crushed)}" if crushed else ""
+
+    @property
+    def cut(self) -> bool:
+        """Whether the collision was not over at the time limit."""
+        summary, chain = self.summary, self.case.chain
+        return bool(summary and chain and summary.duration_s >= chain.time_limit * (1.0 - 1e-9))
 
 
 @dataclass(frozen=True)
@@ -143,22 +158,25 @@ class Assessment:
                 f"The train states no seats under load, so its masses are taken as they stand; the load states of the "
                 f"file ({states}) are not computed."
             )
+        if self.line_speed_km_h is None:
+            for scenario in spec.scenarios.values():
+                one = scenario.speed_by_category_km_h.get(self.category, scenario.speed_km_h)
+                if isinstance(one, FromLineSpeed):
+                    speed = f"{one.at_most_km_h:g} km/h"
+                    said.append(f"{scenario.title}: no line speed is given, so the highest speed, {speed}, is taken.")
         asked = [key for key in spec.scenarios if any(o.case.key == key for o in self.outcomes)]
         lines = [spec.scenarios[key].notes for key in asked]
+        cut = [self.titled(outcome) for outcome in self.outcomes if outcome.cut]
+        if cut:
+            said.append(f"Not over at the time limit, so what came later is not known: {'; '.join(cut)}.")
         return [*said, *(note.strip() for note in lines if note)]
 
     @property
     def failed(self) -> list[str]:
         """What is not passed, a sentence each; empty if all that is computed is."""
-        said = []
-        for rows in self.governing():
-            worst = rows[0]
-            if worst.judged and not worst.criterion.kept:
-                said.append(f"{self.titled(worst.outcome)}: {worst.criterion.said}")
-        for outcome in self.outcomes:
-            if outcome.sound is False and not any(r.outcome is outcome and not r.criterion.kept for r in self.rows):
-                said.append(f"{self.titled(outcome)}: {outcome.status}")
-        return said
+        worst = [rows[0] for rows in self.governing()]
+        said = [f"{self.titled(r.outcome)}: {r.criterion.said}" for r in worst if r.judged and not r.criterion.kept]
+        return said + [f"{self.titled(o)}: {text}" for o in self.outcomes if (text := o.fault)]
 
     @property
     def passed(self) -> bool:

@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
+from trainmj.cli.assess import assess
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.errors import TrainmjError
@@ -103,6 +104,7 @@ for command in (
     tasks.sweep,
     tasks.study,
     tasks.identify,
+    assess,
     report,
     render,
     view,

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 import trainmj
 from trainmj.cli.options import kind_of_input, takes_changes
 from trainmj.errors import InputError
+
+if TYPE_CHECKING:
+    from trainmj.scenario import Scenario
 
 
 @click.command()
@@ -18,10 +21,10 @@ from trainmj.errors import InputError
 def check(file: str, changes: dict[str, Any]) -> None:
     """Check an input file and print what would run.
 
-    FILE is a scenario, sweep, study or targets file, or the name of a shipped one, such as b_type or
-    b_type.study.yaml. Nothing is computed.
+    FILE is a scenario, sweep, study, targets, assessment or partner file, or the name of a shipped one, such as b_type
+    or b_type.study.yaml. Nothing is computed.
     """
-    from trainmj.files.kinds import SCENARIO, STUDY, SWEEP
+    from trainmj.files.kinds import ASSESSMENT, PARTNER, SCENARIO, STUDY, SWEEP
     from trainmj.single.screen import print_chain
 
     kind = kind_of_input(file)
@@ -35,6 +38,13 @@ def check(file: str, changes: dict[str, Any]) -> None:
         loaded = sweep.scenario
     elif changes:
         raise InputError(f"--set: the {kind.name} {file} states its values: change them there, under set")
+    elif kind is ASSESSMENT:
+        from trainmj.assessment import screen as of_assessment
+
+        of_assessment.print_plan(trainmj.load_assessment(file))
+        return
+    elif kind is PARTNER:
+        loaded = _run_into(file)
     elif kind is STUDY:
         from trainmj.study import screen as of_study
 
@@ -59,11 +69,24 @@ def check(file: str, changes: dict[str, Any]) -> None:
         print_chain(loaded, chain)
 
 
+def _run_into(file: str) -> Scenario:
+    """The scenario in which a shipped train runs into the partner of a file."""
+    from trainmj.files.kinds import PARTNER
+    from trainmj.files.resources import find_file
+    from trainmj.scenario.partners import read_partner
+
+    path = find_file(file, PARTNER.ending, "partner")
+    title, name = read_partner(path).values["title"], path.name.removesuffix(PARTNER.ending)
+    click.echo(f"{title}. A scenario runs into it with collision.partner: {name}; here b_type does.")
+    return trainmj.load("b_type").with_partner(name, path.parent).with_values({"collision.partner": name})
+
+
 @click.command()
 def scenarios() -> None:
     """List the scenarios that ship with trainmj.
 
-    Also lists study and targets files, and the folder of all of them. Copy a file, or build on it by its name.
+    Also lists partners, study, targets and assessment files, and the folder of all of them. Copy a file, or build on it
+    by its name.
     """
     from trainmj.files.resources import shipped_files, shipped_folder
     from trainmj.output.console import console_table, new_console
@@ -75,26 +98,37 @@ def scenarios() -> None:
     rows = [(name, scenario.title, "\n".join(scenario.parameters)) for name, scenario in found.items()]
     new_console().print(console_table(Table(columns, rows)))
     click.echo()
-    for what, ending, command in (("Studies", ".study.yaml", "study"), ("Targets", ".targets.yaml", "identify")):
-        click.echo(f"{what}: {', '.join(shipped_files(ending))} (trainmj {command} NAME)")
+    for what, ending, use in (
+        ("Partners", ".partner.yaml", "trainmj run TRAIN --set collision.partner=NAME"),
+        ("Assessments", ".assessment.yaml", "trainmj assess TRAIN --standard NAME"),
+        ("Studies", ".study.yaml", "trainmj study NAME"),
+        ("Targets", ".targets.yaml", "trainmj identify NAME"),
+    ):
+        click.echo(f"{what}: {', '.join(shipped_files(ending))} ({use})")
     click.echo(f"All of them are in {shipped_folder('scenarios')}")
 
 
 @click.command()
-@click.argument("kind", type=click.Choice(["scenario", "sweep", "study", "targets"]), default="scenario")
+@click.argument(
+    "kind", type=click.Choice(["scenario", "sweep", "study", "targets", "assessment", "partner"]), default="scenario"
+)
 def schema(kind: str) -> None:
     """Print the JSON schema of a kind of input file, for editors.
 
-    KIND is scenario (if left out), sweep, study or targets.
+    KIND is scenario (if left out), sweep, study, targets, assessment or partner.
     """
+    from trainmj.assessment.file import AssessmentFile
     from trainmj.identification.file import TargetsFile
     from trainmj.scenario import files
+    from trainmj.scenario.partners import PartnerFile
     from trainmj.study.file import StudyFile
     from trainmj.sweep.file import SweepFile
 
     if kind == "scenario":
         found = files.schema()
     else:
-        model: Any = {"sweep": SweepFile, "study": StudyFile, "targets": TargetsFile}[kind]
+        models = {"sweep": SweepFile, "study": StudyFile, "targets": TargetsFile}
+        models |= {"assessment": AssessmentFile, "partner": PartnerFile}
+        model: Any = models[kind]
         found = {"$schema": files.JSON_SCHEMA} | model.model_json_schema() | {"title": f"trainmj {kind}"}
     click.echo(json.dumps(found, indent=2))

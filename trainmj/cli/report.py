@@ -34,6 +34,7 @@ class Kind(NamedTuple):
 
 def kinds() -> tuple[Kind, ...]:
     """All kinds of results."""
+    from trainmj.assessment import folder as assessment
     from trainmj.cases import store
     from trainmj.collision import result
     from trainmj.identification import run as identification
@@ -45,6 +46,7 @@ def kinds() -> tuple[Kind, ...]:
         Kind("a sweep", store.FILE, _page_of_sweep),
         Kind("a study", study.STATE, _page_of_study),
         Kind("an identification", identification.FILE, cure="trainmj identify TARGETS --out {folder} --report"),
+        Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
         Kind("a reproduction of the paper", PAGE, cure="trainmj paper --out {folder}"),
     )
 

@@ -467,13 +467,20 @@ _WITHOUT = {
 def in_place_of(name: str, known: Iterable[str]) -> str:
     """The end of a message about a name that no response has: how to have it, the nearest one, or all of them."""
     names = tuple(known)
+    why = why_absent(name, names)
+    return f"; {why}" if why else close_match(name, names)
+
+
+def why_absent(name: str, known: Iterable[str]) -> str:
+    """What a scenario does not state for the sake of a response; empty if it would not have one of the name anyway."""
+    names = tuple(known)
     for why, pattern in _WITHOUT.items():
         if re.match(pattern, name) and not any(re.match(pattern, other) for other in names):
-            return f"; {why}"
+            return why
     flight = re.match(r"SIV_(?:time_)?(\d+)mm", name)
     if flight and not any(other.startswith(flight[0]) for other in names):
-        return f"; the scenario does not state {flight[1]} under occupants.free_flight_mm"
-    return close_match(name, names)
+        return f"the scenario does not state {flight[1]} under occupants.free_flight_mm"
+    return ""
 
 
 def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:

@@ -15,6 +15,7 @@ _MADE_BY = {
     "Sweep": "trainmj.grid_of and trainmj.sweep_of make one",
     "Study": "trainmj.study_of makes one of plain values",
     "Identification": "trainmj.targets_of makes one of plain values",
+    "Standard": "trainmj.load_assessment reads one",
 }
 """How to get what a function needs, by the name of its type."""
 

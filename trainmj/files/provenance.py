@@ -57,14 +57,17 @@ def said(entry: str | Provenance) -> str:
     return entry if isinstance(entry, str) else f"{entry.source} ({entry.mark})"
 
 
-def source_of(sources: Mapping[str, str | Provenance], path: str) -> str:
-    """Where a value comes from, in words: the entry for it, or for the innermost group around it that has one.
-
-    It is empty if there is none.
-    """
+def entry_of(sources: Mapping[str, str | Provenance], path: str) -> str | Provenance | None:
+    """The entry for a value, or for the innermost group around it that has one; None if there is none."""
     keys = path.split(".")
     names = (".".join(keys[:n]) for n in range(len(keys), 0, -1))
-    return next((said(sources[name]) for name in names if name in sources), "")
+    return next((sources[name] for name in names if name in sources), None)
+
+
+def source_of(sources: Mapping[str, str | Provenance], path: str) -> str:
+    """Where a value comes from, in words; empty if nothing says."""
+    entry = entry_of(sources, path)
+    return "" if entry is None else said(entry)
 
 
 def outdated(sources: Mapping[str, Any], new: Iterable[Path], find: Callable[[str], Path | None]) -> dict[str, Any]:

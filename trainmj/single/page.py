@@ -11,6 +11,7 @@ from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
+from trainmj.output.sources import sources_table
 from trainmj.output.table import failed, judged
 from trainmj.scenario import to_yaml
 from trainmj.scenario.trains import RIGID_WALL
@@ -156,5 +157,5 @@ def _add_scenario(section: Section, result: Result) -> None:
     if chain.members:
         section.table(tables.bodies_of(chain))
     if scenario.sources:
-        section.table(tables.sources_of(scenario), folded=len(scenario.sources) > _MOST_ROWS)
+        section.table(sources_table(scenario.sources), folded=len(scenario.sources) > _MOST_ROWS)
     section.code(to_yaml(scenario), "scenario.yaml")

@@ -15,6 +15,7 @@ from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
+from trainmj.output.sources import sources_table
 from trainmj.output.text_plot import Line, text_plot
 from trainmj.scenario import Scenario
 from trainmj.single import devices, tables
@@ -133,7 +134,7 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     _print_curves(console, chain)
     if scenario.sources:
         console.print()
-        print_table(console, tables.sources_of(scenario))
+        print_table(console, sources_table(scenario.sources))
     _print_notes(console, scenario, (*remarks(chain), *devices.narrow(chain)))
     if chain.grade:
         console.print(f"Grade {chain.grade * 1e3:g} per mille, positive uphill along the motion.")

@@ -17,9 +17,7 @@ from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
 from trainmj.collision.summary import Summary
-from trainmj.files.provenance import MEANING, Provenance
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
-from trainmj.scenario import Scenario
 from trainmj.units import KM_H, KN, KN_PER_MM, MS, TONNE, against
 
 if TYPE_CHECKING:
@@ -263,17 +261,6 @@ def vehicles_of(chain: Chain) -> Table:
         ],
         "Vehicles along the track",
     )
-
-
-def sources_of(scenario: Scenario) -> Table:
-    """Where values of a scenario come from, as it says."""
-    rows = [
-        (path, entry.source, entry.mark) if isinstance(entry, Provenance) else (path, entry, "-")
-        for path, entry in scenario.sources.items()
-    ]
-    marks = {mark for *_, mark in rows}
-    note = " ".join(f"{mark.capitalize()}: {meaning}." for mark, meaning in MEANING.items() if mark in marks)
-    return Table(worded("Value", "source", "mark"), rows, "Where values come from", note)
 
 
 def bodies_of(chain: Chain) -> Table:

@@ -1,0 +1,68 @@
+"""The page of an assessment: verdict, criteria, cases, what is not computed, and every number with its source."""
+
+from __future__ import annotations
+
+from trainmj.assessment import tables
+from trainmj.assessment.run import Assessment
+from trainmj.files.provenance import Provenance
+from trainmj.output.blocks import Card
+from trainmj.output.page import Page
+from trainmj.output.sources import sources_table
+from trainmj.output.table import judged
+from trainmj.scenario import to_yaml
+
+
+def page_of(assessment: Assessment, command: str) -> Page:
+    """The page of an assessment; the command makes it again."""
+    spec = assessment.standard.spec
+    of = f"{spec.title}, {assessment.category}" if assessment.category else spec.title
+    page = Page(f"{assessment.train.heading}: {of}", spec.edition, command, assessment.versions)
+    section = page.section("Verdict")
+    worst = [rows[0] for rows in assessment.governing() if rows[0].judged]
+    kept = sum(row.criterion.kept for row in worst)
+    least = min(worst, key=lambda row: row.margin, default=None)
+    cards = [
+        Card(
+            "Criteria",
+            f"{kept} of {len(worst)}",
+            "kept",
+            f"in {len(assessment.outcomes)} cases",
+            tables.verdict(assessment),
+        ),
+        Card("Not computed", f"{len(assessment.not_computed)}", note="asked of the train, and not answered here"),
+    ]
+    if least is not None:
+        c = least.criterion
+        verdict = judged(c.kept, "kept", "passed over")
+        cards.append(Card("Least margin", f"{least.margin:.0f}", "%", f"{c.title}, {c.where}".rstrip(", "), verdict))
+    section.cards(*cards)
+    section.notes(assessment.failed)
+    section.text(*(paragraph for paragraph in (spec.notes.strip(), *assessment.remarks) if paragraph))
+    page.section("Criteria").table(tables.criteria(assessment))
+    section = page.section("Cases")
+    section.table(tables.cases(assessment))
+    section.text(
+        "case_1.yaml and so on are their scenarios: trainmj run case_1.yaml --out case_1 --report has the same numbers."
+    )
+    page.section("Not computed").table(tables.not_computed(assessment))
+    section = page.section("Numbers and sources")
+    section.table(sources_table(spec.sources, f"Numbers of {spec.title}"))
+    for name, sources in _partners(assessment).items():
+        section.table(sources_table(sources, f"Numbers of the partner {name}"))
+    section = page.section("Train")
+    if assessment.train.sources:
+        section.table(sources_table(assessment.train.sources))
+    section.code(to_yaml(assessment.train), "scenario of the train")
+    return page
+
+
+def _partners(assessment: Assessment) -> dict[str, dict[str, str | Provenance]]:
+    """What is said of where the values of each partner come from, but for those of the train's own file."""
+    found: dict[str, dict[str, str | Provenance]] = {}
+    for outcome in assessment.outcomes:
+        scenario = outcome.case.scenario
+        if scenario is not None:
+            own = {path: e for path, e in scenario.sources.items() if path not in assessment.train.sources}
+            stated = {path: entry for path, entry in own.items() if not path.startswith("limits.")}
+            found |= {scenario.collision.partner: stated} if stated else {}
+    return found

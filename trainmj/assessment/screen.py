@@ -1,0 +1,41 @@
+"""What is printed of an assessment, at most 80 columns wide."""
+
+from __future__ import annotations
+
+from rich.text import Text
+
+from trainmj.assessment import tables
+from trainmj.assessment.plan import Standard
+from trainmj.assessment.run import Assessment
+from trainmj.output.console import new_console, print_table
+from trainmj.output.sources import sources_table
+
+
+def print_assessment(assessment: Assessment) -> None:
+    """The verdict, the criteria, the cases and what is not computed."""
+    console = new_console()
+    spec = assessment.standard.spec
+    category = f", {assessment.category}" if assessment.category else ""
+    console.print(Text(f"{spec.title}{category}: {assessment.train.heading}", style="bold"))
+    console.print(Text(f"Edition: {spec.edition}") if spec.edition else "")
+    verdict = tables.verdict(assessment)
+    console.print(Text(verdict.text.capitalize(), style="bold reverse" if verdict.kind == "fail" else "bold"))
+    for sentence in assessment.failed:
+        console.print(Text(f"- {sentence}"))
+    for table in (tables.criteria(assessment), tables.cases(assessment), tables.not_computed(assessment)):
+        console.print()
+        print_table(console, table)
+    console.print()
+    for remark in (*assessment.remarks, spec.notes.strip()):
+        console.print(Text(f"Note: {remark}"))
+
+
+def print_plan(standard: Standard) -> None:
+    """What an assessment file asks."""
+    console = new_console()
+    spec = standard.spec
+    console.print(Text(spec.title, style="bold"))
+    console.print(Text(spec.edition))
+    for table in (tables.asked(standard), sources_table(spec.sources)):
+        console.print()
+        print_table(console, table)

@@ -1,0 +1,91 @@
+"""The command assess: does a train pass?"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from shlex import quote
+from typing import Any
+
+import click
+
+import trainmj
+from trainmj.cli.options import takes_changes, takes_json, takes_threads
+from trainmj.cli.report import takes_report
+from trainmj.errors import InputError
+from trainmj.files.folder import filling
+from trainmj.files.written import finite
+
+
+@click.command()
+@click.argument("train")
+@takes_changes
+@click.option(
+    "--standard",
+    required=True,
+    metavar="FILE",
+    help="Assessment file, or one that ships: en15227, cfr238-tier1.",
+)
+@click.option("--category", metavar="NAME", help="Category of the train in the file, such as C-II.")
+@click.option(
+    "--line-speed",
+    type=click.FloatRange(0, 500, min_open=True),
+    metavar="KM/H",
+    help="Speed of the line on which it runs, where a collision speed follows from it.",
+)
+@click.option("--out", type=click.Path(path_type=Path), help="Folder for tables and scenarios; made if needed.")
+@takes_threads
+@takes_report
+@takes_json
+def assess(
+    train: str,
+    changes: dict[str, Any],
+    standard: str,
+    category: str | None,
+    line_speed: float | None,
+    out: Path | None,
+    threads: int,
+    with_report: bool,
+    as_json: bool,
+) -> None:
+    """Assess a train: every collision that a standard asks of it.
+
+    TRAIN is a scenario, of which the moving train is assessed, with its own limits too; what it runs into and how fast,
+    the assessment file says. Every collision scenario of the category is computed with both ends leading and in all load
+    states. What is not computed is listed, never passed in silence. No compliance with a standard is claimed: the
+    numbers of the shipped files have marks that say how far each was seen.
+
+    Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, or a case has no
+    numbers that may be used; 2 for wrong input.
+    """
+    if with_report and out is None:
+        raise InputError("--report: needs --out, the folder to write report.html into")
+    loaded, asked = trainmj.load(train, changes), trainmj.load_assessment(standard)
+    from trainmj.assessment import screen
+    from trainmj.assessment.folder import OWN, write_assessment
+    from trainmj.output.page import REPORT
+
+    if out is not None:
+        click.get_current_context().with_resource(filling(out, OWN, loaded.files | asked.files))
+    found = trainmj.assess(loaded, asked, category, line_speed_km_h=line_speed, threads=threads)
+    if out is not None:
+        write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), with_report)
+    if as_json:
+        click.echo(json.dumps(finite(found.as_dict()), indent=2))
+    else:
+        screen.print_assessment(found)
+        if out is not None:
+            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+    if not found.passed:
+        sys.exit(1)
+
+
+def _command(
+    train: str, changes: dict[str, Any], standard: str, category: str | None, line_speed: float | None, out: Path
+) -> str:
+    """The command that makes the page again."""
+    words = ["trainmj assess", quote(train), *(f"--set {quote(f'{path}={value}')}" for path, value in changes.items())]
+    words += [f"--standard {quote(standard)}"] + ([f"--category {quote(category)}"] if category else [])
+    words += [f"--line-speed {line_speed:g}"] if line_speed is not None else []
+    return " ".join([*words, f"--out {quote(out.resolve().name)} --report"])
