@@ -229,7 +229,7 @@ def _absent(standard: Standard, key: str, chain: Chain, names: Iterable[str]) ->
         InputError: if no scenario would have one.
     """
     found = {}
-    known = {**columns_of(chain), **of_each(chain)}
+    known: dict[str, Any] = {**columns_of(chain), **of_each(chain)}
     for name in names:
         reason = no_number(known[name], chain) if name in known else why_absent(name, known)
         if name not in known and not reason:

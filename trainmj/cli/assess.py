@@ -52,8 +52,8 @@ def assess(
     """Assess a train: every collision that a standard asks of it.
 
     TRAIN is a scenario, of which the moving train is assessed, with its own limits too; what it runs into and how fast,
-    the assessment file says. Every collision scenario of the category is computed with both ends leading and in all load
-    states. What is not computed is listed, never passed in silence. No compliance with a standard is claimed: the
+    the assessment file says. Every collision scenario of the category is computed with both ends leading and in all
+    load states. What is not computed is listed, never passed in silence. No compliance with a standard is claimed: the
     numbers of the shipped files have marks that say how far each was seen.
 
     Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, or a case has no

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from trainmj.scenario import Scenario
 
 
+_SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner"]
+
+
 @click.command()
 @click.argument("file")
 @takes_changes
@@ -109,9 +112,7 @@ def scenarios() -> None:
 
 
 @click.command()
-@click.argument(
-    "kind", type=click.Choice(["scenario", "sweep", "study", "targets", "assessment", "partner"]), default="scenario"
-)
+@click.argument("kind", type=click.Choice(_SCHEMAS), default="scenario")
 def schema(kind: str) -> None:
     """Print the JSON schema of a kind of input file, for editors.
 
