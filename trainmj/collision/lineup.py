@@ -75,6 +75,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         s.integrator,
         grade=c.grade_per_mille * 1e-3,
         steps_per_window=s.steps_per_window,
+        contact_threshold=s.contact_threshold_kN * KN,
         limits=scenario.limits,
         obstacle=fixed,
         free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),
