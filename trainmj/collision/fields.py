@@ -66,6 +66,7 @@ class Head(_Field):
     PART = "s", "a smaller step"
     GRID = "1", "whole steps begun so far"
     STEPS = "1", "steps of any size, made so far", True
+    ELAPSED = "s", "time from the evaluation before the last one to that"
     WINDOW = "1", "whole steps in a window of means; 0 where none are asked for"
     CONTACTS = "1", "place of the first contact window in the block"
     THRESHOLD = "N", "net force of the devices above which a vehicle is in contact"
@@ -96,7 +97,7 @@ class Car(_Field):
     OPEN_START = "s", "its start", True
     OPEN_IMPULSE = "N s", "impulse in it so far", True
     PUSH = "N", "net force of the devices away from the impact at the last evaluation in it"
-    PUSH_SLOPE = "N/s", "slope of that force on the way there"
+    PUSH_RISE = "N", "by how much it rose on the way there"
     CONTACTS = "1", "contact windows that have ended", True
     SHORTENED = "m", "shortening of its body, while it is added up"
     SHORTENED_MAX = "m", "largest shortening of its body", True

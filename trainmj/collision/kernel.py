@@ -391,7 +391,11 @@ def _vehicles(
             if first:
                 s[c + CAR.SPEED_FIRST] = speed
         push = net if car > front else -net  # away from the impact
-        if push > threshold or s[c + CAR.OPEN] != 0.0:
+        if push > threshold and s[c + CAR.OPEN] == 2.0:
+            before = s[c + CAR.PUSH]
+            s[c + CAR.PUSH], s[c + CAR.PUSH_RISE] = push, push - before
+            s[c + CAR.OPEN_IMPULSE] += 0.5 * (before + push) * elapsed
+        elif push > threshold or s[c + CAR.OPEN] != 0.0:
             _contact(s, c, contacts, push, elapsed, time)
         contacts += N_CONTACT * KEPT
         if abs(net) > s[c + CAR.DEVICE_FORCE]:
@@ -414,43 +418,43 @@ def _vehicles(
     if int(s[HEAD.N_INTERFACE]) == n and speed_behind > approach:  # the last one stands before the wall
         closing = True
     s[HEAD.IMPULSE] += impulse
+    s[HEAD.ELAPSED] = elapsed
     return still, closing
 
 
 @register_jitable
 def _contact(s: Block, c: int, contacts: int, push: float, elapsed: float, time: float) -> None:
-    """Follow the contact window of a vehicle: from where its push rises above the threshold to where it falls to it.
+    """Begin or end the contact window of a vehicle, where its push rises above the threshold and falls to it again.
 
     Between two evaluations the push is linear. At both ends of a window it is followed outwards as it was inside, as it
     may jump there.
     """
     threshold = s[HEAD.THRESHOLD]
-    before, start = s[c + CAR.PUSH], s[c + CAR.OPEN_START]
-    s[c + CAR.PUSH] = push
+    before, rise, start = s[c + CAR.PUSH], s[c + CAR.PUSH_RISE], s[c + CAR.OPEN_START]
+    last = time - elapsed
     if push > threshold:
+        s[c + CAR.PUSH], s[c + CAR.PUSH_RISE] = push, 0.0
         if s[c + CAR.OPEN] == 0.0:
-            s[c + CAR.OPEN], s[c + CAR.PUSH_SLOPE] = 1.0, 0.0
+            s[c + CAR.OPEN] = 1.0
             s[c + CAR.OPEN_START], s[c + CAR.OPEN_IMPULSE] = time - 0.5 * elapsed, 0.5 * elapsed * push
             return
-        slope = s[c + CAR.PUSH_SLOPE] = (push - before) / elapsed
-        if s[c + CAR.OPEN] == 1.0:
-            s[c + CAR.OPEN] = 2.0
-            began = time - elapsed
-            reach = _reach(before - threshold, slope, 2.0 * (began - start))
-            s[c + CAR.OPEN_START] = began - reach
-            s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * slope * reach)
-        s[c + CAR.OPEN_IMPULSE] += 0.5 * (before + push) * elapsed
+        rise = push - before
+        reach = _reach(before - threshold, rise / elapsed, 2.0 * (last - start))
+        s[c + CAR.OPEN], s[c + CAR.PUSH_RISE] = 2.0, rise
+        s[c + CAR.OPEN_START] = last - reach
+        s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * rise / elapsed * reach) + 0.5 * (before + push) * elapsed
         return
     s[c + CAR.OPEN] = 0.0
-    slope = s[c + CAR.PUSH_SLOPE]
+    slope = rise / s[HEAD.ELAPSED] if rise != 0.0 else 0.0
     reach = _reach(before - threshold, -slope, elapsed)
-    end = time - elapsed + reach
+    end = last + reach
     mean = (s[c + CAR.OPEN_IMPULSE] + reach * (before + 0.5 * slope * reach)) / ((end - start) * s[c + CAR.MASS])
     count = s[c + CAR.CONTACTS]
     s[c + CAR.CONTACTS] = count + 1.0
     k = contacts + N_CONTACT * (min(int(count), KEPT - 1))
     if count >= KEPT:  # no place is left: the last one has the worst of the others
-        if end - start < LASTING or (s[k + CONTACT.END] - s[k + CONTACT.START] >= LASTING and mean <= s[k + CONTACT.MEAN]):
+        lasting = s[k + CONTACT.END] - s[k + CONTACT.START] >= LASTING
+        if end - start < LASTING or (lasting and mean <= s[k + CONTACT.MEAN]):
             return
     s[k + CONTACT.START], s[k + CONTACT.END], s[k + CONTACT.MEAN] = start, end, mean
 
