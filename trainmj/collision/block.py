@@ -270,7 +270,7 @@ TALLY = (
         "energy lost in all its elements, added up from their laws and not from the work",
     ),
 )
-"""Every tallied field: the header's, the vehicles', their points', the interfaces', the elements', the members', the contact windows'."""
+"""Every tallied field: of the header, vehicles, their points, interfaces, elements, members, contact windows."""
 
 
 class Tally:

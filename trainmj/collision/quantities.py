@@ -142,10 +142,10 @@ INTERFACE: tuple[Quantity[Side], ...] = (
 
 def _over(ms: int) -> Quantity[Measured]:
     """The largest mean over a moving window."""
-    window = ms * MS
+    name, window = f"mean_{ms}ms", ms * MS
     return Quantity(
-        f"mean_{ms}ms", "g", 3, f"{ms} ms\nmean", f"largest |mean acceleration| over any {ms} ms, by all forces",
-        lambda m: window_peak(window, m.time, m.velocity) / G, f"mean_{ms}ms", window / WINDOW_RECORDS,
+        name, "g", 3, f"{ms} ms\nmean", f"largest |mean acceleration| over any {ms} ms, by all forces",
+        lambda m: window_peak(window, m.time, m.velocity, cut=not m.tally.over) / G, name, window / WINDOW_RECORDS,
     )  # fmt: skip
 
 

@@ -159,7 +159,9 @@ def summary_of(measured: Measured) -> Summary:
             chain.vehicles[i].kind,
             tuple(members[k] for k in chain.members_inward(i)),
             tuple(points[k] for k in chain.points_inward(i)),
-            contacts=tuple(ContactWindow(*times, mean / G, cut) for *times, mean, cut in measured.contacts_of(i)),
+            contacts=tuple(
+                ContactWindow(start, end, mean / G, cut) for start, end, mean, cut in measured.contacts_of(i)
+            ),
             used_up=any(measured.tally.member_end_time[k] >= 0.0 for k in chain.members_inward(i)),
         )
         for i in order_of_vehicles(chain)

@@ -64,7 +64,7 @@ class Simulation(Part):
         float, Field(gt=0, le=1000, allow_inf_nan=False), Above("it is in kN; divide by 1000 if it is in N")
     ] = Field(
         default=1.0,
-        description="net contact force above which a vehicle is in contact, for the windows of mean_deceleration_g [kN]",
+        description="net force of its devices above which a vehicle is in contact, as for mean_deceleration_g [kN]",
     )
     time_limit_s: Annotated[
         float, Field(gt=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")
