@@ -44,8 +44,8 @@ def criteria(assessment: Assessment) -> Table:
             last = key
         rows.append(_row(assessment, worst, of_criterion))
     note = (
-        "Each criterion in the case that comes nearest to its limit. Limit from: how far the number of the standard was "
-        "seen, or the train, whose file states it. Without a limit: reported, not judged."
+        "Each criterion in the case that comes nearest to its limit. Limit from: how far the number of the standard "
+        "was seen, or the train, whose file states it. Without a limit: reported, not judged."
     )
     return Table(heads, rows, "Criteria", note)
 

@@ -2,7 +2,7 @@
 
 The block is part of MuJoCo's state row, so that every simulation of a batch has devices and plastic states of its
 own, and the compiled law needs nothing else. It holds a header, a record for each vehicle, each interface and each
-element, then the curves, and the ring of recorded speeds.
+element, then contact windows, the curves, and the ring of recorded speeds.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from trainmj.collision.chain import Chain, Element
 from trainmj.collision.envelope import Array
-from trainmj.collision.fields import ELEMENT, N_ELEMENT, Car, Head, Joint, Member, Point
+from trainmj.collision.fields import ELEMENT, KEPT, N_ELEMENT, Car, Contact, Head, Joint, Member, Point
 from trainmj.collision.fields import Element as Field
 from trainmj.collision.identity import code_hash
 from trainmj.collision.kind import Law
@@ -80,8 +80,12 @@ class Layout:
         return self._elements + N_ELEMENT * self.n_element
 
     @property
-    def _curves(self) -> int:
+    def _contacts(self) -> int:
         return self._members + len(Member) * self.n_member
+
+    @property
+    def _curves(self) -> int:
+        return self._contacts + len(Contact) * KEPT * self.n_vehicle
 
     @property
     def _ring(self) -> int:
@@ -110,7 +114,11 @@ class Layout:
 
     def member(self, block: Array, field: Member) -> Array:
         """(..., n_member) view of a field of the members of bodies in blocks (..., size)."""
-        return block[..., self._members + field : self._curves : len(Member)]
+        return block[..., self._members + field : self._contacts : len(Member)]
+
+    def contact(self, block: Array, field: Contact) -> Array:
+        """(n_vehicle, KEPT) view of a field of the contact windows that are kept, in a block (size,)."""
+        return block[self._contacts + field : self._curves : len(Contact)].reshape(self.n_vehicle, KEPT)
 
     def dissipated(self, block: Array) -> Array:
         """(n_interface,) energy lost in all elements of each interface [J], in a block (size,)."""
@@ -139,6 +147,8 @@ class Layout:
             Head.REFINES: chain.refined,
             Head.ROLLING: chain.rolling,
             Head.WINDOW: chain.steps_per_window,
+            Head.CONTACTS: self._contacts,
+            Head.THRESHOLD: chain.contact_threshold,
             Head.RING: self._ring,
             Head.LINGER: chain.linger,
         }
@@ -248,6 +258,7 @@ TALLY = (
             (Joint, ("interface",), ""),
             (Field, ("element",), "element_"),
             (Member, ("member",), "member_"),
+            (Contact, ("vehicle", "contact"), "contact_"),
         )
         for field in fields
         if field.tallied
@@ -259,7 +270,7 @@ TALLY = (
         "energy lost in all its elements, added up from their laws and not from the work",
     ),
 )
-"""Every tallied field: the header's, the vehicles', their points', the interfaces', the elements', the members'."""
+"""Every tallied field: of the header, vehicles, their points, interfaces, elements, members, contact windows."""
 
 
 class Tally:
@@ -267,7 +278,8 @@ class Tally:
 
     Its attributes are the fields of :data:`TALLY` by name: (n_vehicle,), (n_point,), (n_interface,) or (n_member,)
     arrays in the order of the chain, (n_element,) arrays of the records of elements in the order of the interfaces, two
-    laws in series behind their pair; plain numbers for the whole collision.
+    laws in series behind their pair; (n_vehicle, KEPT) of contact windows, of which the first ``contacts`` are filled;
+    plain numbers for the whole collision.
     """
 
     def __init__(self, **values: Any) -> None:
@@ -294,5 +306,6 @@ class Tally:
         values |= {f"point_{f.name.lower()}": layout.point(block, f).copy() for f in Point if f.tallied}
         values |= {f"element_{f.name.lower()}": layout.element(block, f).copy() for f in Field if f.tallied}
         values |= {f"member_{f.name.lower()}": layout.member(block, f).copy() for f in Member if f.tallied}
+        values |= {f"contact_{f.name.lower()}": layout.contact(block, f).copy() for f in Contact}
         values["dissipated"] = layout.dissipated(block)
         return cls(**values)

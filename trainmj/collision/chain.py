@@ -18,7 +18,7 @@ from trainmj.collision.device import Device
 from trainmj.collision.envelope import Array
 from trainmj.collision.kind import Law
 from trainmj.errors import InputError
-from trainmj.units import G, rounded_down
+from trainmj.units import KN, G, rounded_down
 
 _ROUNDING = 1e-9  # of a largest step
 
@@ -226,6 +226,7 @@ class Chain:
         grade: of the track, as the part of the weight that it takes; positive uphill along +x.
         refined: whether steps are made smaller at narrow parts of curves.
         steps_per_window: steps in a window over which device forces are averaged; 0 for none.
+        contact_threshold: net force of its devices above which a vehicle is in contact [N].
         limits: largest values that the scenario allows the train under test, by quantity or column of a response.
         sources: where values of the scenario come from, in words, by their paths.
         twin: whether the partner is the same train, whose devices are judged as those of the moving one.
@@ -244,6 +245,7 @@ class Chain:
     grade: float = 0.0
     refined: bool = False
     steps_per_window: int = 0
+    contact_threshold: float = KN
     limits: Mapping[str, float] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
     twin: bool = False

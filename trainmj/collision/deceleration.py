@@ -21,23 +21,30 @@ _SETTLED = 0.010  # what comes later moves a filtered value by less than 0.2 % o
 _SILENCE = 0.05  # around a signal, by which the filter has died away [s]
 
 
-def window_peak(window: float, time: Array, velocity: Array) -> Array:
+def window_peak(window: float, time: Array, velocity: Array, cut: bool = False) -> Array:
     """Largest |mean acceleration| over a moving window; after the end the speeds are held.
 
     Args:
         window: its length [s].
         time: (n_sample,) [s], evenly spaced.
         velocity: (n_sample, n_vehicle) [m/s].
+        cut: whether the collision was cut off at the last record: what follows is not known then, and only windows
+            that end before count.
 
     Returns:
-        (n_vehicle,) [m/s2].
+        (n_vehicle,) [m/s2]; NaN of a collision that was cut off before the end of the first window.
     """
     if len(time) < 2:
-        return np.zeros(velocity.shape[1])
+        return np.full(velocity.shape[1], np.nan if cut else 0.0)
     shift = window / (time[1] - time[0])
     whole = round(shift)
     rows = velocity.T  # one vehicle each
-    if abs(shift - whole) < 1e-6:
+    if cut:
+        before = time[time <= time[-1] - window * (1.0 - 1e-9)]
+        if not before.size:
+            return np.full(velocity.shape[1], np.nan)
+        change = np.array([np.abs(np.interp(before + window, time, v) - v[: before.size]).max() for v in rows])
+    elif abs(shift - whole) < 1e-6:
         inside = max(0, len(time) - whole)  # windows that end at a record; the others end at the last speed
         change = np.abs(rows[:, -1:] - rows[:, inside:]).max(axis=1)
         if inside:

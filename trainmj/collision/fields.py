@@ -66,7 +66,10 @@ class Head(_Field):
     PART = "s", "a smaller step"
     GRID = "1", "whole steps begun so far"
     STEPS = "1", "steps of any size, made so far", True
+    ELAPSED = "s", "time from the evaluation before the last one to that"
     WINDOW = "1", "whole steps in a window of means; 0 where none are asked for"
+    CONTACTS = "1", "place of the first contact window in the block"
+    THRESHOLD = "N", "net force of the devices above which a vehicle is in contact"
 
 
 class Car(_Field):
@@ -90,6 +93,12 @@ class Car(_Field):
     WINDOW_PEAK = "m/s2", "largest |mean acceleration| by the devices over one of the windows before", True
     SPEED_FIRST = "m/s", "speed at the first force at the front", True
     SPEED_LAST = "m/s", "speed at the last force at the front", True
+    OPEN = "1", "contact window: 0 none, 1 begun at the last evaluation, 2 begun before", True
+    OPEN_START = "s", "its start", True
+    OPEN_IMPULSE = "N s", "impulse in it so far", True
+    PUSH = "N", "net force of the devices away from the impact at the last evaluation in it"
+    PUSH_RISE = "N", "by how much it rose on the way there"
+    CONTACTS = "1", "contact windows that have ended", True
     SHORTENED = "m", "shortening of its body, while it is added up"
     SHORTENED_MAX = "m", "largest shortening of its body", True
 
@@ -133,6 +142,14 @@ class Member(_Field):
     DISSIPATED = "J", "energy lost", True
     VISCOUS = "J", "part of it that was lost in the dashpot", True
     END_TIME = "s", "time at which nothing of its length was left; -1 if something is", True
+
+
+class Contact(_Field):
+    """Fields of a contact window of a vehicle that is kept."""
+
+    START = "s", "time at which the net force of the devices away from the impact rose above the threshold", True
+    END = "s", "time at which it fell to it again", True
+    MEAN = "m/s2", "its mean over the mass", True
 
 
 class Joint(_Field):
@@ -203,10 +220,16 @@ def places(fields: type[IntEnum]) -> Any:
     return kind(*map(int, fields))
 
 
-HEAD, CAR, POINT = places(Head), places(Car), places(Point)
+HEAD, CAR, POINT, CONTACT = places(Head), places(Car), places(Point), places(Contact)
 JOINT, ELEMENT, MEMBER = places(Joint), places(Element), places(Member)
 """Numba takes no members of an Enum as indices."""
 
-N_HEAD, N_CAR, N_POINT = len(Head), len(Car), len(Point)
+N_HEAD, N_CAR, N_POINT, N_CONTACT = len(Head), len(Car), len(Point), len(Contact)
 N_JOINT, N_ELEMENT, N_MEMBER = len(Joint), len(Element), len(Member)
 N_PARAMETER = ELEMENT.P9 - ELEMENT.P0 + 1
+
+KEPT = 24
+"""Contact windows of a vehicle that are kept: the first ones, and in the last place the worst of all that follow."""
+
+LASTING = 0.030
+"""Shortest contact window that may be the worst one [s]."""

@@ -38,11 +38,15 @@ from trainmj.collision.compiled import address_of
 from trainmj.collision.element import advance, narrowest
 from trainmj.collision.fields import (
     CAR,
+    CONTACT,
     ELEMENT,
     HEAD,
     JOINT,
+    KEPT,
+    LASTING,
     MEMBER,
     N_CAR,
+    N_CONTACT,
     N_ELEMENT,
     N_HEAD,
     N_JOINT,
@@ -326,6 +330,8 @@ def _vehicles(
     meeting = int(s[HEAD.JOINTS]) + N_JOINT * int(s[HEAD.FRONT])
     touching = s[meeting + JOINT.FORCE] > 0.0
     first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
+    threshold, front = s[HEAD.THRESHOLD], int(s[HEAD.FRONT])
+    contacts = int(s[HEAD.CONTACTS])
     rolling = s[HEAD.ROLLING] != 0.0
     approach = STILL_SPEED if rolling else APPROACH_SPEED
     impulse = 0.0
@@ -384,6 +390,14 @@ def _vehicles(
             s[c + CAR.SPEED_LAST] = speed
             if first:
                 s[c + CAR.SPEED_FIRST] = speed
+        push = net if car > front else -net  # away from the impact
+        if push > threshold and s[c + CAR.OPEN] == 2.0:
+            before = s[c + CAR.PUSH]
+            s[c + CAR.PUSH], s[c + CAR.PUSH_RISE] = push, push - before
+            s[c + CAR.OPEN_IMPULSE] += 0.5 * (before + push) * elapsed
+        elif push > threshold or s[c + CAR.OPEN] != 0.0:
+            _contact(s, c, contacts, push, elapsed, time)
+        contacts += N_CONTACT * KEPT
         if abs(net) > s[c + CAR.DEVICE_FORCE]:
             s[c + CAR.DEVICE_FORCE] = abs(net)
             s[c + CAR.DEVICE_PEAK] = abs(net) / mass
@@ -404,7 +418,57 @@ def _vehicles(
     if int(s[HEAD.N_INTERFACE]) == n and speed_behind > approach:  # the last one stands before the wall
         closing = True
     s[HEAD.IMPULSE] += impulse
+    s[HEAD.ELAPSED] = elapsed
     return still, closing
+
+
+@register_jitable
+def _contact(s: Block, c: int, contacts: int, push: float, elapsed: float, time: float) -> None:
+    """Begin or end the contact window of a vehicle, where its push rises above the threshold and falls to it again.
+
+    Between two evaluations the push is linear. At both ends of a window it is followed outwards as it was inside, as it
+    may jump there.
+    """
+    threshold = s[HEAD.THRESHOLD]
+    before, rise, start = s[c + CAR.PUSH], s[c + CAR.PUSH_RISE], s[c + CAR.OPEN_START]
+    last = time - elapsed
+    if push > threshold:
+        s[c + CAR.PUSH], s[c + CAR.PUSH_RISE] = push, 0.0
+        if s[c + CAR.OPEN] == 0.0:
+            s[c + CAR.OPEN] = 1.0
+            s[c + CAR.OPEN_START], s[c + CAR.OPEN_IMPULSE] = time - 0.5 * elapsed, 0.5 * elapsed * push
+            return
+        rise = push - before
+        reach = _reach(before - threshold, rise / elapsed, 2.0 * (last - start))
+        s[c + CAR.OPEN], s[c + CAR.PUSH_RISE] = 2.0, rise
+        s[c + CAR.OPEN_START] = last - reach
+        s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * rise / elapsed * reach) + 0.5 * (before + push) * elapsed
+        return
+    s[c + CAR.OPEN] = 0.0
+    slope = rise / s[HEAD.ELAPSED] if rise != 0.0 else 0.0
+    reach = _reach(before - threshold, -slope, elapsed)
+    end = last + reach
+    mean = (s[c + CAR.OPEN_IMPULSE] + reach * (before + 0.5 * slope * reach)) / ((end - start) * s[c + CAR.MASS])
+    count = s[c + CAR.CONTACTS]
+    s[c + CAR.CONTACTS] = count + 1.0
+    k = contacts + N_CONTACT * (min(int(count), KEPT - 1))
+    if count >= KEPT:  # no place is left: the last one has the worst of the others
+        lasting = s[k + CONTACT.END] - s[k + CONTACT.START] >= LASTING
+        if end - start < LASTING or (lasting and mean <= s[k + CONTACT.MEAN]):
+            return
+    s[k + CONTACT.START], s[k + CONTACT.END], s[k + CONTACT.MEAN] = start, end, mean
+
+
+@register_jitable
+def _reach(above: float, slope: float, width: float) -> float:
+    """How long before or behind an evaluation a push was above the threshold [s], of which it is so far above [N].
+
+    The slope [N/s] is that by which it falls outwards; the next evaluation, a width [s] away, is not above. Where the
+    slope does not lead down to the threshold within about that width the push jumps, on average in the middle of it.
+    """
+    if above >= 2.0 * slope * width:
+        return 0.5 * width
+    return min(above / slope, width)
 
 
 @register_jitable

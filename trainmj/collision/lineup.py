@@ -62,6 +62,7 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         s.integrator,
         grade=c.grade_per_mille * 1e-3,
         steps_per_window=s.steps_per_window,
+        contact_threshold=s.contact_threshold_kN * KN,
         limits=scenario.limits,
         sources={path: said(entry) for path, entry in scenario.sources.items()},
         twin=c.partner == c.train,

@@ -13,6 +13,7 @@ from trainmj.collision.body import plastic_over
 from trainmj.collision.chain import WALL, Chain, n_own_sides, places_of_sides
 from trainmj.collision.device import Stage
 from trainmj.collision.envelope import Array
+from trainmj.collision.fields import KEPT, LASTING
 from trainmj.collision.kind import Law
 from trainmj.collision.occupants import Flight
 from trainmj.units import MM
@@ -187,8 +188,47 @@ class Measured:
         last = np.abs(self.tally.window_impulse) / (self.chain.window * self.chain.mass)
         return np.asarray(np.maximum(self.tally.window_peak, last))
 
+    @cached_property
+    def contacts(self) -> tuple[Array, Array, Array]:
+        """Start [s], end [s] and mean acceleration [m/s2] of the contact windows of every vehicle.
+
+        (n_vehicle, KEPT + 1) each, 0 where there is none; in the last place the one that is open at the end of the run,
+        up to there.
+        """
+        tally = self.tally
+        is_open = (tally.open != 0.0) & (tally.time > tally.open_start)
+        last = np.where(is_open, [tally.open_start, np.full_like(tally.open_start, tally.time)], 0.0)
+        mass_times = np.where(is_open, self.chain.mass * (last[1] - last[0]), 1.0)
+        means = np.where(is_open, tally.open_impulse, 0.0) / mass_times
+        kept = tally.contact_start, tally.contact_end, tally.contact_mean
+        start, end, mean = (np.column_stack(parts) for parts in zip(kept, (*last, means), strict=True))
+        return start, end, mean
+
+    @property
+    def n_contacts(self) -> Array:
+        """(n_vehicle,) contact windows, those included that are not kept."""
+        return np.asarray(self.tally.contacts + (self.contacts[1][:, -1] > 0.0))
+
+    def contacts_of(self, i: int) -> Iterator[tuple[float, float, float, bool]]:
+        """Start [s], end [s] and mean [m/s2] of the contact windows of vehicle i, and whether it was cut off there."""
+        start, end, mean = (values[i].tolist() for values in self.contacts)
+        kept = min(int(self.tally.contacts[i]), KEPT)
+        for k in (*range(kept), KEPT):
+            if end[k] > 0.0:
+                yield start[k], end[k], mean[k], k == KEPT
+
     def mean_deceleration(self) -> Array:
-        """(n_vehicle,) from the first to the last force at the front [m/s2]."""
+        """(n_vehicle,) over the first contact window [m/s2]; 0 if there is none."""
+        mean = self.contacts[2]
+        return np.where(self.tally.contacts > 0.0, mean[:, 0], mean[:, -1])
+
+    def worst_mean_deceleration(self) -> Array:
+        """(n_vehicle,) largest over any contact window that lasts at least LASTING [m/s2]; 0 if none does."""
+        start, end, mean = self.contacts
+        return np.asarray(np.where(end - start >= LASTING, mean, 0.0).max(axis=1))
+
+    def front_mean_deceleration(self) -> Array:
+        """(n_vehicle,) from the first to the last force at the front [m/s2], rail friction and brakes included."""
         front, tally = self.chain.front, self.tally
         duration = float(tally.last_force_time[front] - tally.first_force_time[front])
         change = np.abs(tally.speed_last - tally.speed_first)

@@ -19,6 +19,7 @@ import numpy as np
 from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles, places_of_sides
 from trainmj.collision.deceleration import FILTER_INTERVAL, WINDOW_RECORDS, cfc60_peak, window_peak
 from trainmj.collision.device import Device
+from trainmj.collision.fields import LASTING
 from trainmj.collision.measured import Measured, Side
 from trainmj.collision.occupants import longest_interval
 from trainmj.errors import InputError, close_match
@@ -138,6 +139,39 @@ INTERFACE: tuple[Quantity[Side], ...] = (
 )  # fmt: skip
 """Quantities of an interface, or of one train's side of the front; a number each."""
 
+
+def _over(ms: int) -> Quantity[Measured]:
+    """The largest mean over a moving window."""
+    name, window = f"mean_{ms}ms", ms * MS
+    return Quantity(
+        name, "g", 3, f"{ms} ms\nmean", f"largest |mean acceleration| over any {ms} ms, by all forces",
+        lambda m: window_peak(window, m.time, m.velocity, cut=not m.tally.over) / G, name, window / WINDOW_RECORDS,
+    )  # fmt: skip
+
+
+DECELERATION: tuple[Quantity[Measured], ...] = (
+    Quantity(
+        "mean_deceleration", "g", 3, "first\nwindow",
+        "mean by the devices alone in the first contact window: from when the net force of the devices on the vehicle, "
+        "away from the impact, first exceeds simulation.contact_threshold_kN until it next falls to it; 0 if it never "
+        "does",
+        lambda m: m.mean_deceleration() / G, "mean_deceleration",
+    ),
+    Quantity(
+        "worst_mean_deceleration", "g", 3, "worst\nwindow",
+        f"largest such mean of all contact windows that last at least {LASTING / MS:g} ms; 0 if none does",
+        lambda m: m.worst_mean_deceleration() / G, "worst_mean_deceleration",
+    ),
+    Quantity("contact_windows", "", 0, "windows", "number of contact windows", lambda m: m.n_contacts),
+    Quantity(
+        "front_mean_deceleration", "g", 3, "at the\nfront",
+        "mean by all forces from the first to the last force at the front, the same time for all vehicles",
+        lambda m: m.front_mean_deceleration() / G, "front_mean_deceleration",
+    ),
+    *(_over(ms) for ms in (30, 100, 120)),
+)  # fmt: skip
+"""Quantities of a vehicle as well: its mean decelerations."""
+
 VEHICLE: tuple[Quantity[Measured], ...] = (
     Quantity("mass", "t", -6, "mass", "mass", lambda m: m.chain.mass / TONNE),
     Quantity(
@@ -154,18 +188,7 @@ VEHICLE: tuple[Quantity[Measured], ...] = (
         "peak_acceleration", "g", 3, "total\npeak", "largest |acceleration|, rail friction included",
         lambda m: m.tally.total_peak / G, "peak_acceleration",
     ),
-    Quantity(
-        "mean_deceleration", "g", 3, "mean\nall", "mean from the first to the last force at the front",
-        lambda m: m.mean_deceleration() / G, "mean_deceleration",
-    ),
-    Quantity(
-        "mean_30ms", "g", 3, "mean\n30 ms", "largest mean over 30 ms",
-        lambda m: window_peak(0.030, m.time, m.velocity) / G, "mean_30ms", 0.030 / WINDOW_RECORDS,
-    ),
-    Quantity(
-        "mean_100ms", "g", 3, "mean\n100 ms", "largest mean over 100 ms",
-        lambda m: window_peak(0.100, m.time, m.velocity) / G, "mean_100ms", 0.100 / WINDOW_RECORDS,
-    ),
+    *DECELERATION,
     Quantity(
         "cfc60_peak", "g", 3, "CFC 60\npeak",
         "largest |acceleration| behind a CFC 60 filter (SAE J211), which may overshoot a sharp peak",

@@ -126,6 +126,23 @@ class PartMetrics(Numbers):
 
 
 @dataclass(frozen=True)
+class ContactWindow:
+    """A time in which the devices push a vehicle away from the impact.
+
+    Attributes:
+        start_s: when their net force exceeded simulation.contact_threshold_kN.
+        end_s: when it fell to it again, or the end of the run.
+        mean_g: mean acceleration in between by the devices alone.
+        cut: whether the run ended before the window.
+    """
+
+    start_s: float
+    end_s: float
+    mean_g: float
+    cut: bool
+
+
+@dataclass(frozen=True)
 class VehicleMetrics(Numbers):
     """One vehicle.
 
@@ -138,6 +155,8 @@ class VehicleMetrics(Numbers):
         points: likewise, the points between them; then its bogies.
         used_up: whether a member was shortened by its whole length, behind which nothing is stated.
         judged: whether it counts if its body gives way: that of a partner that is no twin does not.
+        contacts: its contact windows; of more than KEPT that have ended, all but the last are the first ones, and the
+            last is the worst of the others.
     """
 
     name: str
@@ -146,6 +165,7 @@ class VehicleMetrics(Numbers):
     points: tuple[PartMetrics, ...] = ()
     used_up: bool = False
     judged: bool = True
+    contacts: tuple[ContactWindow, ...] = ()
 
     @property
     def collapsed(self) -> bool:
@@ -153,10 +173,12 @@ class VehicleMetrics(Numbers):
         return bool(self.members) and abs(self.body_plastic_mm) > _COLLAPSED
 
     def as_row(self) -> dict[str, Any]:
-        """Plain values for a table; members and points are left out."""
+        """Plain values for a table; contact windows, members and points are left out."""
         return {"name": self.name, "kind": self.kind, **self.values}
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain values, those of members and points too."""
+        """Plain values, those of contact windows, members and points too."""
         parts = {"members": self.members, "points": self.points} if self.members else {}
-        return self.as_row() | {key: [part.as_row() for part in of_key] for key, of_key in parts.items()}
+        contacts = [vars(window) for window in self.contacts]
+        rows = {key: [part.as_row() for part in of_key] for key, of_key in parts.items()}
+        return self.as_row() | {"contacts": contacts} | rows

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
+from trainmj.collision.fields import KEPT
 from trainmj.collision.measured import Measured
-from trainmj.units import KJ
+from trainmj.units import KJ, KN, G
 
+_FELT = 0.1 * G  # mean acceleration that a contact may have and not be left out of a window [m/s2]
 _COUNTS = 1e-3  # energy to speak of, relative to what the collision can convert
 
 
@@ -31,6 +33,13 @@ def _of_chain(chain: Chain) -> Iterator[str]:
             "is held, and what comes later is not valid. State beyond: car_body, stop or hold."
         )
 
+    coarse = [v.name for v in chain.vehicles if chain.contact_threshold > _FELT * v.mass]
+    if coarse:
+        yield (
+            f"{', '.join(coarse)}: simulation.contact_threshold_kN = {chain.contact_threshold / KN:g} is more than "
+            f"{_FELT / G:g} g of such a mass, so that contact windows leave much of a weak contact out; state a lower "
+            "one."
+        )
     yield from _of_bodies(chain)
 
 
@@ -58,7 +67,7 @@ def _of_bodies(chain: Chain) -> Iterator[str]:
 
 def remarks_of(measured: Measured) -> tuple[str, ...]:
     """What this collision adds to the remarks of its chain."""
-    return (*_set_free(measured), *_refined(measured))
+    return (*_set_free(measured), *_refined(measured), *_contacts(measured))
 
 
 def _set_free(measured: Measured) -> Iterator[str]:
@@ -81,4 +90,21 @@ def _refined(measured: Measured) -> Iterator[str]:
         yield (
             "A step was wider than a part of a curve, and passed a peak of it or lost the balance of energy. Steps "
             f"were made smaller there: {measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
+        )
+
+
+def _contacts(measured: Measured) -> Iterator[str]:
+    """Contact windows that the end of the run has cut, and that there are more than are kept."""
+    order = [(i, measured.chain.vehicles[i].name) for i in order_of_vehicles(measured.chain)]
+    cut = [name for i, name in order if measured.contacts[1][i, -1] > 0.0]
+    if cut:
+        yield (
+            f"{', '.join(cut)}: in contact when the run ended; the last contact window is cut off there, and its mean "
+            "is that up to there."
+        )
+    many = [f"{name} ({measured.tally.contacts[i]:.0f})" for i, name in order if measured.tally.contacts[i] > KEPT]
+    if many:
+        yield (
+            f"{', '.join(many)}: more contact windows than are listed, which are the first {KEPT - 1} and the worst of "
+            "the others. The first and the worst mean are those of all windows."
         )

@@ -20,6 +20,7 @@ from trainmj.collision.block import TALLY, Tallied, Tally
 from trainmj.collision.body import yielded
 from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
+from trainmj.collision.fields import KEPT
 from trainmj.collision.lineup import line_up
 from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
@@ -397,6 +398,7 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
         "element": chain.n_places,
         "point": len(chain.points),
         "member": len(chain.members),
+        "contact": KEPT,
         "time": arrays["time"].size,
     }
     if not 0 < sizes["time"] <= chain.n_records:
@@ -444,7 +446,7 @@ _UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSErro
 _MOST_BYTES = 300_000_000
 """More than the largest result that the limits of a scenario allow."""
 
-_FORMAT = "trainmj result 4"
+_FORMAT = "trainmj result 5"
 _CHECKSUM = "sha256"
 _ZEROS = b"0" * 64
 _PLACE = re.compile(rb"(sha256\0\0\0\0\0\x02\0\0\0\x40)[0-9a-f]{64}")  # the attribute: name, type, length, text

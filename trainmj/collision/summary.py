@@ -37,13 +37,13 @@ from trainmj.collision.quantities import (
     of_vehicles,
     with_column,
 )
-from trainmj.collision.records import InterfaceMetrics, Numbers, PartMetrics, StageUse, VehicleMetrics
+from trainmj.collision.records import ContactWindow, InterfaceMetrics, Numbers, PartMetrics, StageUse, VehicleMetrics
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status, not_valid
 from trainmj.files.written import finite
 from trainmj.scenario.devices import DEVICE
-from trainmj.units import KJ, MM
+from trainmj.units import KJ, MM, G
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,9 @@ def summary_of(measured: Measured) -> Summary:
             chain.vehicles[i].kind,
             tuple(members[k] for k in chain.members_inward(i)),
             tuple(points[k] for k in chain.points_inward(i)),
+            contacts=tuple(
+                ContactWindow(start, end, mean / G, cut) for start, end, mean, cut in measured.contacts_of(i)
+            ),
             used_up=any(measured.tally.member_end_time[k] >= 0.0 for k in chain.members_inward(i)),
             judged=chain.twin or i < chain.n_moving,
         )

@@ -65,6 +65,12 @@ class Simulation(Part):
         description="length of the consecutive windows, from time 0 on, over which averaged_device_acceleration_g and "
         "TAMA_averaged_g average the device forces [ms], a whole multiple of step_ms; by default neither is there",
     )
+    contact_threshold_kN: Annotated[
+        float, Field(gt=0, le=1000, allow_inf_nan=False), Above("it is in kN; divide by 1000 if it is in N")
+    ] = Field(
+        default=1.0,
+        description="net force of its devices above which a vehicle is in contact, as for mean_deceleration_g [kN]",
+    )
     time_limit_s: Annotated[
         float, Field(gt=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")
     ] = Field(default=3.0, description="when a collision that is not over is cut off [s]")

@@ -21,7 +21,7 @@ from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories, add_occupants
 
-_MOST_ROWS = 24  # of a table that says again what the scenario says; a longer one is folded away
+_MOST_ROWS = 24  # of a table of details; a longer one is folded away
 
 
 def page_of_file(file: Path) -> Page:
@@ -59,6 +59,8 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
     section.table(tables.interfaces(summary))
     for table in tables.vehicles(result.chain, summary):
         section.table(table)
+    if contacts := tables.contacts(summary):
+        section.table(contacts, folded=len(contacts.rows) > _MOST_ROWS)
     if result.chain.members:
         add_bodies(page.section("Bodies"), result, summary)
     add_histories(page.section("Over time"), result)

@@ -10,9 +10,20 @@ from typing import TYPE_CHECKING, Any
 from trainmj.collision.body import Body, nearest
 from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
+from trainmj.collision.fields import LASTING
 from trainmj.collision.limits import Criterion
 from trainmj.collision.measured import UNSTABLE
-from trainmj.collision.quantities import BALANCE, BODY, INTERFACE, MEMBER, STAGE, Quantity, of_occupants, of_vehicles
+from trainmj.collision.quantities import (
+    BALANCE,
+    BODY,
+    DECELERATION,
+    INTERFACE,
+    MEMBER,
+    STAGE,
+    Quantity,
+    of_occupants,
+    of_vehicles,
+)
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.status import Kind, Status
@@ -131,9 +142,11 @@ def _limit(stage: StageUse, under_test: bool) -> Verdict | str:
 
 
 def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
-    """Every vehicle, from the front backwards, the moving train first; then its occupants, if a flight is stated."""
+    """Every vehicle, from the front backwards, the moving train first; its mean decelerations; its occupants, if a
+    flight is stated.
+    """
     occupants = of_occupants(chain)
-    own = [q for q in of_vehicles(chain) if q not in (*occupants, *BODY)]
+    own = [q for q in of_vehicles(chain) if q not in (*occupants, *BODY, *DECELERATION)]
     note = (
         "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
         "time: when the interface on the side of the impact had its largest stroke."
@@ -141,6 +154,13 @@ def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
     if any(v.cfc60_peak_g - v.peak_acceleration_g > _SEEN for v in summary.vehicles):
         note += " A CFC 60 peak above the total peak is the filter's overshoot, no acceleration that was there."
     yield _of_vehicles(summary, "Vehicles", own, note, own)
+    note = (
+        "Contact windows: from when the net force of the devices on a vehicle, away from the impact, exceeds "
+        f"{chain.contact_threshold / KN:g} kN until it falls to it. Their means are by the devices alone; the worst is "
+        f"of those that last at least {LASTING / MS:g} ms. At the front: from the first to the last force there. That, "
+        "and the largest means over 30, 100 and 120 ms, are by all forces."
+    )
+    yield _of_vehicles(summary, "Mean decelerations", DECELERATION, note, DECELERATION)
     if occupants:
         note = (
             "SIV: secondary impact velocity, of an occupant who keeps the first speed of the vehicle, against the "
@@ -162,6 +182,20 @@ def _of_vehicles(
         note,
     )
     return table.marked(summary.not_valid)
+
+
+def contacts(summary: Summary) -> Table | None:
+    """The contact windows of the vehicles that have several; None if none has."""
+    rows = [
+        ("" if k else v.name, window.start_s, window.end_s, (window.end_s - window.start_s) / MS, window.mean_g)
+        for v in summary.vehicles
+        if len(v.contacts) > 1
+        for k, window in enumerate(v.contacts)
+    ]
+    heads = [*worded("Vehicle"), Column("from", "s", 4), Column("to", "s", 4), Column("length", "ms", 1)]
+    note = "Of vehicles with several windows."
+    table = Table([*heads, Column("mean", "g", 3)], rows, "Contact windows", note)
+    return table.marked(summary.not_valid) if rows else None
 
 
 def bodies(chain: Chain, summary: Summary) -> Table:
