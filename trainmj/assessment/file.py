@@ -77,7 +77,7 @@ class AssessmentFile(Part, title="assessment file"):
     """What a train must pass."""
 
     title: Title = Field(description="such as the standard after which it is made")
-    edition: Title = Field(description="edition, and what is known of it")
+    edition: Title = Field(default="", description="edition, and what is known of it")
     notes: Notes = Field(default="", description="what a reader of the result must know")
     sources: Sources = Field(default_factory=dict, description="where values come from, by path")
     categories: dict[Category, Title] = Field(

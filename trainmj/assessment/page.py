@@ -9,14 +9,15 @@ from trainmj.output.blocks import Card
 from trainmj.output.page import Page
 from trainmj.output.sources import sources_table
 from trainmj.output.table import judged
-from trainmj.scenario import to_yaml
+from trainmj.scenario import Scenario, to_yaml
+from trainmj.units import against
 
 
 def page_of(assessment: Assessment, command: str) -> Page:
     """The page of an assessment; the command makes it again."""
     spec = assessment.standard.spec
-    of = f"{spec.title}, {assessment.category}" if assessment.category else spec.title
-    page = Page(f"{assessment.train.heading}: {of}", spec.edition, command, assessment.versions)
+    subtitle = f"Train: that of {assessment.train.heading}. Edition: {spec.edition or 'not stated'}."
+    page = Page(assessment.title, subtitle, command, assessment.versions)
     section = page.section("Verdict")
     worst = [rows[0] for rows in assessment.governing() if rows[0].judged]
     kept = sum(row.criterion.kept for row in worst)
@@ -27,14 +28,16 @@ def page_of(assessment: Assessment, command: str) -> Page:
             f"{kept} of {len(worst)}",
             "kept",
             f"in {len(assessment.outcomes)} cases",
-            tables.verdict(assessment),
+            judged(assessment.passed, "passed as far as computed", "not passed"),
         ),
         Card("Not computed", f"{len(assessment.not_computed)}", note="asked of the train, and not answered here"),
     ]
     if least is not None:
         c = least.criterion
         verdict = judged(c.kept, "kept", "passed over")
-        cards.append(Card("Least margin", f"{least.margin:.0f}", "%", f"{c.title}, {c.where}".rstrip(", "), verdict))
+        cards.append(
+            Card("Least margin", against(least.margin, 0, 0), "%", f"{c.title}, {c.where}".rstrip(", "), verdict)
+        )
     section.cards(*cards)
     section.notes(assessment.failed)
     section.text(*(paragraph for paragraph in (spec.notes.strip(), *assessment.remarks) if paragraph))
@@ -46,23 +49,23 @@ def page_of(assessment: Assessment, command: str) -> Page:
     )
     page.section("Not computed").table(tables.not_computed(assessment))
     section = page.section("Numbers and sources")
-    section.table(sources_table(spec.sources, f"Numbers of {spec.title}"))
-    for name, sources in _partners(assessment).items():
-        section.table(sources_table(sources, f"Numbers of the partner {name}"))
+    section.table(sources_table(spec.sources, assessment.standard.source.values, spec.title))
+    for scenario, sources in _partners(assessment).values():
+        section.table(sources_table(sources, scenario.values(), f"Partner {scenario.collision.partner}"))
     section = page.section("Train")
     if assessment.train.sources:
-        section.table(sources_table(assessment.train.sources))
+        section.table(sources_table(assessment.train.sources, assessment.train.values()))
     section.code(to_yaml(assessment.train), "scenario of the train")
     return page
 
 
-def _partners(assessment: Assessment) -> dict[str, dict[str, str | Provenance]]:
-    """What is said of where the values of each partner come from, but for those of the train's own file."""
-    found: dict[str, dict[str, str | Provenance]] = {}
+def _partners(assessment: Assessment) -> dict[str, tuple[Scenario, dict[str, str | Provenance]]]:
+    """A scenario into each partner, and what is said of where its values come from beside the train's own file."""
+    found: dict[str, tuple[Scenario, dict[str, str | Provenance]]] = {}
     for outcome in assessment.outcomes:
         scenario = outcome.case.scenario
         if scenario is not None:
             own = {path: e for path, e in scenario.sources.items() if path not in assessment.train.sources}
             stated = {path: entry for path, entry in own.items() if not path.startswith("limits.")}
-            found |= {scenario.collision.partner: stated} if stated else {}
+            found |= {scenario.collision.partner: (scenario, stated)} if stated else {}
     return found

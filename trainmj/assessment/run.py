@@ -115,6 +115,12 @@ class Assessment:
     versions: Mapping[str, str]
 
     @property
+    def title(self) -> str:
+        """What was assessed after what: "After EN 15227, C-II: b_type (6 vehicles, 198 t)"."""
+        category = f", {self.category}" if self.category else ""
+        return f"{self.standard.spec.title}{category}: {self.train.under_test}"
+
+    @property
     def rows(self) -> list[Row]:
         """Every criterion of every case that was computed."""
         return [
@@ -145,7 +151,7 @@ class Assessment:
         found = {key.replace("_", " "): reason for key, reason in self.standard.spec.not_computed.items()}
         for outcome in self.outcomes:
             for name, reason in outcome.case.absent.items():
-                found[name] = reason
+                found[f"limit of {name}"] = reason
         return found
 
     @property

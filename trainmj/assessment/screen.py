@@ -15,9 +15,10 @@ def print_assessment(assessment: Assessment) -> None:
     """The verdict, the criteria, the cases and what is not computed."""
     console = new_console()
     spec = assessment.standard.spec
-    category = f", {assessment.category}" if assessment.category else ""
-    console.print(Text(f"{spec.title}{category}: {assessment.train.heading}", style="bold"))
-    console.print(Text(f"Edition: {spec.edition}") if spec.edition else "")
+    console.print(Text(assessment.title, style="bold"))
+    console.print(Text(f"Train: that of {assessment.train.heading}"))
+    if spec.edition:
+        console.print(Text(f"Edition: {spec.edition}"))
     verdict = tables.verdict(assessment)
     console.print(Text(verdict.text.capitalize(), style="bold reverse" if verdict.kind == "fail" else "bold"))
     for sentence in assessment.failed:
@@ -36,6 +37,6 @@ def print_plan(standard: Standard) -> None:
     spec = standard.spec
     console.print(Text(spec.title, style="bold"))
     console.print(Text(spec.edition))
-    for table in (tables.asked(standard), sources_table(spec.sources)):
+    for table in (tables.asked(standard), sources_table(spec.sources, standard.source.values)):
         console.print()
         print_table(console, table)

@@ -47,7 +47,7 @@ def criteria(assessment: Assessment) -> Table:
         "Each criterion in the case that comes nearest to its limit. Limit from: how far the number of the standard "
         "was seen, or the train, whose file states it. Without a limit: reported, not judged."
     )
-    return Table(heads, rows, "Criteria", note)
+    return Table(heads, rows, note=note)
 
 
 def _row(assessment: Assessment, worst: Row, rows: Sequence[Row]) -> tuple[Any, ...]:
@@ -105,7 +105,7 @@ def cases(assessment: Assessment) -> Table:
             )
         )
     note = "Balances: what is missing, energy relative to what the collision can convert, momentum to the sum of |m v|."
-    return Table(heads, rows, "Cases", note)
+    return Table(heads, rows, note=note)
 
 
 def _ended(outcome: Outcome) -> Verdict:
@@ -117,7 +117,7 @@ def _ended(outcome: Outcome) -> Verdict:
 
 def not_computed(assessment: Assessment) -> Table:
     """What is asked and not answered here."""
-    return Table(worded("Not computed", "why"), list(assessment.not_computed.items()), "Not computed")
+    return Table(worded("Not computed", "why"), list(assessment.not_computed.items()))
 
 
 def asked(standard: Standard) -> Table:

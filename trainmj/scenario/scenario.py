@@ -135,6 +135,11 @@ class Scenario(Parts):
         partner = self._train(c.partner) if obstacle is None else f"{c.partner} ({obstacle.mass_t:.6g} t obstacle)"
         return f"{moving} into {partner} {moves}{end}"
 
+    @property
+    def under_test(self) -> str:
+        """The moving train in words: "b_type (6 vehicles, 198 t)"."""
+        return self._train(self.collision.train)
+
     def _train(self, name: str) -> str:
         cars = self.trains[name].cars()
         mass = sum(car.mass_t or 0.0 for car in cars)

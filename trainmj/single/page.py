@@ -159,5 +159,5 @@ def _add_scenario(section: Section, result: Result) -> None:
     if chain.members:
         section.table(tables.bodies_of(chain))
     if scenario.sources:
-        section.table(sources_table(scenario.sources), folded=len(scenario.sources) > _MOST_ROWS)
+        section.table(sources_table(scenario.sources, scenario.values()), folded=len(scenario.sources) > _MOST_ROWS)
     section.code(to_yaml(scenario), "scenario.yaml")

@@ -134,7 +134,7 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     _print_curves(console, chain)
     if scenario.sources:
         console.print()
-        print_table(console, sources_table(scenario.sources))
+        print_table(console, sources_table(scenario.sources, scenario.values()))
     _print_notes(console, scenario, (*remarks(chain), *devices.narrow(chain)))
     if chain.grade:
         console.print(f"Grade {chain.grade * 1e3:g} per mille, positive uphill along the motion.")
