@@ -70,21 +70,29 @@ def source_of(sources: Mapping[str, str | Provenance], path: str) -> str:
     return "" if entry is None else said(entry)
 
 
-def outdated(sources: Mapping[str, Any], new: Iterable[Path], find: Callable[[str], Path | None]) -> dict[str, Any]:
+def outdated(
+    sources: Mapping[str, Any], new: Iterable[Path], find: Callable[[str], tuple[Path, bool] | None]
+) -> dict[str, Any]:
     """Plain sources, those of values that were changed since marked as such.
 
     Args:
         sources: as they stand in a file, by path.
         new: paths of the values that were changed.
-        find: the path that a name leads to; None if it leads nowhere any more, and its entry goes.
+        find: the path that a name leads to, and whether a value is there; None if it leads nowhere any more.
+
+    Returns:
+        The entries; those of values that were taken back are gone.
     """
     kept: dict[str, Any] = {}
     changed = list(new)
     for name, entry in sources.items():
-        path = find(name)
-        if path is None:
+        found = find(name)
+        if found is None:
             continue
+        path, there = found
         touched = any(path[: len(at)] == at[: len(path)] for at in changed)
+        if touched and not there:
+            continue
         mark = entry.get("mark") if isinstance(entry, dict) else None
         if touched and mark != CHANGED:
             source = entry if isinstance(entry, str) else entry.get("source") if isinstance(entry, dict) else None

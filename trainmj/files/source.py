@@ -270,14 +270,14 @@ def groups_of(type_: Any) -> list[type[BaseModel]]:
     return [member for member in alternatives(bare).values() or [bare] if is_group(member)]
 
 
-def _has_key(type_: Any, key: str | int) -> bool:
+def has_key(type_: Any, key: str | int) -> bool:
     """Whether a key is one that a group has; the keys of other mappings are the user's."""
     return any(key in keys_of(group) for group in groups_of(type_))
 
 
 def put(group: dict[Any, Any], key: str | int, value: Any, type_: Any) -> None:
     """Put a value into a group of a type; None takes back the value that is there, so that the default applies."""
-    if value is None and (key in group or _has_key(type_, key)):
+    if value is None and (key in group or has_key(type_, key)):
         group.pop(key, None)
     else:
         group[key] = value

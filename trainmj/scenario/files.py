@@ -11,7 +11,7 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import given
 from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
-from trainmj.files.source import Path, Problem, Source, dotted, giving_way, inside, placed, put
+from trainmj.files.source import Path, Problem, Source, dotted, giving_way, has_key, inside, placed, put, type_at
 from trainmj.files.text import beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
@@ -119,9 +119,14 @@ def _lost(scenario: Scenario) -> Iterator[Problem]:
     for key, names in (("parameters", scenario.parameters), ("sources", scenario.sources)):
         for name in names:
             try:
-                scenario.places(name)
+                places = zip(scenario.places(name), scenario.locate(name), strict=True)
             except InputError as error:
                 yield Problem((key, name), str(error))
+                continue
+            for path, value in places if key == "sources" else ():
+                if value is None and not has_key(type_at(Parts, path[:-1]), path[-1]):
+                    known = scenario.locate(dotted(path[:-1]))[0] or ()
+                    yield Problem((key, name), f"leads to no value{close_match(str(path[-1]), known)}")
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:

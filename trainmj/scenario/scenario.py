@@ -178,15 +178,7 @@ class Scenario(Parts):
         Raises:
             InputError: if it leads nowhere, or not to one value.
         """
-        found = []
-        for path in self.places(name):
-            here: Any = self._source.values
-            for key in path:
-                here = here.get(key) if isinstance(here, dict) else here[key]
-                if here is None:
-                    break
-            found.append(here)
-        return found
+        return [_at(self._source.values, path) for path in self.places(name)]
 
     def takes_numbers(self, name: str) -> bool:
         """Whether a number stands at all places to which a path or parameter leads, or is all that may.
@@ -271,14 +263,25 @@ def without_old_sources(values: dict[str, Any], new: Iterable[Path], stated: Col
     if not (isinstance(sources, dict) and sources and all(isinstance(name, str) for name in sources)):
         return values  # none, or the checks say what is wrong with them
 
-    def find(name: str) -> Path | None:
+    def find(name: str) -> tuple[Path, bool] | None:
         try:
-            return _find(values, name, {})
+            path = _find(values, name, {})
         except InputError:
             return None
+        return path, _at(values, path) is not None
 
     kept = outdated({name: entry for name, entry in sources.items() if name not in stated}, new, find)
     return values | {"sources": kept | {name: sources[name] for name in stated if name in sources}}
+
+
+def _at(values: Mapping[str, Any], path: Path) -> Any:
+    """The value at a path that leads somewhere; None for a key that only has a default."""
+    here: Any = values
+    for key in path:
+        here = here.get(key) if isinstance(here, dict) else here[key]
+        if here is None:
+            return None
+    return here
 
 
 def _paths(name: str, parameters: Mapping[str, str | list[str]]) -> tuple[str, ...]:
