@@ -88,6 +88,16 @@ def test_a_message_about_a_partner_names_its_file(folder):
         trainmj.load(folder / "train.yaml")
 
 
+def test_a_partner_file_is_whole(folder):
+    """Breaks when a curve that the file lacks is silently taken from the train that runs into it."""
+    (folder / "cart.partner.yaml").write_text(CART.replace("{ file: side.csv }", "buffer"))
+    with pytest.raises(InputError, match=r"cart\.partner\.yaml:7.*curve = 'buffer': there is no curve of this name"):
+        trainmj.load(folder / "train.yaml")
+    (folder / "cart.partner.yaml").write_text(CART.replace("obstacle.mass_t:", "obstacle.mass_kg:"))
+    with pytest.raises(InputError, match=r"sources\.obstacle\.mass_kg: leads to no value"):
+        trainmj.load(folder / "train.yaml")
+
+
 def test_a_partner_does_not_replace_what_the_scenario_states(folder):
     """Breaks when a device of the train silently becomes that of a partner with the same name."""
     (folder / "cart.partner.yaml").write_text(CART.replace("cart_side", "front"))

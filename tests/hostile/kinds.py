@@ -200,6 +200,38 @@ STUDY_OF_POINTS = {
     "weights": {"method": "entropy"},
     "optimiser": {"on": "simulator", "simulator": {"particles": 4, "iterations": 2, "archive": 4, "patience": 1}},
 }
+CART = {
+    "title": "Cart",
+    "notes": "Light.",
+    "sources": {"obstacle.mass_t": {"mark": "assumed", "source": "a guess"}, "devices.cart_side": "a test"},
+    "curves": {"side": {"file": "tube.csv"}},
+    "devices": {"cart_side": {"curve": "side", "stiffness_kN_per_mm": 300, "stroke_limit_mm": 350, "beyond": "stop"}},
+    "obstacle": {"mass_t": 20, "length_m": 4, "front": "cart_side", "rail_friction": 0.2, "drawing": "lorry"},
+}
+ASSESSMENT = {
+    "title": "House rules",
+    "edition": "of today",
+    "notes": "Two scenarios.",
+    "categories": {"yard": "in the yard", "C-I": "outside"},
+    "load_states": {"full": {"share": 1, "kg": 80, "title": "all seats"}, "empty": {"share": 0}},
+    "set": {"collision.gap_mm": 0},
+    "limits": {"mean_deceleration_g": 5, "TS_mm": 500, "body_plastic_5m_mm": 50},
+    "reported": ["mean_120ms_g", "stroke_M1_M2_mm"],
+    "scenarios": {
+        "twin": {"title": "Into a twin", "partner": "identical", "speed_by_category_km_h": {"yard": 12, "C-I": 10}},
+        "cart": {
+            "title": "Into a cart",
+            "partner": "cart",
+            "speed_km_h": {"line_speed_less_km_h": 5, "at_most_km_h": 20},
+            "ends": ["front"],
+            "limits": {"TS_mm": None, "TAMA_g": 5},
+            "set": {"collision.rail_friction": 0.0},
+            "notes": "A light one.",
+        },
+    },
+    "not_computed": {"noise": "no matter of collisions"},
+    "sources": {"limits.TS_mm": {"mark": "read", "source": "page 3"}, "scenarios.twin.speed_by_category_km_h": "us"},
+}
 WANTED = b"M,S,TS\n30,40,70\n33,42,\n36,45,75\n"
 TARGETS = {
     "title": "The link",
@@ -324,6 +356,26 @@ def cost_of_targets(plan: Identification) -> float:
     return trials * len(cases) * max(costs) * plan.scenario.simulation.step_ms / fine
 
 
+def cost_of_assessment(standard: trainmj.Standard) -> float:
+    spec = standard.spec
+    cases = sum(len(scenario.ends) for scenario in spec.scenarios.values()) * max(1, len(spec.load_states))
+    return cases * 1e3
+
+
+def use_assessment(file: Path, out: Path) -> list[tuple[int, str]]:
+    words = ("assess", file.parent / "base.yaml", "--standard", file, "--category", "yard", "--threads", "1")
+    return [command("check", file), command(*words, "--out", out / "assessed", "--report")]
+
+
+def into(file: Path) -> Scenario:
+    """A scenario that runs into the partner of a file."""
+    return trainmj.load(file.parent / "base.yaml", {"collision.partner": file.name.partition(".")[0]})
+
+
+def use_partner(file: Path, out: Path) -> list[tuple[int, str]]:
+    return [command("check", file), command("run", file.parent / "base.yaml", "--set", "collision.partner=cart")]
+
+
 def use_scenario(file: Path, out: Path) -> list[tuple[int, str]]:
     return [
         command("check", file),
@@ -409,6 +461,22 @@ KINDS = (
         trainmj.load,
         cost_of_scenario,
         use_scenario,
+    ),
+    Kind(
+        "partner",
+        "cart.partner.yaml",
+        lambda: BESIDE | {"cart.partner.yaml": CART},
+        into,
+        cost_of_scenario,
+        use_partner,
+    ),
+    Kind(
+        "assessment",
+        "my.assessment.yaml",
+        lambda: BESIDE | {"my.assessment.yaml": ASSESSMENT, "cart.partner.yaml": CART},
+        trainmj.load_assessment,
+        cost_of_assessment,
+        use_assessment,
     ),
     Kind(
         "sweep",

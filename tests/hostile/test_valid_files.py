@@ -16,6 +16,7 @@ from kinds import BASE, EVERY, KINDS, STUDY, SWEEP, TARGETS, Kind, command
 from mutations import document, good, replaced
 
 import trainmj
+from trainmj import Standard
 from trainmj.collision.block import Layout
 from trainmj.collision.comparison import compare
 from trainmj.collision.lineup import line_up
@@ -313,6 +314,8 @@ def result_of(loaded: Any) -> str:
         return repr((to_yaml(loaded.scenario), loaded.blocks, loaded.responses, loaded.histories))
     if isinstance(loaded, Study):
         return repr((loaded.spec, loaded.space, loaded.responses, to_yaml(loaded.scenario)))
+    if isinstance(loaded, Standard):
+        return repr((loaded.spec, loaded.name, loaded.source.values))
     unknowns = loaded.unknowns
     samples = [(s.observations, s.wanted, s.tolerance, s.bar) for s in (loaded.fitted, loaded.held_out)]
     return repr((loaded.spec, unknowns.parameters, unknowns.constraints, unknowns.curves, loaded.targets, samples))

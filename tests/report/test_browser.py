@@ -3,6 +3,9 @@
 import shutil
 
 import pytest
+from click.testing import CliRunner
+
+from trainmj.cli import main
 
 pytestmark = pytest.mark.thorough
 
@@ -46,6 +49,17 @@ def test_everything_is_there_and_nothing_else_is_asked_for(report, look, width, 
     assert markup in seen.page.locator("h1").inner_text()  # a name is text
     assert seen.page.locator("h1 script, h1 img, p script, p img").count() == 0
     assert seen.value("window.hacked") is None
+
+
+def test_an_assessment_fits_a_phone(look, tmp_path):
+    """Breaks when the tables of an assessment push the page sideways, or the page asks for something."""
+    words = ["assess", "en15227_c1", "--standard", "en15227", "--category", "C-I", "--out", str(tmp_path), "--report"]
+    CliRunner().invoke(main, words)
+    seen = look(tmp_path / "report.html", 360)
+    assert seen.errors == []
+    assert len(seen.requests) == 1
+    assert seen.value("document.documentElement.scrollWidth") <= 360
+    assert seen.page.locator("table").count() >= 5
 
 
 def _folded(element):

@@ -14,7 +14,7 @@ from trainmj.collision.quantities import columns_of, no_number, of_each, why_abs
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import given
 from trainmj.files.kinds import ASSESSMENT
-from trainmj.files.provenance import Provenance, entry_of
+from trainmj.files.provenance import Provenance, entry_of, lost
 from trainmj.files.resources import find_file
 from trainmj.files.source import Path as Place
 from trainmj.files.source import Problem, Source, dotted
@@ -76,7 +76,7 @@ def load_assessment(file: str | Path) -> Standard:
     path = find_file(file, ASSESSMENT.ending, "assessment")
     source = read_yaml(path)
     spec = source.checked(AssessmentFile)
-    source.refuse(_broken_rules(spec))
+    source.refuse((*_broken_rules(spec), *lost(source.values)))
     return Standard(spec, path.name.removesuffix(ASSESSMENT.ending), source)
 
 
@@ -102,17 +102,6 @@ def _broken_rules(spec: AssessmentFile) -> Iterator[Problem]:
                 yield Problem((*at, "speed_by_category_km_h", category), rule)
         if len(set(scenario.ends)) < len(scenario.ends):
             yield Problem((*at, "ends"), "states an end twice")
-    for path in spec.sources:
-        if not _leads_somewhere(spec.model_dump(exclude_unset=True), path):
-            yield Problem(("sources", path), "leads to no value of this file")
-
-
-def _leads_somewhere(values: Any, path: str) -> bool:
-    for key in path.split("."):
-        if not isinstance(values, dict) or key not in values:
-            return False
-        values = values[key]
-    return True
 
 
 def category_of(standard: Standard, category: str | None) -> str:

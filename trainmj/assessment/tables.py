@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -52,13 +53,17 @@ def criteria(assessment: Assessment) -> Table:
 
 def _row(assessment: Assessment, worst: Row, rows: Sequence[Row]) -> tuple[Any, ...]:
     c = worst.criterion
-    said = f"{_INDENT}{c.title}"
-    value = f"{c.text} {c.unit}".rstrip() if worst.judged else f"{c.found:.{max(c.digits, 0)}f} {c.unit}".rstrip()
+    said, governed = f"{_INDENT}{c.title}", _governed(assessment, worst, rows)
+    digits = c.text if worst.judged else f"{c.found:.{max(c.digits, 0)}f}"
+    value = "no number" if math.isnan(c.found) else f"{digits} {c.unit}".rstrip()
     if not worst.judged:
-        return said, value, "-", "-", "reported", _governed(assessment, worst, rows), "-"
+        return said, value, "-", "-", "reported" if c.valid else failed("not valid"), governed, "-"
     shown = judged(c.kept) if c.valid else failed("not valid")
-    limit, margin = f"{c.limit:.12g} {c.unit}".rstrip(), against(worst.margin, 0, 0)
-    return said, value, limit, margin, shown, _governed(assessment, worst, rows), _mark(assessment, worst)
+    limit, margin = (
+        f"{c.limit:.12g} {c.unit}".rstrip(),
+        "-" if math.isnan(worst.margin) else against(worst.margin, 0, 0),
+    )
+    return said, value, limit, margin, shown, governed, _mark(assessment, worst)
 
 
 def _governed(assessment: Assessment, worst: Row, rows: Sequence[Row]) -> str:

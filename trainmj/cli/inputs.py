@@ -80,8 +80,9 @@ def _run_into(file: str) -> Scenario:
 
     path = find_file(file, PARTNER.ending, "partner")
     title, name = read_partner(path).values["title"], path.name.removesuffix(PARTNER.ending)
+    scenario = trainmj.load("b_type").with_partner(name, path.parent).with_values({"collision.partner": name})
     click.echo(f"{title}. A scenario runs into it with collision.partner: {name}; here b_type does.")
-    return trainmj.load("b_type").with_partner(name, path.parent).with_values({"collision.partner": name})
+    return scenario
 
 
 @click.command()

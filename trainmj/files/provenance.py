@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from trainmj.files.parts import Either, Part, Spelt
-
-Path = tuple[str | int, ...]
+from trainmj.files.source import Path, Problem
 
 CHANGED = "changed"
 MEANING = {
@@ -55,6 +54,26 @@ Sources = Annotated[
 def said(entry: str | Provenance) -> str:
     """A source in words, its mark last: "EN 15227, clause 5.4 (recalled)"; only the text if it has none."""
     return entry if isinstance(entry, str) else f"{entry.source} ({entry.mark})"
+
+
+def value_at(values: Any, path: str) -> Any:
+    """The plain value that a path leads to, entries of lists by position or name; None if it leads to nothing."""
+    here = values
+    for key in path.split("."):
+        if isinstance(here, list):
+            named = [entry for entry in here if isinstance(entry, dict) and entry.get("name") == key]
+            by_position = here[int(key)] if key.isdecimal() and len(key) < 10 and int(key) < len(here) else None
+            here = named[0] if named else by_position
+        else:
+            here = here.get(key) if isinstance(here, dict) else None
+    return here
+
+
+def lost(values: Mapping[str, Any]) -> Iterator[Problem]:
+    """The sources of a file that lead to none of its plain values."""
+    for path in values.get("sources") or {}:
+        if value_at(values, path) is None:
+            yield Problem(("sources", path), "leads to no value of this file")
 
 
 def entry_of(sources: Mapping[str, str | Provenance], path: str) -> str | Provenance | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from trainmj.files.provenance import MEANING, Provenance
+from trainmj.files.provenance import MEANING, Provenance, value_at
 from trainmj.output.table import Table, worded
 
 
@@ -30,13 +30,7 @@ def sources_table(
 
 def _shown(values: Any, path: str) -> str:
     """A value at a path, or the points of a curve; a dash for a group."""
-    here = values
-    for key in path.split("."):
-        if isinstance(here, list):
-            named = [entry for entry in here if isinstance(entry, dict) and entry.get("name") == key]
-            here = named[0] if named else here[int(key)] if key.isdecimal() and int(key) < len(here) else None
-        else:
-            here = here.get(key) if isinstance(here, dict) else None
+    here = value_at(values, path)
     if isinstance(here, dict) and {"stroke_mm", "force_kN"} <= here.keys():
         points = zip(here["stroke_mm"], here["force_kN"], strict=False)
         return " ".join(f"({stroke:g} mm, {force:g} kN)" for stroke, force in points)

@@ -7,7 +7,7 @@ what the file states: as a train or obstacle of that name, with devices, curves 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path as FilePath
@@ -18,16 +18,17 @@ from pydantic import Field
 from trainmj.errors import InputError
 from trainmj.files.kinds import PARTNER
 from trainmj.files.parts import Either, Notes, Part, Title
-from trainmj.files.provenance import Sources
+from trainmj.files.provenance import Sources, lost
 from trainmj.files.resources import shipped_files
 from trainmj.files.source import Path, Problem, Source, dotted
 from trainmj.files.text import beside
 from trainmj.files.yaml import read_yaml
 from trainmj.scenario.curves import Curve, CurveFile
 from trainmj.scenario.devices import DeviceSpec
-from trainmj.scenario.parts import MAX_NAMES
+from trainmj.scenario.parts import MAX_NAMES, Parts
 from trainmj.scenario.ranges import Key
 from trainmj.scenario.reading import with_tables
+from trainmj.scenario.rules import broken_rules
 from trainmj.scenario.trains import RIGID_WALL, ObstacleSpec, TrainSpec
 
 _KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -63,7 +64,20 @@ def read_partner(file: FilePath) -> Source:
     checked = source.checked(PartnerFile)
     if (checked.train is None) == (checked.obstacle is None):
         raise source.refusal([Problem((), "must state a train or an obstacle, one of them")])
+    source.refuse(_broken_rules(source))
     return source
+
+
+def _broken_rules(source: Source) -> Iterator[Problem]:
+    """Every rule that the parts of a partner file break between them: it needs nothing of a scenario."""
+    values: dict[str, Any] = {key: dict(source.values.get(key) or {}) for key in ("curves", "devices")}
+    values |= {home: {key: source.values[key]} if key in source.values else {} for key, home in _HOMES.items()}
+    values["collision"] = {"train": "train", "speed_km_h": 10.0, "partner": RIGID_WALL}
+    for problem in broken_rules(Parts.model_validate(values)):
+        home, *rest = problem.path
+        if home != "collision":
+            yield Problem(tuple(rest) if home in _HOMES.values() else problem.path, problem.rule)
+    yield from lost(source.values)
 
 
 def with_partner(source: Source) -> Source:

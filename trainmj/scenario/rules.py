@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain
 
+from trainmj.files.kinds import PARTNER
+from trainmj.files.resources import shipped_files
 from trainmj.files.source import Path, Problem, no_such
 from trainmj.scenario.bodies import body_rules
 from trainmj.scenario.curves import Curve, listed
-from trainmj.scenario.partners import shipped_partners
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
 from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read
@@ -164,7 +165,7 @@ def _partner(parts: Parts) -> Iterator[Problem]:
         if (c.partner, c.partner_end) != (c.train, c.train_end):
             yield from _at_end(c.partner, c.partner_end, parts)
     elif obstacle is None and c.partner != RIGID_WALL:
-        known = [*parts.trains, *parts.obstacles, RIGID_WALL, *shipped_partners()]
+        known = [*parts.trains, *parts.obstacles, RIGID_WALL, *shipped_files(PARTNER.ending)]
         yield no_such("train, obstacle or partner file", ("collision", "partner"), c.partner, known)
 
 
