@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from builders import scenario, values
+from builders import pulses, scenario, values
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.fields import KEPT
@@ -59,22 +59,6 @@ def test_a_plateau_that_springs_back(step_ms):
     change = v0 * math.cos(omega * start) + force / mass / omega * math.sin(omega * back)
     assert window.end_s - window.start_s == pytest.approx(length, rel=1e-4)
     assert window.mean_g == pytest.approx(change / length / G, rel=1e-4)
-
-
-def pulses(
-    mass_t: float, speed: float, parts: list[tuple[float, float]], partner: str = "rigid_wall", **more
-) -> Scenario:
-    """A vehicle that forces [kN] push one after the other for so long [ms], and that never comes to rest meanwhile."""
-    points, u, v = [], 0.0, speed
-    for force, ms in parts:
-        a, t = force / mass_t, ms * 1e-3
-        way = (v * t - a * t * t / 2) * 1e3
-        points += [(u + 5e-4 * bool(points), force), (u + way - 5e-4, force)]
-        u, v = u + way, v - a * t
-    assert v > 0
-    points += [(u + 5e-4, 0), (u + 3000, 0)]
-    limit = sum(ms for _, ms in parts) * 1e-3 + 0.05
-    return scenario(points, 5e4, [mass_t], partner, speed, time_limit_s=limit, **more)
 
 
 TWO = [(1000.0, 100.0), (0.0, 20.0), (500.0, 200.0)]
