@@ -14,7 +14,7 @@ from trainmj.collision.fields import ELEMENT, N_ELEMENT
 from trainmj.collision.law import KINDS
 from trainmj.collision.simulation import start
 from trainmj.scenario import Scenario
-from trainmj.verification.systems import chain, device, envelope, scenario, values
+from trainmj.verification.systems import chain, device, envelope, pulses, scenario, values
 
 __all__ = [
     "KINDS_OF_DEVICE",
@@ -25,6 +25,7 @@ __all__ = [
     "device",
     "envelope",
     "joined",
+    "pulses",
     "scenario",
     "step_once",
     "values",

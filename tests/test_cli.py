@@ -253,7 +253,7 @@ def test_a_plot_of_characters_shows_the_curve():
     [
         (
             "examples/sweep/speeds.yaml",
-            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "26 of 160", "All cases"],
+            ["Sweep: 34 cases", "speed_km_h", "16 to 32", "0, 0.008", "26 of 196", "All cases"],
         ),
         ("scenarios/paper/b_type.study.yaml", ["Study: 10 points", "empty_stroke_mm", "20 to 50 mm", "<= 265 mm"]),
         ("b_type.study.yaml", ["Study: 10 points"]),

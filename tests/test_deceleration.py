@@ -42,6 +42,17 @@ def test_a_window_that_reaches_past_the_end_holds_the_last_speed(interval):
     assert window_peak(0.030, time[:2], speeds[:2]).tolist() == pytest.approx([1.0 / 0.030, 0.5 / 0.030])
 
 
+def test_of_a_collision_that_was_cut_off_only_whole_windows_are_known():
+    """10 m/s2 from 20 ms on, cut at 50 ms: held speeds would make 8 m/s2 of the 30 ms that begin later."""
+    time = np.arange(51) * 1e-3
+    speeds = 10 * np.clip(time - 0.02, 0, None)[:, None]
+    assert window_peak(0.030, time, speeds, cut=True).tolist() == pytest.approx([10.0])
+    assert window_peak(0.0307, time, speeds, cut=True).tolist() == pytest.approx([10 * 0.03 / 0.0307])
+    assert window_peak(0.050, time, speeds, cut=True).tolist() == pytest.approx([6.0])
+    assert np.isnan(window_peak(0.051, time, speeds, cut=True)).all()
+    assert np.isnan(window_peak(0.030, time[:1], speeds[:1], cut=True)).all()
+
+
 # CFC 60
 
 

@@ -11,6 +11,7 @@ from builders import chain, changed, envelope, joined, scenario, values
 from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.fields import KEPT
 from trainmj.collision.lineup import line_up
 from trainmj.collision.measured import Measured
 from trainmj.collision.result import Result
@@ -34,7 +35,7 @@ def pulse(interval: float) -> tuple[Chain, Tally, np.ndarray, np.ndarray]:
     speed = 10 - 50 * np.clip(time - 0.05, 0, 0.06) - 20 * np.clip(time - 0.11, 0, 0.08)
     result = run(scenario([(0, 0), (10, 1000), (900, 1000)], 100, partner="t", step_ms=0.1, time_limit_s=0.01))
     tally = changed(result.tally, first_force_time=np.array([0.05]), last_force_time=np.array([0.19]))
-    tally = changed(tally, speed_first=np.array([10.0, 0.0]), speed_last=np.array([5.4, 0.0]))
+    tally = changed(tally, speed_first=np.array([10.0, 0.0]), speed_last=np.array([5.4, 0.0]), over=True)
     return result.chain, tally, time, np.column_stack([speed, np.zeros_like(speed)])
 
 
@@ -44,7 +45,8 @@ def test_moving_windows_on_a_known_pulse(interval):
     first = {v.name: v for v in measure(*pulse(interval)).vehicles}["M1"]
     assert first.mean_30ms_g * 9.80665 == pytest.approx(50.0, rel=1e-6)
     assert first.mean_100ms_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.04) / 0.1, rel=1e-2)
-    assert first.mean_deceleration_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.08) / 0.14, rel=1e-2)
+    assert first.mean_120ms_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.06) / 0.12, rel=1e-2)
+    assert first.front_mean_deceleration_g * 9.80665 == pytest.approx((50 * 0.06 + 20 * 0.08) / 0.14, rel=1e-2)
     assert first.cfc60_peak_g * 9.80665 == pytest.approx(50.0, rel=0.1), "the filter overshoots a little"
 
 
@@ -53,8 +55,9 @@ def test_moving_windows_on_a_known_pulse(interval):
     [
         (1, set()),
         (2, {"mean_30ms_g", "cfc60_peak_g"}),
-        (10, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g"}),
-        (100, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g"}),
+        (4, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g"}),
+        (10, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g", "mean_120ms_g"}),
+        (100, {"mean_30ms_g", "cfc60_peak_g", "mean_100ms_g", "mean_120ms_g"}),
     ],
 )
 def test_a_mean_finer_than_the_record_is_no_number(interval_ms, blank):
@@ -63,8 +66,9 @@ def test_a_mean_finer_than_the_record_is_no_number(interval_ms, blank):
     found = summarise(run(load("b_type", {"simulation.record_every_ms": interval_ms})))
     for one, other in zip(found.vehicles, exact.vehicles, strict=True):
         assert {name for name, value in one.values.items() if np.isnan(value)} == blank
-        assert one.mean_deceleration_g == other.mean_deceleration_g, "that of the whole impact is from every step"
-        for name in {"mean_30ms_g", "mean_100ms_g"} - blank:
+        assert one.front_mean_deceleration_g == other.front_mean_deceleration_g, "from every step"
+        assert one.contacts == other.contacts, "likewise"
+        for name in {"mean_30ms_g", "mean_100ms_g", "mean_120ms_g"} - blank:
             assert one.values[name] == pytest.approx(other.values[name], rel=3e-3)
 
 
@@ -258,6 +262,11 @@ def tallied(result: Result, **fields: object) -> Summary:
         "member_force": np.zeros(0),
         "member_dissipated": np.zeros(0),
         "member_end_time": np.zeros(0),
+        "contacts": np.zeros(2),
+        "open": np.zeros(2),
+        "open_start": np.zeros(2),
+        "open_impulse": np.zeros(2),
+        **{f"contact_{name}": np.zeros((2, KEPT)) for name in ("start", "end", "mean")},
     }
     return measure(result.chain, changed(tally, **of_elements), result.time, result.velocity)
 
@@ -280,7 +289,7 @@ def test_numbers_are_the_tally_in_engineering_units(against_a_wall):
     assert (first.name, first.mass_t, second.name) == ("M1", 33.0, "M2")
     assert (first.peak_device_acceleration_g, first.peak_acceleration_g) == (2.0, 4.0)
     assert (first.balance_time_s, second.balance_time_s) == (0.1, 0.2)
-    means = first.mean_deceleration_g * 9.80665, second.mean_deceleration_g * 9.80665
+    means = first.front_mean_deceleration_g * 9.80665, second.front_mean_deceleration_g * 9.80665
     assert means == pytest.approx((7.5, 5.0)), "3 m/s and 2 m/s in the 0.4 s of force at the front"
     b = s.balance
     assert (b.kinetic_start_kJ, b.kinetic_end_kJ, b.absorbed_kJ, b.friction_kJ) == (132.0, 0.0, 129.0, 3.0)

@@ -13,6 +13,7 @@ from builders import scenario, values
 
 from trainmj.collision import result as result_file
 from trainmj.collision.block import TALLY
+from trainmj.collision.fields import KEPT
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
@@ -47,7 +48,7 @@ def test_a_saved_result_is_read_back_exactly(standard_result, saved):
 
 @pytest.mark.parametrize("name", ["b_type_wall", "wagon_80t"])
 def test_results_with_a_wall_or_an_unequal_partner_are_read_back(name, tmp_path):
-    result = run(load(name, {"simulation.time_limit_s": 0.1}))
+    result = run(load(name, {"simulation.time_limit_s": 0.2}))
     result.save(tmp_path / "r.nc")
     assert summarise(load_result(tmp_path / "r.nc")) == summarise(result)
 
@@ -59,7 +60,7 @@ def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
         name: {"stroke_mm": u.tolist(), "force_kN": (700 + 100 * np.sin(k * u)).tolist()}
         for k, name in enumerate("abc", start=1)
     }
-    small = scenario([(0, 0), (10, 500), (500, 500)], 100, step_ms=0.1, time_limit_s=0.02)
+    small = scenario([(0, 0), (10, 500), (500, 500)], 100, step_ms=0.1, time_limit_s=0.2)
     long = small.with_values({"curves": curves, "devices.d.curve": "a"})
     assert len(to_yaml(long)) > 80_000
     result = run(long)
@@ -69,7 +70,8 @@ def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
 
 def test_the_file_is_plain_netcdf_with_names_and_units(saved, standard_result):
     with xr.open_dataset(saved, decode_timedelta=False) as data:
-        assert dict(data.sizes) == {"time": len(standard_result.time), "vehicle": 12, "interface": 11, "element": 11}
+        sizes = {"time": len(standard_result.time), "vehicle": 12, "interface": 11, "element": 11, "contact": KEPT}
+        assert dict(data.sizes) == sizes
         assert data["force"].sel(interface="S1-M1").max() == standard_result.force[:, 5].max()
         assert data["velocity"].sel(vehicle="M1")[0] == pytest.approx(25 / 3.6)
         units = {name: data[name].attrs["units"] for name in ("force", "stroke", "velocity", "energy", "acceleration")}

@@ -127,9 +127,9 @@ def test_a_value_that_is_not_a_number_is_not_kept():
     case = scenario(CURVE, 80.0, partner="t", mass_t=[20, 30], speed_m_s=3.0, time_limit_s=0.3)
     result = run(case.with_values({"limits.mean_deceleration_g": 5.0}))
     (of_m2,) = (i for i, v in enumerate(result.chain.vehicles) if v.name == "M2")
-    speeds = result.tally.speed_last.copy()
-    speeds[of_m2] = math.nan
-    broken = measure(result.chain, changed(result.tally, speed_last=speeds), result.time, result.velocity)
+    means = result.tally.contact_mean.copy()
+    means[of_m2] = math.nan
+    broken = measure(result.chain, changed(result.tally, contact_mean=means), result.time, result.velocity)
     assert (broken.limits[0].where, broken.limits[0].kept) == ("M2", False)
     assert str(broken.status) == "limit passed: mean deceleration of M2 (no number)"
     assert not Criterion("a", "a", "", math.inf, 1.0, "", 1).kept

@@ -40,10 +40,11 @@ def window_peak(window: float, time: Array, velocity: Array, cut: bool = False) 
     whole = round(shift)
     rows = velocity.T  # one vehicle each
     if cut:
-        before = time[time <= time[-1] - window * (1.0 - 1e-9)]
-        if not before.size:
+        latest = float(time[-1]) - window
+        if latest < time[0] - 1e-9 * window:
             return np.full(velocity.shape[1], np.nan)
-        change = np.array([np.abs(np.interp(before + window, time, v) - v[: before.size]).max() for v in rows])
+        start = np.append(time[time < latest], latest)
+        change = np.array([np.abs(np.interp(start + window, time, v) - np.interp(start, time, v)).max() for v in rows])
     elif abs(shift - whole) < 1e-6:
         inside = max(0, len(time) - whole)  # windows that end at a record; the others end at the last speed
         change = np.abs(rows[:, -1:] - rows[:, inside:]).max(axis=1)

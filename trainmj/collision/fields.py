@@ -78,6 +78,7 @@ class Car(_Field):
     POINTS = "1", "its point masses: one, or those of a body that gives"
     MASS = "kg", "mass"
     NET = "N", "force of all devices"
+    NET_BEFORE = "N", "the same at the evaluation before"
     RAIL = "N", "rail friction and brake force"
     SLOPE = "N", "force of the grade along +x"
     SPEED = "m/s", "speed of its centre of mass at the last evaluation", True
@@ -95,9 +96,7 @@ class Car(_Field):
     SPEED_LAST = "m/s", "speed at the last force at the front", True
     OPEN = "1", "contact window: 0 none, 1 begun at the last evaluation, 2 begun before", True
     OPEN_START = "s", "its start", True
-    OPEN_IMPULSE = "N s", "impulse in it so far", True
-    PUSH = "N", "net force of the devices away from the impact at the last evaluation in it"
-    PUSH_RISE = "N", "by how much it rose on the way there"
+    OPEN_IMPULSE = "N s", "impulse of the devices in it so far, along +x", True
     CONTACTS = "1", "contact windows that have ended", True
     SHORTENED = "m", "shortening of its body, while it is added up"
     SHORTENED_MAX = "m", "largest shortening of its body", True
@@ -228,7 +227,7 @@ N_HEAD, N_CAR, N_POINT, N_CONTACT = len(Head), len(Car), len(Point), len(Contact
 N_JOINT, N_ELEMENT, N_MEMBER = len(Joint), len(Element), len(Member)
 N_PARAMETER = ELEMENT.P9 - ELEMENT.P0 + 1
 
-KEPT = 24
+KEPT = 100
 """Contact windows of a vehicle that are kept: the first ones, and in the last place the worst of all that follow."""
 
 LASTING = 0.030

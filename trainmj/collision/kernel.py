@@ -331,7 +331,6 @@ def _vehicles(
     touching = s[meeting + JOINT.FORCE] > 0.0
     first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
     threshold, front = s[HEAD.THRESHOLD], int(s[HEAD.FRONT])
-    contacts = int(s[HEAD.CONTACTS])
     rolling = s[HEAD.ROLLING] != 0.0
     approach = STILL_SPEED if rolling else APPROACH_SPEED
     impulse = 0.0
@@ -381,6 +380,7 @@ def _vehicles(
             i += 1
         mass = s[c + CAR.MASS]
         speed = s[p - N_POINT + POINT.SPEED] if count == 1 else momentum / mass
+        before = s[c + CAR.NET]
         s[c + CAR.NET], s[c + CAR.RAIL], s[c + CAR.SLOPE] = net, rail, slope
         s[c + CAR.SPEED] = speed
         if count > 1:
@@ -390,14 +390,12 @@ def _vehicles(
             s[c + CAR.SPEED_LAST] = speed
             if first:
                 s[c + CAR.SPEED_FIRST] = speed
-        push = net if car > front else -net  # away from the impact
-        if push > threshold and s[c + CAR.OPEN] == 2.0:
-            before = s[c + CAR.PUSH]
-            s[c + CAR.PUSH], s[c + CAR.PUSH_RISE] = push, push - before
-            s[c + CAR.OPEN_IMPULSE] += 0.5 * (before + push) * elapsed
-        elif push > threshold or s[c + CAR.OPEN] != 0.0:
-            _contact(s, c, contacts, push, elapsed, time)
-        contacts += N_CONTACT * KEPT
+        in_contact = (net if car > front else -net) > threshold  # pushed away from the impact
+        if in_contact and s[c + CAR.OPEN] == 2.0:
+            s[c + CAR.OPEN_IMPULSE] += 0.5 * (before + net) * elapsed
+        elif in_contact or s[c + CAR.OPEN] != 0.0:
+            _contact(s, c, car, net, before, elapsed, time)
+        s[c + CAR.NET_BEFORE] = before
         if abs(net) > s[c + CAR.DEVICE_FORCE]:
             s[c + CAR.DEVICE_FORCE] = abs(net)
             s[c + CAR.DEVICE_PEAK] = abs(net) / mass
@@ -423,35 +421,34 @@ def _vehicles(
 
 
 @register_jitable
-def _contact(s: Block, c: int, contacts: int, push: float, elapsed: float, time: float) -> None:
+def _contact(s: Block, c: int, car: int, net: float, before: float, elapsed: float, time: float) -> None:
     """Begin or end the contact window of a vehicle, where its push rises above the threshold and falls to it again.
 
-    Between two evaluations the push is linear. At both ends of a window it is followed outwards as it was inside, as it
-    may jump there.
+    The push is the net force of the devices away from the impact. Between two evaluations it is linear; at both ends of
+    a window it is followed outwards as it was inside, as it may jump there.
     """
-    threshold = s[HEAD.THRESHOLD]
-    before, rise, start = s[c + CAR.PUSH], s[c + CAR.PUSH_RISE], s[c + CAR.OPEN_START]
-    last = time - elapsed
-    if push > threshold:
-        s[c + CAR.PUSH], s[c + CAR.PUSH_RISE] = push, 0.0
-        if s[c + CAR.OPEN] == 0.0:
-            s[c + CAR.OPEN] = 1.0
-            s[c + CAR.OPEN_START], s[c + CAR.OPEN_IMPULSE] = time - 0.5 * elapsed, 0.5 * elapsed * push
-            return
-        rise = push - before
-        reach = _reach(before - threshold, rise / elapsed, 2.0 * (last - start))
-        s[c + CAR.OPEN], s[c + CAR.PUSH_RISE] = 2.0, rise
-        s[c + CAR.OPEN_START] = last - reach
-        s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * rise / elapsed * reach) + 0.5 * (before + push) * elapsed
+    away = 1.0 if car > int(s[HEAD.FRONT]) else -1.0
+    threshold, start, last = s[HEAD.THRESHOLD], s[c + CAR.OPEN_START], time - elapsed
+    push, above = away * net, away * before - threshold
+    if push > threshold and s[c + CAR.OPEN] == 0.0:
+        s[c + CAR.OPEN], s[c + CAR.OPEN_START] = 1.0, time - 0.5 * elapsed
+        s[c + CAR.OPEN_IMPULSE] = 0.5 * elapsed * net
         return
-    s[c + CAR.OPEN] = 0.0
-    slope = rise / s[HEAD.ELAPSED] if rise != 0.0 else 0.0
-    reach = _reach(before - threshold, -slope, elapsed)
+    if push > threshold:
+        slope = (net - before) / elapsed
+        reach = _reach(above, away * slope, 2.0 * (last - start))
+        s[c + CAR.OPEN], s[c + CAR.OPEN_START] = 2.0, last - reach
+        s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * slope * reach) + 0.5 * (before + net) * elapsed
+        return
+    slope = (before - s[c + CAR.NET_BEFORE]) / s[HEAD.ELAPSED] if s[c + CAR.OPEN] == 2.0 else 0.0
+    reach = _reach(above, -away * slope, elapsed)
     end = last + reach
-    mean = (s[c + CAR.OPEN_IMPULSE] + reach * (before + 0.5 * slope * reach)) / ((end - start) * s[c + CAR.MASS])
-    count = s[c + CAR.CONTACTS]
-    s[c + CAR.CONTACTS] = count + 1.0
-    k = contacts + N_CONTACT * (min(int(count), KEPT - 1))
+    impulse = away * (s[c + CAR.OPEN_IMPULSE] + reach * (before + 0.5 * slope * reach))
+    mean = impulse / ((end - start) * s[c + CAR.MASS])
+    s[c + CAR.OPEN] = 0.0
+    count = int(s[c + CAR.CONTACTS])
+    s[c + CAR.CONTACTS] += 1.0
+    k = int(s[HEAD.CONTACTS]) + N_CONTACT * (KEPT * car + min(count, KEPT - 1))
     if count >= KEPT:  # no place is left: the last one has the worst of the others
         lasting = s[k + CONTACT.END] - s[k + CONTACT.START] >= LASTING
         if end - start < LASTING or (lasting and mean <= s[k + CONTACT.MEAN]):

@@ -199,7 +199,7 @@ class Measured:
         is_open = (tally.open != 0.0) & (tally.time > tally.open_start)
         last = np.where(is_open, [tally.open_start, np.full_like(tally.open_start, tally.time)], 0.0)
         mass_times = np.where(is_open, self.chain.mass * (last[1] - last[0]), 1.0)
-        means = np.where(is_open, tally.open_impulse, 0.0) / mass_times
+        means = np.where(is_open, np.abs(tally.open_impulse), 0.0) / mass_times
         kept = tally.contact_start, tally.contact_end, tally.contact_mean
         start, end, mean = (np.column_stack(parts) for parts in zip(kept, (*last, means), strict=True))
         return start, end, mean

@@ -186,15 +186,15 @@ def _of_vehicles(
 
 def contacts(summary: Summary) -> Table | None:
     """The contact windows of the vehicles that have several; None if none has."""
-    rows = [
-        ("" if k else v.name, window.start_s, window.end_s, (window.end_s - window.start_s) / MS, window.mean_g)
-        for v in summary.vehicles
-        if len(v.contacts) > 1
-        for k, window in enumerate(v.contacts)
-    ]
+    rows: list[tuple[Any, ...]] = []
+    for v in summary.vehicles:
+        for k, w in enumerate(v.contacts if len(v.contacts) > 1 else ()):
+            length, end = (w.end_s - w.start_s) / MS, warned("cut off") if w.cut else ""
+            rows.append(("" if k else v.name, w.start_s, w.end_s, length, w.mean_g, end))
     heads = [*worded("Vehicle"), Column("from", "s", 4), Column("to", "s", 4), Column("length", "ms", 1)]
-    note = "Of vehicles with several windows."
-    table = Table([*heads, Column("mean", "g", 3)], rows, "Contact windows", note)
+    heads += [Column("mean", "g", 3), Column("end", text=True)]
+    note = "Of vehicles with several windows; cut off where the run ended before the window."
+    table = Table(heads, rows, "Contact windows", note)
     return table.marked(summary.not_valid) if rows else None
 
 

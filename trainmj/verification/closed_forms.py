@@ -13,7 +13,7 @@ from trainmj.scenario import Scenario
 from trainmj.scenario import shipped as shipped_names
 from trainmj.units import KJ, KM_H, MM, MS, G
 from trainmj.verification.check import Check, Kind, at_least, furthest, zero
-from trainmj.verification.systems import FRICTIONLESS, Ride, chain, collide, envelope, scenario, shipped
+from trainmj.verification.systems import FRICTIONLESS, Ride, chain, collide, envelope, pulses, scenario, shipped
 
 FINE = 1e-4
 """What closed forms are met to, relative; most are met far better."""
@@ -148,6 +148,27 @@ def _impacts(
             yield Check(case, f"time of {mm} mm", at, found, FREE, unit="ms")
 
 
+def contact_windows() -> Iterator[Check]:
+    """40 t: 1 MN for 100 ms, nothing for 20 ms, 0.5 MN for 200 ms. 1 t on a spring, whose force is half a sine."""
+    case = "Two pulses, mean decelerations"
+    (v,) = summarise(run(pulses(40.0, 9.0, [(1000, 100), (0, 20), (500, 200)]))).vehicles
+    yield zero(case, "contact windows, more than two", v.contact_windows - 2.0, 0.0)
+    for name, window, mean in zip(("first", "second"), v.contacts, (2.54929, 1.27465), strict=False):
+        yield Check(case, f"{name} window", mean, window.mean_g, FINE, unit="g")
+    yield Check(case, "mean deceleration", 2.54929, v.mean_deceleration_g, FINE, unit="g")
+    yield Check(case, "over 120 ms", 2.12441, v.mean_120ms_g, FINE, unit="g")
+    yield Check(case, "over 100 ms", 2.54929, v.mean_100ms_g, FINE, unit="g")
+    yield Check(case, "from the first to the last force", 1.59331, v.front_mean_deceleration_g, FINE, unit="g")
+
+    case = "Half a sine, mean decelerations"
+    spring = scenario([(0, 0), (50, 50_000)], 1.0, mass_t=[1.0], speed_m_s=1.0, step_ms=0.01, time_limit_s=0.2)
+    for threshold, mean, length in ((0.001, 2.0529019, 99.34388), (1, 2.0939966, 97.34555), (20, 2.8189244, 56.04044)):
+        (v,) = summarise(run(spring.with_values({"simulation.contact_threshold_kN": threshold}))).vehicles
+        above, (window, *_) = f"above {threshold:g} kN", v.contacts
+        yield Check(case, above, mean, v.mean_deceleration_g, FINE, unit="g")
+        yield Check(case, f"time {above}", length, (window.end_s - window.start_s) / MS, FINE, unit="ms")
+
+
 def momentum() -> Iterator[Check]:
     """Kept to round-off without rail friction, and not only by the program's own account."""
     name = "B-type train, no rail friction"
@@ -166,5 +187,5 @@ def balances() -> Iterator[Check]:
         yield zero(name, "momentum that is missing, relative", b.momentum_error, 1e-9)
 
 
-CASES = (hooke_wall, elasto_plastic, plastic_chain, standard_case, coasting, standing, free_flight)
+CASES = (hooke_wall, elasto_plastic, plastic_chain, standard_case, coasting, standing, free_flight, contact_windows)
 BALANCES = (momentum, balances)

@@ -17,7 +17,10 @@ from trainmj.verification.check import Check, alike, at_least
 from trainmj.verification.systems import FRICTIONLESS, collide, follow, shipped
 
 INTERFACE = ("stroke_mm", "permanent_mm", "peak_force_kN", "energy_kJ")
-VEHICLE = ("peak_device_acceleration_g", "mean_30ms_g", "cfc60_peak_g", "balance_time_s")
+VEHICLE = (
+    *("peak_device_acceleration_g", "mean_deceleration_g", "worst_mean_deceleration_g"),
+    *("mean_30ms_g", "cfc60_peak_g", "balance_time_s"),
+)
 
 
 def interfaces(summary: Summary) -> Array:
@@ -26,7 +29,7 @@ def interfaces(summary: Summary) -> Array:
 
 
 def vehicles(summary: Summary, side: str) -> Array:
-    """(n, 4) accelerations and balance times of one train."""
+    """(n, 6) accelerations and balance times of one train."""
     return np.array([[v.values[name] for name in VEHICLE] for v in summary.vehicles if v.name.startswith(side)])
 
 

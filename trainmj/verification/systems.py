@@ -22,7 +22,7 @@ from trainmj.collision.model import build
 from trainmj.collision.simulation import start
 from trainmj.collision.summary import Summary
 from trainmj.scenario import Scenario, load
-from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
+from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM, MS
 
 FRICTIONLESS = {"collision.rail_friction": 0}
 """Changes of a scenario under which momentum is kept."""
@@ -92,6 +92,23 @@ def values(
 def scenario(*args: Any, **kwargs: Any) -> Scenario:
     """A checked scenario; arguments as in :func:`values`."""
     return Scenario.from_values(values(*args, **kwargs))
+
+
+def pulses(mass_t: float, speed_m_s: float, parts: Sequence[tuple[float, float]], step_ms: float = 0.001) -> Scenario:
+    """A vehicle into a wall, pushed by forces [kN] one after the other, each for so long [ms]; it rolls on after them.
+
+    Forces change within a thousandth of a mm.
+    """
+    points: list[tuple[float, float]] = []
+    u, v = 0.0, speed_m_s
+    for force, ms in parts:
+        change = force / mass_t * ms * MS
+        way = (v - 0.5 * change) * ms * MS / MM
+        points += [(u + 5e-4 * bool(points), force), (u + way - 5e-4, force)]
+        u, v = u + way, v - change
+    points += [(u + 5e-4, 0), (u + 3000, 0)]
+    limit = sum(ms for _, ms in parts) * MS + 0.05
+    return scenario(points, 5e4, [mass_t], speed_m_s=speed_m_s, step_ms=step_ms, time_limit_s=limit)
 
 
 def random_collision(seed: int, most: int = 40) -> Scenario:
