@@ -15,12 +15,12 @@ NOT_CHECKED = (
     "Bars of the paper that the shipped curves miss on every machine; trainmj paper shows by how much: "
     f"{'; '.join(sorted(MISSED))}.",
     "Shao et al. 2016 compare the two main absorbers at the front: 11.69 % more on one side at 10 km/h, 3.60 % at 36. "
-    "Here two equal sets act as one and deform alike by construction. With a vehicle of 1 t before each, the split of two "
-    "equal plateaus hangs on small things and changes its sign with the speed (benchmarks/shao.py). What is checked is "
-    "the same effect behind the head cars: rail friction makes the moving train's couplers deform more than the "
-    "standing one's, less so at 36 than at 10 km/h, and not at all without friction.",
-    "MIRA 2009, a coach of 32 t into a locomotive: the 1.5 MJ that are printed are the coach's kinetic energy, 1.548 MJ, "
-    "and no crush is printed. That 1.113 MJ of it are lost is a formula, and checked as one.",
+    "Here two equal sets act as one and deform alike by construction. With a vehicle of 1 t before each, the split of "
+    "two equal plateaus hangs on how the two meet, and changes its sign with the speed (benchmarks/shao.py). What is "
+    "checked is the same effect behind the head cars: rail friction makes the moving train's couplers deform more than "
+    "the standing one's, less so at 36 than at 10 km/h, and not at all without friction.",
+    "MIRA 2009, a coach of 32 t into a locomotive: the 1.5 MJ that are printed are the coach's kinetic energy, "
+    "1.548 MJ, and no crush is printed. That 1.113 MJ of it are lost is a formula, and checked as one.",
     "FRA test of two conventional trains, 31 January 2002: the cab car climbed, which one dimension has not; "
     "fra_conventional_train is 37 to 43 % short of the crush.",
     "Li 2020 prints strokes and forces of a six-car metro, but not its devices: nothing can be computed.",
