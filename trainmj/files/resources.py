@@ -61,7 +61,7 @@ def kind_at(file: str) -> Kind:
         there = Path(file).is_file()
     except (OSError, ValueError):
         return SCENARIO  # the search for a scenario of this name reports it
-    if there and (kind := kind_of(read_yaml(Path(file)).values)):
-        return kind
-    named = (kind for kind in KINDS if kind is not SCENARIO and file.endswith(kind.ending))
-    return next((k for k in named if there or file.removesuffix(k.ending) in shipped_files(k.ending)), SCENARIO)
+    if there:
+        others = (k for k in KINDS if k is not SCENARIO and file.endswith(k.ending))
+        return kind_of(read_yaml(Path(file)).values) or next(others, SCENARIO)
+    return next((k for k in KINDS if file.removesuffix(k.ending) in shipped_files(k.ending)), SCENARIO)

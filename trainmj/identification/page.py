@@ -51,7 +51,11 @@ def command_of(targets: str, found: Found) -> str:
 def _outcome(section: Section, found: Found) -> None:
     known = found.known
     misfit = f"{known.chi2:.3g}" if np.isfinite(known.chi2) else "–"
-    note = f"per degree of freedom ({known.freedom:g}); about 1 if the tolerances are right"
+    note = (
+        f"per degree of freedom ({known.freedom:g}); about 1 if the tolerances are right"
+        if known.freedom > 0
+        else "as many values are sought as there are to meet"
+    )
     cards = [Card("Misfit", misfit, note=note)]
     for role in found.samples:
         of = found.fit[found.fit["role"] == role]

@@ -13,7 +13,7 @@ from trainmj.identification import tables
 from trainmj.identification.found import FOUND, Found
 from trainmj.identification.plan import Identification
 from trainmj.identification.search import Progress
-from trainmj.identification.uncertainty import MEANING
+from trainmj.identification.uncertainty import MEANING, Uncertainty
 from trainmj.output.console import new_console, print_table
 
 _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement", "finish": "iterations of the finish"}
@@ -58,15 +58,22 @@ def print_plan(plan: Identification) -> None:
         print_table(console, table)
 
 
+def _misfit(known: Uncertainty) -> str:
+    """How well the values are met, and what that says of the tolerances."""
+    if not known.freedom > 0:
+        return "tells nothing: as many values are sought as there are to meet"
+    wide = "; below 1: the tolerances are wide" if known.chi2 < 0.3 else ", about 1 if the tolerances are right"
+    return f"{known.chi2:.3g} per degree of freedom ({known.freedom:g}){wide}"
+
+
 def print_found(found: Found) -> None:
     """The closing summary of an identification."""
     console = new_console()
-    plan, known = found.plan, found.known
+    plan = found.plan
     before = f", {found.there} collisions were there" if found.there else ""
-    wide = "; below 1: the tolerances are wide" if known.chi2 < 0.3 else ", about 1 if the tolerances are right"
     console.print(Text(plan.title, style="bold"))
     console.print(f"{tables.size(plan)}; {found.simulated} new trials{before}", markup=False)
-    console.print(f"Misfit: {known.chi2:.3g} per degree of freedom ({known.freedom:g}){wide}", markup=False)
+    console.print(f"Misfit: {_misfit(found.known)}", markup=False)
     for role in found.samples:
         console.print()
         print_table(console, tables.fit(found, role))

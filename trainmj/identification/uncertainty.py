@@ -2,7 +2,8 @@
 
 The residuals r are linearised at the best trial: with their derivatives J the covariance is (J'J)^-1, if tolerances are
 standard deviations. If the misfit is larger than they imply, errors grow by the square root of r'r / (n - p). Intervals
-are those of Student's t with n - p degrees of freedom, on the axis of the parameter: on a log scale they are factors.
+are the wider of those by the tolerances, of the normal distribution, and by the misfit, of Student's t with n - p
+degrees of freedom; they are on the axis of the parameter: on a log scale they are factors.
 
 A parameter at its bound is held there: it has no error, and those of the others hold only while it stays.
 """
@@ -102,7 +103,7 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
 
     The difference is for derivatives, which are central here, as part of the range.
     """
-    from scipy.stats import t
+    from scipy.stats import norm, t
 
     unknowns = misfit.plan.unknowns
     parameters = unknowns.parameters
@@ -131,7 +132,9 @@ def uncertainty(misfit: Misfit, point: Point, difference: float) -> Uncertainty:
     correlation[np.ix_(known, known)] = np.clip(unit @ unit.T, -1.0, 1.0)
     ranges = np.array([p.range for p in parameters])
     error = np.where(known, spread * ranges, np.nan)  # on the axis of each parameter
-    wide = float(t.ppf(0.975, freedom)) if freedom > 0 else np.nan
+    wide = float(norm.ppf(0.975))
+    if freedom > 0:  # the wider of what the tolerances and the scatter about the fit say
+        wide = max(wide, float(t.ppf(0.975, freedom)) * float(np.sqrt(chi2))) / grown
     ends = [
         (p.value(p.scaled(v) - wide * e), p.value(min(p.scaled(v) + wide * e, 600.0) if p.log else v + wide * e))
         for p, v, e in zip(parameters, point.value, error, strict=True)

@@ -110,8 +110,11 @@ def interfaces(summary: Summary) -> Table:
         for s in stages:
             cells = {"stroke_mm": STAGE.text(s.stroke_mm, s.limit_mm), "energy_kJ": s.energy_kJ}
             rows.append((f"{_INDENT}{s.name}", "", *(cells.get(q.name, "") for q in shown), _limit(s, i.judged)))
+    heads = [*worded("Interface", "device"), *_columns(shown), Column("limit", "mm", text=True)]
+    if not any(row[-1] for row in rows):  # nothing states a limit
+        heads, rows = heads[:-1], [row[:-1] for row in rows]
     table = Table(
-        [*worded("Interface", "device"), *_columns(shown), Column("limit", "mm", text=True)],
+        heads,
         rows,
         "Interfaces",
         "At the front: one train's side. From the front backwards, the moving train first.",

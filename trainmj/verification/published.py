@@ -8,17 +8,21 @@ from trainmj.paper.bars import MISSED
 from trainmj.paper.collisions import all_cases, simulate
 from trainmj.paper.tables import OURS, compare_collisions
 from trainmj.paper.verdicts import verdicts_of_collisions
-from trainmj.units import KJ, KM_H, TONNE
-from trainmj.verification.check import Check, Kind, at_least, zero
-from trainmj.verification.systems import chain, collide, envelope, shipped
+from trainmj.verification.check import Check, at_least, zero
+from trainmj.verification.systems import collide, shipped
 
 NOT_CHECKED = (
     "Bars of the paper that the shipped curves miss on every machine; trainmj paper shows by how much: "
     f"{'; '.join(sorted(MISSED))}.",
-    "Shao et al. 2016 compare the two main absorbers at the front. Here two equal sets act as one, so that they deform "
-    "alike by construction, and their 11.69 % and 3.60 % cannot be met or missed. What is checked is the same effect "
-    "behind the head cars: rail friction makes the moving train's couplers deform more than the standing one's, less "
-    "so at 36 than at 10 km/h, and not at all without friction.",
+    "Shao et al. 2016 compare the two main absorbers at the front: 11.69 % more on one side at 10 km/h, 3.60 % at 36. "
+    "Here two equal sets act as one and deform alike by construction. With a vehicle of 1 t before each, the split of "
+    "two equal plateaus hangs on how the two meet, and changes its sign with the speed (benchmarks/shao.py). What is "
+    "checked is the same effect behind the head cars: rail friction makes the moving train's couplers deform more than "
+    "the standing one's, less so at 36 than at 10 km/h, and not at all without friction.",
+    "MIRA 2009, a coach of 32 t into a locomotive: the 1.5 MJ that are printed are the coach's kinetic energy, "
+    "1.548 MJ, and no crush is printed. That 1.113 MJ of it are lost is a formula, and checked as one.",
+    "FRA test of two conventional trains, 31 January 2002: the cab car climbed, which one dimension has not; "
+    "fra_conventional_train is 37 to 43 % short of the crush.",
     "Li 2020 prints strokes and forces of a six-car metro, but not its devices: nothing can be computed.",
     "The clauses of EN 15227 are not checked.",
 )
@@ -50,13 +54,4 @@ def _asymmetry(speed_km_h: float, friction: float) -> float:
     return 200 * (moving - standing) / (moving + standing)
 
 
-def coach_and_locomotive() -> Iterator[Check]:
-    """MIRA 2009: a 32 t coach at 22 mph into a standing 82 t locomotive loses about 1.1 MJ if they stay together."""
-    e = envelope([(0, 0), (0.01, 1000), (9000, 1000)], 1e5)
-    speed = 22 * 1.609344 * KM_H
-    (summary,) = collide(chain([32 * TONNE, 82 * TONNE], [e], [speed, 0.0], step=2e-5, time_limit=1.0))
-    lost = summary.balance.absorbed_kJ * KJ / 1e6
-    yield Check("Coach into locomotive (MIRA 2009)", "energy absorbed", 1.1, lost, 0.05, Kind.ABSOLUTE, "MJ")
-
-
-CASES = (paper, shao, coach_and_locomotive)
+CASES = (paper, shao)

@@ -10,7 +10,7 @@ from typing import Any
 from trainmj.collision.identity import identity
 from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
-from trainmj.verification import bodies, closed_forms, exact, numerics, oracles, published, symmetries
+from trainmj.verification import bodies, closed_forms, exact, full_scale, numerics, oracles, published, symmetries
 from trainmj.verification.check import Check
 
 Case = Callable[[], Iterator[Check]]
@@ -55,6 +55,13 @@ GROUPS = (
         "The collisions of the paper behind the B-type train, some of them held out when its devices were identified, "
         "and what others have printed.",
         published.CASES,
+    ),
+    Group(
+        "Full-scale tests",
+        "Measurement beside computation: the curve of the car ends was fitted to the tests against a wall, which says "
+        "nothing; that of two trains was held out, and its tolerances are bars on a prediction. Then plastic "
+        "collisions of tests and standards, whose loss is a formula.",
+        full_scale.CASES,
     ),
 )
 
