@@ -10,7 +10,7 @@ from trainmj.scenario.bodies import body_rules
 from trainmj.scenario.curves import Curve, listed
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
-from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read
+from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read, size_of
 from trainmj.scenario.trains import (
     MAX_VEHICLES,
     RIGID_WALL,
@@ -33,8 +33,9 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
     curves = {name: list(curve_rules(("curves", name), curve)) for name, curve in parts.curves.items()}
     yield from chain.from_iterable(curves.values())
     broken = {name for name, problems in curves.items() if problems}
+    size = size_of(parts)
     for name, device in parts.devices.items():
-        yield from device_rules(("devices", name), device, parts, broken)
+        yield from device_rules(("devices", name), device, parts, broken, size)
     for name, train in parts.trains.items():
         yield from _train(("trains", name), train, parts)
     for name, obstacle in parts.obstacles.items():

@@ -12,7 +12,7 @@ from trainmj.files.parts import WHOLE, Above, Either, Part
 from trainmj.files.tables import Table, first_of_no_number
 from trainmj.scenario.bodies import Body, BodySpec
 from trainmj.scenario.curves import TableFile
-from trainmj.scenario.ranges import Force, Friction, Label, Length, Mass, Seconds
+from trainmj.scenario.ranges import LEAST_MASS, Force, Friction, Label, Length, Mass, Seconds
 
 RIGID_WALL = "rigid_wall"
 End = Literal["front", "rear"]
@@ -257,7 +257,7 @@ class ObstacleSpec(Part):
     mass_t: (
         Annotated[
             float,
-            Field(ge=0.1, le=1000, allow_inf_nan=False),
+            Field(ge=LEAST_MASS, le=1000, allow_inf_nan=False),
             Above("masses are in t; divide by 1000 if it is in kg"),
         ]
         | None
