@@ -405,7 +405,7 @@ def test_export_writes_a_model_that_reloads(tmp_path):
         (("run", "b_type", "--set", "=33"), "must be PATH=VALUE"),
         (("run", "b_type", "--set", "mass_t=[1"), "is not valid YAML"),
         (("run", "b_type", "--set", "mass_t=heavy"), "must be a number"),
-        (("run", "b_type", "--set", "mass_t=-1"), "must be at least 1"),
+        (("run", "b_type", "--set", "mass_t=-1"), "must be at least 0.001"),
         (("run", "b_type", "--set", "mass_t=nan"), "must be a"),
         (("run", "b_type", "--set", "a\nb=1"), "there is no"),
         (("run", "b_type", "--set", "collision.gap=5"), "unknown key; did you mean 'gap_mm'"),

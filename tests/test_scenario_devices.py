@@ -215,6 +215,12 @@ def test_vehicles_may_be_a_csv_file(tmp_path):
     assert scenario.with_values({"trains.u.vehicles.Mp.mass_t": 35}).trains["u"].cars()[1].mass_t == 35
 
 
+def test_a_table_of_vehicles_has_a_device_at_each_end(tmp_path):
+    """Breaks if columns front and rear are not those of the vehicles, or empty cells are devices."""
+    scenario = load(of_vehicles(tmp_path, "name;seats;front;rear\nA;0;;d\nB;0;c;a\nC;0;d;\nD;0;;\n"))
+    assert scenario.trains["u"].joints()[1:] == [("d", "c"), ("a", "d"), ("b", "c")]
+
+
 @pytest.mark.parametrize(
     ("table", "said"),
     [

@@ -28,6 +28,7 @@ from trainmj.scenario import Scenario, from_yaml, load, save, schema, shipped, t
 from trainmj.scenario.parts import Parts
 from trainmj.study.file import StudyFile
 from trainmj.sweep.file import SweepFile
+from trainmj.units import unit_of
 
 GOOD = """\
 title: A small case
@@ -244,6 +245,142 @@ def test_a_train_led_by_its_rear_is_the_train_listed_backwards(partner):
     assert trainmj.run(led.with_values({"collision.train_end": None})).position.tobytes() != a.position.tobytes()
 
 
+ENDS = """\
+devices:
+  p: {curve: {stroke_mm: [0, 10, 300], force_kN: [0, 500, 900]}, stiffness_kN_per_mm: 100}
+  q: {curve: {stroke_mm: [0, 30, 300], force_kN: [0, 700, 900]}, stiffness_kN_per_mm: 90, stroke_limit_mm: 40}
+  h: {curve: {stroke_mm: [0, 10, 900], force_kN: [0, 1000, 1200]}, stiffness_kN_per_mm: 100}
+trains:
+  t: {mass_t: 40, front: h, ends: p, vehicles: [{name: A, rear: q}, {name: B, coupler: q}, {name: C}, {name: D}]}
+collision: {train: t, speed_km_h: 15, partner: rigid_wall}
+simulation: {step_ms: 0.02, time_limit_s: 0.4}
+"""
+
+
+def test_what_a_vehicle_states_at_its_ends_beats_what_the_train_states_for_all():
+    """Breaks if an end has another device, or two at the ends are not the two of a coupler to the last bit."""
+    ends = from_yaml(ENDS)
+    assert ends.trains["t"].joints() == [("h",), ("q", "p"), ("q",), ("p", "p")]
+    assert ends.with_values({"trains.t.rear": "h"}).trains["t"].joints("rear") == [
+        ("h",),
+        ("p", "p"),
+        ("q",),
+        ("p", "q"),
+    ]
+    two = from_yaml(ENDS.replace("ends: p", "coupler: [p, p]").replace("rear: q", "coupler: [q, p]"))
+    a, b = trainmj.run(ends), trainmj.run(two)
+    assert a.position.tobytes() == b.position.tobytes()
+    row = trainmj.summarise(a).row()
+    assert row == trainmj.summarise(b).row()
+    assert {"stroke_M1_M2_M1_mm", "stroke_M1_M2_M2_mm", "stroke_M2_M3_mm", "energy_M3_M4_M4_kJ"} <= set(row)
+    last = from_yaml(ENDS.replace("name: A,", "name: A, front: h,").replace("front: h, ends", "ends"))
+    assert trainmj.run(last).position.tobytes() == a.position.tobytes(), "the first vehicle may state its front itself"
+
+
+def test_ends_are_judged_each_by_its_own_limit():
+    """Breaks if a limit of an end is judged at the other one, or one for all interfaces leaves an end out."""
+    ends = from_yaml(ENDS).with_values({"limits": {"stroke_mm": 500, "stroke_M1_M2_M1_mm": 60}})
+    summary = trainmj.summarise(trainmj.run(ends))
+    strokes = {i.name: i.stroke_mm for i in summary.interfaces}
+    one, two, own = summary.limits
+    assert (one.where, one.found) == max(strokes.items(), key=lambda item: item[1])
+    assert two.found == strokes["M1-M2 M1"]
+    assert (own.where, own.limit) == ("M1-M2 M1" if strokes["M1-M2 M1"] > strokes["M2-M3"] else "M2-M3", 40)
+    with pytest.raises(InputError, match=r"stroke_M1_M2_mm = 60: there is no .* did you mean 'stroke_M1_M2_M\d_mm'"):
+        line_up(ends.with_values({"limits": {"stroke_M1_M2_mm": 60}}))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("ends: p,", "ends: x,", r"trains\.t\.ends = 'x': there is no device"),
+        ("rear: q", "rear: x", r"vehicles\.0\.rear = 'x': there is no device"),
+        ("ends: p,", "ends: p, coupler: p,", r"ends = 'p': does not go with coupler, .* leave one of them out"),
+        ("name: A,", "name: A, coupler: p,", r"vehicles\.0\.coupler = 'p': does not go with rear"),
+        ("name: C", "name: C, front: p", r"vehicles\.1\.coupler = 'q': does not go with front of the next vehicle, C"),
+        ("ends: p,", "coupler: p,", r"vehicles\.0\.rear = 'q': needs a device at the front of the next vehicle, B"),
+        ("ends: p, vehicles: [{name: A, rear: q}, {name: B,", "coupler: p, vehicles: [{name: A}, {name: B, front: q,",
+         r"vehicles\.1\.front = 'q': needs a device at the rear of the vehicle before, A"),
+        ("ends: p,", "", r"vehicles\.2: has no coupler to the next vehicle and no devices at the ends there"),
+        ("name: A,", "name: A, front: p,", r"vehicles\.0\.front = 'p': is at the front of the train, which states"),
+        ("name: D", "name: D, rear: p", ""),
+        ("front: h, ends", "ends", r"trains\.t: states no device at its front, .*: add front"),
+    ],
+)  # fmt: skip
+def test_what_is_between_two_vehicles_is_stated_once_and_whole(old, new, said):
+    """Breaks if half of an interface is taken from somewhere else, or one of two statements silently wins."""
+    text = ENDS.replace(old, new)
+    assert text != ENDS
+    if not said:
+        from_yaml(text)
+        return
+    with pytest.raises(InputError, match=said):
+        from_yaml(text)
+
+
+POWERS = {"mm": 1, "m": 1, "t": 3, "kN": 2, "kN/mm": 1, "kN s/m": 2, "s": 1, "ms": 1}
+"""The power of the scale by which values of a unit go in a model at the same speeds."""
+
+
+def model_of(part: Any, scale: float, key: str = "") -> Any:
+    """The values of a scenario at a scale; friction has the same part in it if its coefficient is larger by that."""
+    if isinstance(part, dict):
+        return {name: model_of(value, scale, name) for name, value in part.items()}
+    if isinstance(part, list):
+        return [model_of(value, scale, key) for value in part]
+    power = -1 if key == "rail_friction" else POWERS.get(unit_of(key), 0)
+    return part * scale**power if power else part
+
+
+@pytest.mark.parametrize(("name", "worst"), [("b_type", 0.0), ("en15227_c1", 0.0), ("wagon_80t", 3e-6)])
+def test_a_model_of_an_eighth_of_the_size_collides_as_the_trains_do(name, worst):
+    """Breaks if a threshold of the core, or a bound of the scenario, holds for full-size trains only.
+
+    Two different devices in series are brought to forces equal within 0.01 N, whatever these are.
+    """
+    values = load(name).values()
+    for device in values["devices"].values():
+        if device.get("beyond") == "car_body":
+            device["beyond"] = {"kind": "car_body", "collapse_force_kN": 2000}
+        for stage in device.get("stages", {}).values():
+            if "shear_off" in stage:
+                stage["shear_off"] = {"ramp_mm": 0.25} | stage["shear_off"]
+    values = {key: values[key] for key in ("devices", "trains", "curves", "collision", "simulation") if key in values}
+    values["simulation"] = {"step_ms": 0.1, "record_every_ms": 1, "time_limit_s": 3} | values.get("simulation", {})
+    whole, model = (trainmj.run(Scenario.from_values(model_of(values, scale))) for scale in (1.0, 0.125))
+    pairs = (
+        (model.position * 8, whole.position),
+        (model.velocity, whole.velocity),
+        (model.stroke * 8, whole.stroke),
+        (model.force * 64, whole.force),
+        (model.tally.device_peak / 8, whole.tally.device_peak),
+        (model.tally.stroke_max * 8, whole.tally.stroke_max),
+    )
+    assert max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs) <= worst
+
+
+@pytest.mark.parametrize(
+    ("mass_t", "force_kN", "stroke_mm", "said"),
+    [
+        (0.1, 2.9, 40.0, ""),
+        (0.1, 0.0029, 40.0, r"has 0\.0029 kN at most, less than 0\.112 kN, for a lighter side of 0\.1 t: .* in MN"),
+        (0.1, 2.9, 0.04, r"has 0\.04 mm of stroke in all, less than 0\.747 mm, for .* if strokes are in m"),
+        (33, 0.9, 400.0, r"has 0\.9 kN at most, less than 5 kN: multiply by 1000 if forces are in MN"),
+        (33, 900, 0.4, r"has 0\.4 mm of stroke in all, less than 5 mm: multiply"),
+        (0.001, 0.3, 2.0, ""),
+        (0.0009, 0.3, 2.0, r"mass_t = 0\.0009: must be at least 0\.001"),
+    ],
+)
+def test_wrong_units_are_told_by_the_size_of_what_collides(mass_t, force_kN, stroke_mm, said):
+    """Breaks if a model is refused, or a device in MN or m passes, at either size."""
+    v = values([(0, 0), (stroke_mm / 10, force_kN), (stroke_mm, force_kN)], 1, mass_t=[mass_t], partner="rigid_wall")
+    if not said:
+        Scenario.from_values(v)
+        return
+    with pytest.raises(InputError, match=said):
+        Scenario.from_values(v)
+
+
 # changes
 
 
@@ -290,7 +427,7 @@ def test_changes_come_one_upon_the_other(good):
         ({"trains.t.mas_t": 33}, r"trains\.t\.mas_t = 33: unknown key; did you mean 'mass_t'"),
         ({"trains.t.body.members": 3}, r"no 'body' in trains\.t: state it as a whole, trains\.t\.body=\{\.\.\.\}"),
         ({"trains.t.mass_t.x": 33}, r"trains\.t\.mass_t is a single value"),
-        ({"mass_t": -5}, r"mass_t=-5.*must be at least 1"),
+        ({"mass_t": -5}, r"mass_t=-5.*must be at least 0.001"),
         ({"mass_t": "heavy"}, r"'heavy'.*must be a number"),
         ({"curves.tube.stroke_mm.9": 1}, r"no entry '9'.*has 3"),
         ({"": 1}, r"there is no ''"),
@@ -467,7 +604,7 @@ REPLACED = [
         "DIR/base.yaml:9:3 with change trains.t.mass_t=null",
         "trains.t: has no mass_t",
     ),
-    ("title: x", {"mass": -1}, "change mass=-1", "trains.t.mass_t = -1: must be at least 1"),
+    ("title: x", {"mass": -1}, "change mass=-1", "trains.t.mass_t = -1: must be at least 0.001"),
     ("title: x", {"collision.gap_mm": -1}, "change", "collision.gap_mm = -1: must be at least 0"),
 ]
 
@@ -534,7 +671,7 @@ def said_of(old: str, new: str, *said: str) -> Any:
     ("text", "said"),
     [
         said_of("mass_t: 33", "mas_t: 33", r"trains\.t\.mas_t = 33: unknown key; did you mean 'mass_t'", ":9:"),
-        said_of("mass_t: 33", "mass_t: -33", r"mass_t = -33: must be at least 1", ":9:"),
+        said_of("mass_t: 33", "mass_t: -33", r"mass_t = -33: must be at least 0.001", ":9:"),
         said_of("mass_t: 33", "mass_t: 33000", r"mass_t = 33000: must be at most 200: masses are in t; divide by"),
         said_of("vehicles: 3", "vehicles: 3, length_m: 2e4", r"at most 60: lengths are in m; divide by 1000"),
         said_of("[0, 900, 900]", "[0, 9e5, 9e5]", r":4:.*force_kN\.1.*at most 50000: .* divide by 1000 if .* in N"),

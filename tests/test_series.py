@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from builders import Alone, built, device, envelope, joined
@@ -13,6 +16,7 @@ from trainmj.collision.press import press
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.scenario import Scenario, load
+from trainmj.verification.oracle import solve
 
 
 def pair(left, right) -> Alone:
@@ -244,3 +248,68 @@ def test_equal_sides_are_one_law_and_unequal_ones_two():
     one, other = envelope([(0, 0), (10, 500), (100, 500)], 100), envelope([(0, 0), (10, 700), (100, 700)], 100)
     assert [len(e.laws) for e in meet(device(one), device(one))] == [1]
     assert [len(e.laws) for e in joined(one, other).elements] == [2]
+
+
+def random_device(rng: np.random.Generator) -> dict[str, Any]:
+    """One whose force rises steeply all the way, so that what swings between two of them moves their strokes little."""
+    stroke = np.cumsum([0, rng.uniform(5, 40), *rng.uniform(30, 100, 2)])
+    force = np.cumsum([0, rng.uniform(150, 500), *rng.uniform(300, 800, 2)])
+    return {
+        "curve": {"stroke_mm": stroke.tolist(), "force_kN": force.tolist()},
+        "stiffness_kN_per_mm": float(rng.uniform(50, 150)),
+        "damping_kN_s_per_m": float(rng.uniform(20, 40)),
+        "beyond": "stop",
+    }
+
+
+def by_ends_and_with_plates(seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A train with a device at each inner end against a wall, and the same one with plates of 1 kg between these."""
+    rng = np.random.default_rng(seed)
+    devices, cars, plates = {"head": random_device(rng)}, [], []
+    n = int(rng.integers(2, 4))
+    for i in range(n):
+        car = {"name": f"car {i + 1}", "mass_t": float(rng.uniform(15, 60))}
+        ends = [key for key, inner in (("front", i > 0), ("rear", i < n - 1)) if inner]
+        devices |= {f"{end}{i}": random_device(rng) for end in ends}
+        cars.append(car | {end: f"{end}{i}" for end in ends})
+        plates.append(car | ({"coupler": f"rear{i}"} if "rear" in ends else {}))
+        plates += [{"name": "plate", "mass_t": 1e-3, "coupler": f"front{i + 1}"}] if "rear" in ends else []
+    values = {
+        "devices": devices,
+        "collision": {"train": "t", "partner": "rigid_wall", "speed_km_h": float(rng.uniform(8, 20))},
+        "simulation": {"step_ms": 0.005, "time_limit_s": 0.25},
+    }
+    one, other = (values | {"trains": {"t": {"vehicles": v, "front": "head"}}} for v in (cars, plates))
+    return one, other
+
+
+def strokes_beside(seed: int, of_plates: Callable[[dict[str, Any]], dict[str, float]]) -> tuple[list[float], ...]:
+    """Strokes [mm] of all devices of a random train, by ends, and by interfaces with plates between them."""
+    by_ends, plates = by_ends_and_with_plates(seed)
+    found = {i.name: i.stroke_mm for i in summarise(run(Scenario.from_values(by_ends))).interfaces}
+    beside = of_plates(plates)
+    names = {"M1-wall": "M1-wall"}
+    for i in range(1, len(by_ends["trains"]["t"]["vehicles"])):
+        names[f"M{i}-M{i + 1} M{i}"] = f"M{2 * i - 1}-M{2 * i}"
+        names[f"M{i}-M{i + 1} M{i + 1}"] = f"M{2 * i}-M{2 * i + 1}"
+    assert set(names) == set(found)
+    return list(found.values()), [beside[names[name]] for name in found]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_device_at_each_end_is_a_chain_with_plates_between_them(seed):
+    """Breaks if a device is at another end than stated, or two in series are not what a light plate makes of them."""
+    by_ends, plates = strokes_beside(
+        seed, lambda v: {i.name: i.stroke_mm for i in summarise(run(Scenario.from_values(v))).interfaces}
+    )
+    assert by_ends == pytest.approx(plates, rel=1e-3)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", range(6))
+def test_a_device_at_each_end_is_that_chain_by_the_independent_solution(seed):
+    """Breaks if both are wrong in the same way: strokes within 0.1 % of those by scipy's integrators."""
+    by_ends, plates = strokes_beside(
+        seed, lambda v: {name: i.stroke * 1e3 for name, i in solve(v, 0.25).interfaces.items()}
+    )
+    assert by_ends == pytest.approx(plates, rel=1e-3)

@@ -24,6 +24,7 @@ KN_S_PER_M = 1e3
 ROUND_OFF = 1e-9
 """Part of a limit by which a value may pass it and still keep it: rounding in the last digits breaks no limit."""
 
+_MOST_MORE = 4  # decimals than full-size trains need
 _MOST_DIGITS = 17  # tell any two numbers apart
 
 _UNITS = {
@@ -76,6 +77,20 @@ def in_digits(value: float, digits: int) -> str:
     if math.isnan(value):
         return "-"
     return f"{value:.{digits}f}" if digits >= 0 else f"{value:.{-digits}g}"
+
+
+def enough(digits: int, largest: float) -> int:
+    """Decimals that show three digits of the largest of some values, at least those given, which full-size trains need.
+
+    What needs many more is what round-off leaves of nothing.
+    """
+    more = 2 - math.floor(math.log10(largest)) - digits if 0.0 < largest < math.inf else 0
+    return digits + more if 0 < more <= _MOST_MORE else digits
+
+
+def readable(value: float, digits: int) -> str:
+    """A value with so many decimals, or more if that shows fewer than three digits of it."""
+    return in_digits(value, enough(digits, abs(value)))
 
 
 def beyond(value: float, limit: float) -> bool:

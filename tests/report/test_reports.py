@@ -172,7 +172,7 @@ class TestSweep:
         assert f"{len(table)} of {len(table)}" in said
         for status, count in table["status"].value_counts().items():
             assert re.search(rf"{status} {count} ", said)
-        assert "must be at least 1" in said or "greater than or equal to 1" in said  # why mass_t = -1 is refused
+        assert "must be at least 0.001" in said  # why mass_t = -1 is refused
 
     def test_effects_are_differences_of_means(self, sweep_folder):
         table = trainmj.read_table(sweep_folder)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
+
+from trainmj.units import enough
 
 _SIGNS = {"pass": "✓", "fail": "✗", "warn": "!", "none": "–"}
 
@@ -65,6 +67,13 @@ class Column:
     text: bool = False
     head: str = ""
 
+    def for_values(self, values: Iterable[Any]) -> Column:
+        """The same with as many more decimals as it takes to read the largest of its values."""
+        if isinstance(self.digits, str):
+            return self
+        largest = max((abs(v) for v in values if isinstance(v, float) and math.isfinite(v)), default=0.0)
+        return replace(self, digits=enough(self.digits, largest))
+
     def show(self, value: Any) -> Any:
         """A cell as it is read: numbers rounded, a dash for None, NaN and infinity; anything else as it is."""
         if value is None:
@@ -100,10 +109,13 @@ class Table:
     note: str = ""
 
     def __post_init__(self) -> None:
-        """Check that every row fits the columns."""
+        """Check that every row fits the columns, and give these the decimals that small values need."""
         for number, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(f"row {number} of the table has {len(row)} cells for {len(self.columns)} columns")
+        cells = zip(*self.rows, strict=True) if self.rows else [()] * len(self.columns)
+        columns = [column.for_values(values) for column, values in zip(self.columns, cells, strict=True)]
+        object.__setattr__(self, "columns", columns)
 
     def marked(self, mark: str) -> Table:
         """The same with a mark beside its title, such as "not valid after 0.213 s"; itself where that is empty."""

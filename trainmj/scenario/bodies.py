@@ -9,10 +9,9 @@ from pydantic import Field
 
 from trainmj.files.parts import WHOLE, Above, Either, Part
 from trainmj.files.source import Path, Problem
-from trainmj.scenario.ranges import Force, Mass, Stiffness
+from trainmj.scenario.ranges import LEAST_MASS, Force, Mass, Stiffness
 
 MAX_MEMBERS = 50
-_LEAST_OWN = 1.0  # mass of a body without its bogies [t]
 
 Place = Annotated[
     float,
@@ -123,7 +122,7 @@ Body = Annotated[
 def body_rules(path: Path, body: BodySpec, mass_t: float, length_m: float) -> Iterator[Problem]:
     """What is wrong with a body for a vehicle of some mass and length."""
     own = mass_t - body.bogies_t
-    if own < _LEAST_OWN:
+    if own < LEAST_MASS:
         rule = f"leaves {own:g} t of {mass_t:g} t for the body: it is the mass of each of two bogies"
         yield Problem((*path, "bogies", "mass_t"), rule)
     if body.bogies and body.bogies.centres_m > length_m:

@@ -39,10 +39,10 @@ Orifice = Annotated[
     Above("orifice constants are in kN s2/m2; divide by 1000 if it is in N s2/m2"),
 ]
 Gap = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False), Above("gaps are in mm")]
-MAX_MASS = 200.0  # of a vehicle [t]
+LEAST_MASS, MAX_MASS = 1e-3, 200.0  # of a vehicle [t]; the lightest ones are those of models
 Mass = Annotated[
     float,
-    Field(ge=1, le=MAX_MASS, allow_inf_nan=False, description="mass of a vehicle [t]"),
+    Field(ge=LEAST_MASS, le=MAX_MASS, allow_inf_nan=False, description="mass of a vehicle [t]"),
     Above("masses are in t; divide by 1000 if it is in kg"),
 ]
 Length = Annotated[

@@ -12,7 +12,7 @@ from trainmj.scenario.bodies import body_rules
 from trainmj.scenario.curves import Curve, listed
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
-from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read
+from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read, size_of
 from trainmj.scenario.trains import (
     MAX_VEHICLES,
     RIGID_WALL,
@@ -35,8 +35,9 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
     curves = {name: list(curve_rules(("curves", name), curve)) for name, curve in parts.curves.items()}
     yield from chain.from_iterable(curves.values())
     broken = {name for name, problems in curves.items() if problems}
+    size = size_of(parts)
     for name, device in parts.devices.items():
-        yield from device_rules(("devices", name), device, parts, broken)
+        yield from device_rules(("devices", name), device, parts, broken, size)
     for name, train in parts.trains.items():
         yield from _train(("trains", name), train, parts)
     for name, obstacle in parts.obstacles.items():
@@ -58,26 +59,62 @@ def _points(parts: Parts) -> Iterator[Problem]:
 
 def _train(path: Path, train: TrainSpec, parts: Parts) -> Iterator[Problem]:
     yield from not_read((*path, "vehicles"), train.vehicles)
-    for key in ("front", "rear"):
+    for key in ("front", "rear", "ends"):
         yield from _device_ref((*path, key), getattr(train, key), parts)
     yield from _coupler_ref((*path, "coupler"), train.coupler, parts)
     vehicles = train.each()
+    yield from _ends(path, train, vehicles)
     for i, vehicle in enumerate(vehicles):
         at = (*path, "vehicles", i) if isinstance(train.vehicles, list) else path
-        yield from _coupler_ref((*at, "coupler"), vehicle.coupler if at != path else None, parts)
-        broken = list(_vehicle(at, train, vehicle, i == len(vehicles) - 1))
+        yield from _coupler_ref((*at, "coupler"), vehicle.coupler, parts)
+        for key in ("front", "rear"):
+            yield from _device_ref((*at, key), getattr(vehicle, key), parts)
+        broken = list(_vehicle(at, train, vehicle))
+        if i < len(vehicles) - 1:
+            broken += _between(at, train, vehicle, vehicles[i + 1], (*path, "vehicles", i + 1))
         yield from broken
         if broken and at == path:
             return  # the others are the same
 
 
-def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, last: bool) -> Iterator[Problem]:
+def _ends(path: Path, train: TrainSpec, vehicles: list[VehicleSpec]) -> Iterator[Problem]:
+    """The device at an end of the train is stated once, and what is between its vehicles in one way."""
+    if train.ends and train.coupler:
+        rule = "does not go with coupler, in place of which it is: leave one of them out, or state null for it"
+        yield Problem((*path, "ends"), rule)
+    for key, n in (("front", 0), ("rear", len(vehicles) - 1)):
+        if vehicles and getattr(train, key) and getattr(vehicles[n], key):
+            rule = f"is at the {key} of the train, which states a device there itself: leave one of them out"
+            yield Problem((*path, "vehicles", n, key), rule)
+
+
+def _between(at: Path, train: TrainSpec, vehicle: VehicleSpec, behind: VehicleSpec, next_: Path) -> Iterator[Problem]:
+    """What is between a vehicle and the next one is stated, and in one way."""
+    if vehicle.coupler and (vehicle.rear or behind.front):
+        end = "rear" if vehicle.rear else f"front of the next vehicle, {behind.name}"
+        yield Problem((*at, "coupler"), f"does not go with {end}: a coupler is in place of a device at each end")
+    elif not train.between(vehicle, behind):
+        cure = "add one, or ends of the train, the device at every end that states none"
+        if vehicle.rear:
+            rule = f"needs a device at the front of the next vehicle, {behind.name}, with which it is in series: {cure}"
+            yield Problem((*at, "rear"), rule)
+        elif behind.front:
+            rule = (
+                f"needs a device at the rear of the vehicle before, {vehicle.name}, with which it is in series: {cure}"
+            )
+            yield Problem((*next_, "front"), rule)
+        else:
+            rule = (
+                "has no coupler to the next vehicle and no devices at the ends there, and the train states none for all"
+            )
+            yield Problem(at, f"{rule}: add coupler, or ends of the train")
+
+
+def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec) -> Iterator[Problem]:
     """Rules of a vehicle with what its train states for all."""
     mass_t, load = train.mass_t if vehicle.mass_t is None else vehicle.mass_t, train.load_of(vehicle)
     if mass_t is None:
         yield Problem(path, "has no mass_t, and the train states none for all: add one of them")
-    if vehicle.coupler is None and train.coupler is None and not last:
-        yield Problem(path, "has no coupler to the next vehicle, and the train states none for all: add one of them")
     missing = [key for key, value in load if value is None]
     if missing and len(missing) < len(Load.model_fields):
         own = vehicle.load is not None

@@ -25,6 +25,7 @@ _MOST_POINTS = 4000  # of a device
 _LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
 _LEAST_STROKE = 5.0  # at which a device ends [mm]; no crush zone has 5 m
 _LEAST_FORCE = 5.0  # of the largest one of a device [kN]; no train weighs so little
+_FULL_SIZE = 30.0  # mass of the lighter side from which on these hold [t]; what is lighter counts as a model
 _ROUND_OFF = 1e-9
 
 
@@ -49,8 +50,29 @@ def curve_rules(path: Path, curve: Curve | CurveFile | Metering | MeteringFile) 
             yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: strokes grow")
 
 
-def device_rules(path: Path, device: AnyDevice, parts: Parts, broken: Collection[str]) -> Iterator[Problem]:
-    """Rules of one device; broken are the names of curves that break rules of their own."""
+def size_of(parts: Parts) -> float:
+    """Scale of a collision by the mass of its lighter side, at most 1: a model of half the size has an eighth of it."""
+    c = parts.collision
+    sides = [
+        sum(car.mass_t or 0.0 for car in parts.trains[s].cars()) for s in (c.train, c.partner) if s in parts.trains
+    ]
+    if c.partner in parts.obstacles:
+        sides.append(parts.obstacles[c.partner].mass_t or 0.0)
+    return float(min([1.0, *((mass / _FULL_SIZE) ** (1 / 3) for mass in sides if mass > 0.0)]))
+
+
+def device_rules(
+    path: Path, device: AnyDevice, parts: Parts, broken: Collection[str], size: float
+) -> Iterator[Problem]:
+    """Rules of one device.
+
+    Args:
+        path: of the device.
+        device: to check.
+        parts: that it is one of.
+        broken: names of curves that break rules of their own.
+        size: scale of the collision, by which the least stroke goes and, squared, the least force.
+    """
     found = [problem for at, ref in device.curves() for problem in _curve_ref((*path, *at), ref, parts)]
     yield from found
     named = {part for _, ref in device.curves() for _, part in listed(ref) if isinstance(part, str)}
@@ -59,11 +81,11 @@ def device_rules(path: Path, device: AnyDevice, parts: Parts, broken: Collection
     if count > _MOST_POINTS:
         yield Problem(path, f"has {count} points in all, more than {_MOST_POINTS}")
     if isinstance(device, CrushDevice):
-        yield from _crush(path, device, parts, whole)
+        yield from _crush(path, device, parts, whole, size)
     elif isinstance(device, HysteresisDevice) and whole:
-        yield from _hysteresis(path, device, parts)
+        yield from _hysteresis(path, device, parts, size)
     elif isinstance(device, Hydraulic):
-        yield from _hydraulic(path, device)
+        yield from _hydraulic(path, device, size)
 
 
 def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
@@ -98,7 +120,7 @@ def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
         before = stroke[-1] if stroke else before
 
 
-def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterator[Problem]:
+def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: float) -> Iterator[Problem]:
     stages = device.all_stages()
     if len({name.casefold() for name in stages}) < len(stages):
         yield Problem((*path, "stages"), "have names that differ only in upper and lower case: choose others")
@@ -129,7 +151,7 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterat
         yield from _rate_curves(path, device, parts, whole)
     if whole:
         at_rate = [parts.curve_points(at_rate.curve)[1] for at_rate in device.rate_curves()]
-        yield from _units(path, length, most)
+        yield from _units(path, length, most, size)
         yield from _collapse(path, device, max([most, *(max(force) for force in at_rate)]))
 
 
@@ -158,11 +180,11 @@ def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> 
             yield Problem((*path, "shear_off", "force_kN"), rule)
 
 
-def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts) -> Iterator[Problem]:
+def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float) -> Iterator[Problem]:
     loading, unloading = (parts.curve_points(ref) for ref in (device.loading, device.unloading))
     end, most = loading[0][-1], max(loading[1])
     stiffness = device.transition_stiffness_kN_per_mm
-    yield from _units(path, end, most)
+    yield from _units(path, end, most, size)
     yield from _limit(path, device.stroke_limit_mm, end, "the loading curve")
     if unloading[0][-1] < end - _LEAST_WIDTH:
         rule = f"must reach as far as loading, to {end:g} mm, and ends at {unloading[0][-1]:g} mm: extend the curve"
@@ -182,9 +204,9 @@ def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts) -> Iterator[
     yield from _collapse(path, device, most)
 
 
-def _hydraulic(path: Path, device: Hydraulic) -> Iterator[Problem]:
-    if device.stroke_mm < _LEAST_STROKE:
-        rule = f"must be at least {_LEAST_STROKE:g} mm: multiply by 1000 if it is in m"
+def _hydraulic(path: Path, device: Hydraulic, size: float) -> Iterator[Problem]:
+    if device.stroke_mm < size * _LEAST_STROKE:
+        rule = f"must be at least {size * _LEAST_STROKE:.3g} mm{_for(size)}: multiply by 1000 if it is in m"
         yield Problem((*path, "stroke_mm"), rule)
     yield from _limit(path, device.stroke_limit_mm, device.stroke_mm, "stroke_mm")
     yield from _orifice(path, device)
@@ -264,14 +286,20 @@ def _limit(path: Path, limit: float | None, end: float, what: str) -> Iterator[P
         yield Problem((*path, "stroke_limit_mm"), f"must be within {what}, which ends at {end:g} mm: {cure}")
 
 
-def _units(path: Path, end: float, most: float) -> Iterator[Problem]:
+def _units(path: Path, end: float, most: float, size: float) -> Iterator[Problem]:
     """Stroke [mm] and force [kN] of a device that are too small for their units."""
-    if 0 < end < _LEAST_STROKE:
-        rule = f"has {end:g} mm of stroke in all, less than {_LEAST_STROKE:g} mm: multiply by 1000 if strokes are in m"
+    if 0 < end < size * _LEAST_STROKE:
+        least = f"less than {size * _LEAST_STROKE:.3g} mm{_for(size)}"
+        yield Problem(path, f"has {end:g} mm of stroke in all, {least}: multiply by 1000 if strokes are in m")
+    if 0 < most < size**2 * _LEAST_FORCE:
+        least = f"less than {size**2 * _LEAST_FORCE:.3g} kN{_for(size)}"
+        rule = f"has {most:g} kN at most, {least}: multiply by 1000 if forces are in MN"
         yield Problem(path, rule)
-    if 0 < most < _LEAST_FORCE:
-        rule = f"has {most:g} kN at most, less than {_LEAST_FORCE:g} kN: multiply by 1000 if forces are in MN"
-        yield Problem(path, rule)
+
+
+def _for(size: float) -> str:
+    """Why a least value is smaller than that of full-size vehicles."""
+    return f", for a lighter side of {_FULL_SIZE * size**3:.3g} t" if size < 1.0 else ""
 
 
 def _at(points: tuple[Sequence[float], Sequence[float]], stroke: float) -> float:

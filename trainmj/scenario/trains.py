@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
@@ -11,7 +12,7 @@ from trainmj.files.parts import WHOLE, Above, Either, Part
 from trainmj.files.tables import Table, first_of_no_number
 from trainmj.scenario.bodies import Body, BodySpec
 from trainmj.scenario.curves import TableFile
-from trainmj.scenario.ranges import Force, Friction, Label, Length, Mass, Seconds
+from trainmj.scenario.ranges import LEAST_MASS, Force, Friction, Label, Length, Mass, Seconds
 
 RIGID_WALL = "rigid_wall"
 End = Literal["front", "rear"]
@@ -91,6 +92,12 @@ class VehicleSpec(Part):
         description="device between this vehicle and the next one behind it, or one on each of the two in series: that "
         "of this vehicle, that of the next",
     )
+    front: str | None = Field(
+        default=None, description="device at the end of this vehicle that faces the front of the train"
+    )
+    rear: str | None = Field(
+        default=None, description="device at its other end, in series with that of the next vehicle"
+    )
     load: Load | None = Field(default=None, description="passengers; the train states what is left out")
     brakes: BrakesSpec | None = Field(default=None, description="brakes, in place of those of the train")
     rail_friction: Friction | None = Field(
@@ -102,12 +109,12 @@ class VehicleSpec(Part):
 class VehiclesFile(TableFile):
     """Vehicles in a CSV file beside the scenario, a row each.
 
-    Columns are name and any of mass_t, length_m, coupler, rail_friction, and of the load seats, share, kg; others are
-    refused, and an empty cell states nothing.
+    Columns are name and any of mass_t, length_m, coupler, front, rear, rail_friction, and of the load seats, share, kg;
+    others are refused, and an empty cell states nothing.
     """
 
     columns: ClassVar = ("name",)
-    texts: ClassVar = ("name", "coupler")
+    texts: ClassVar = ("name", "coupler", "front", "rear")
     row: ClassVar = "vehicle"
     most: ClassVar = MAX_VEHICLES
 
@@ -119,7 +126,7 @@ class VehiclesFile(TableFile):
             InputError: if there is a column that is not known, or a cell is not what its column needs.
         """
         load = tuple(Load.model_fields)
-        known = ("name", "mass_t", "length_m", "coupler", "rail_friction", *load)
+        known = (*cls.texts, "mass_t", "length_m", "rail_friction", *load)
         for head, column in table.columns.items():
             if head not in known:
                 raise InputError(f"has a column {ascii(head)[:_SHOWN]}, which no vehicle has{close_match(head, known)}")
@@ -160,8 +167,11 @@ class TrainSpec(Part):
     coupler: CouplerRef | None = Field(
         default=None, description="device between vehicles that state none of their own, or two in series"
     )
-    front: str | None = Field(default=None, description="device at the front end")
-    rear: str | None = Field(default=None, description="device at the rear end")
+    ends: str | None = Field(
+        default=None, description="in place of coupler: device at each end between vehicles that states none of its own"
+    )
+    front: str | None = Field(default=None, description="device at the front end of the train")
+    rear: str | None = Field(default=None, description="device at the rear end of the train")
     load: Load | None = Field(default=None, description="passengers of each vehicle that states none of its own")
     brakes: BrakesSpec | None = Field(default=None, description="brakes of each vehicle that states none of its own")
     rail_friction: Friction | None = Field(
@@ -208,9 +218,19 @@ class TrainSpec(Part):
 
         One stands for a whole interface; two are in series, that of the vehicle nearer to this end first.
         """
-        couplers = [vehicle.coupler or self.coupler for vehicle in self.each()[:-1]]
-        joints = [_names(joint) for joint in (self.front, *couplers, self.rear)]
+        cars = self.each()
+        inner = [self.between(*pair) for pair in pairwise(cars)]
+        joints = [_names(joint) for joint in (self.front or cars[0].front, *inner, self.rear or cars[-1].rear)]
         return joints[:-1] if end == "front" else [joint[::-1] for joint in joints[:0:-1]]
+
+    def between(self, before: VehicleSpec, behind: VehicleSpec) -> CouplerRef | None:
+        """Between two vehicles: what they state before what the train states; None if an end has no device."""
+        if before.coupler:
+            return before.coupler
+        if not (before.rear or behind.front or self.ends):
+            return self.coupler
+        rear, front = before.rear or self.ends, behind.front or self.ends
+        return [rear, front] if rear and front else None
 
     def _car(self, v: VehicleSpec) -> Car:
         load_t = self.load_t(v)
@@ -237,7 +257,7 @@ class ObstacleSpec(Part):
     mass_t: (
         Annotated[
             float,
-            Field(ge=0.1, le=1000, allow_inf_nan=False),
+            Field(ge=LEAST_MASS, le=1000, allow_inf_nan=False),
             Above("masses are in t; divide by 1000 if it is in kg"),
         ]
         | None

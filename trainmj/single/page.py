@@ -20,6 +20,7 @@ from trainmj.single.page_animation import add_animation
 from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories, add_occupants
+from trainmj.units import readable
 
 _MOST_ROWS = 24  # of a table of details; a longer one is folded away
 
@@ -90,9 +91,9 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     kept = sum(c.kept for c in limits)
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
     b = summary.balance
-    absorbed = f"of {b.kinetic_start_kJ:.0f} kJ before the impact"
+    absorbed = f"of {readable(b.kinetic_start_kJ, 0)} kJ before the impact"
     if "bodies_kJ" in b.values:
-        absorbed = f"by the devices, {b.bodies_kJ:.0f} kJ by car bodies, {absorbed}"
+        absorbed = f"by the devices, {readable(b.bodies_kJ, 0)} kJ by car bodies, {absorbed}"
     invalid = failed(summary.not_valid) if summary.not_valid else None
     if invalid:
         section.facts({"NOT VALID": failed(f"after {summary.valid_until_s:.4g} s: {tables.why_not_valid(summary)}")})
@@ -110,7 +111,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
             "kept" if limits else "stated",
             verdict=(invalid or judged(kept == len(limits), "all are kept", "not all are kept")) if limits else None,
         ),
-        Card("TS", f"{summary.TS_mm:.1f}", "mm", "compression along the moving train, no empty strokes", invalid),
+        Card("TS", readable(summary.TS_mm, 1), "mm", "compression along the moving train, no empty strokes", invalid),
         Card("TAMA", f"{summary.TAMA_g:.3f}", "g", "mean of its peak device accelerations", invalid),
         Card(
             "Largest peak",
@@ -119,7 +120,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
             f"device acceleration of {worst.name}",
             invalid,
         ),
-        Card("Absorbed", f"{b.absorbed_kJ:.0f}", "kJ", absorbed, invalid),
+        Card("Absorbed", readable(b.absorbed_kJ, 0), "kJ", absorbed, invalid),
     )
     if summary.status.detail:
         section.text(f"Status: {summary.status}.")

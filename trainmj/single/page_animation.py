@@ -14,7 +14,7 @@ from trainmj.collision.result import Result
 from trainmj.collision.wear import GIVEN, Wear, seen_at
 from trainmj.output.blocks import Section, as_json
 from trainmj.output.plot import VIRIDIS, numbers
-from trainmj.units import KJ, KM_H, MM
+from trainmj.units import KJ, KM_H, MM, enough
 
 _MOST_CARS = 7  # vehicles of each side that are drawn, those nearest to the impact
 _FRAMES = 240
@@ -70,6 +70,7 @@ def animation_data(result: Result) -> dict[str, Any]:
         "devices": [_parts(sides) for sides in devices],
         "bodies": [_parts(members) for members in bodies],
         "largest_energy": float(f"{max(most, 1e-6):.4g}"),
+        "digits": enough(0, most),
         "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
         "impact": numbers(_impact(chain, result.position[frames]) / MM),
         "colours": VIRIDIS,

@@ -14,7 +14,7 @@ from trainmj.scenario.curves import Curve
 from trainmj.scenario.devices import AnyDevice, StagedDevice
 from trainmj.single.devices import Drawn, Place, curves, pulled, table, users
 from trainmj.single.page_histories import MOST_LINES
-from trainmj.units import KJ, KN, MM, MS, unit_of, words
+from trainmj.units import KJ, KN, MM, MS, readable, unit_of, words
 
 _MOST_POINTS = 1500  # of a path
 _LIGHT, _DARK = "#b4bac4", "#7a808a"
@@ -106,7 +106,7 @@ def _words(spec: AnyDevice, places: list[Place]) -> str:
     device = places[0].device
     limited = [s.start + s.limit for s in device.stages if np.isfinite(s.limit)]
     if limited:
-        parts.append(f"{device.envelope.energy(limited[-1]) / KJ:.1f} kJ at rest up to the last limit")
+        parts.append(f"{readable(device.envelope.energy(limited[-1]) / KJ, 1)} kJ at rest up to the last limit")
     parts.append("at " + ", ".join(p.name for p in places[:4]) + (" and more" if len(places) > 4 else ""))
     return "; ".join(filter(None, parts)) + "."
 

@@ -361,13 +361,18 @@ def _bogies(body: Body) -> str:
 
 
 def interfaces_of(chain: Chain) -> Table:
-    """The interfaces with their devices."""
-    return Table(worded("Interface", "device"), [(i.name, _devices(i)) for i in chain.interfaces], "Interfaces")
+    """The devices along the track, a row for each end that is reported."""
+    rows = [row for interface in chain.interfaces for row in _devices(interface)]
+    return Table(worded("Interface", "device"), rows, "Interfaces")
 
 
-def _devices(interface: Interface) -> str:
+def _devices(interface: Interface) -> Iterator[tuple[str, str]]:
+    """The ends of an interface that are reported, each with its device; two devices where both sides are one."""
     names = [device.name for device in interface.devices]
-    return f"2 x {names[0]}" if len(names) == 2 and names[0] == names[1] else " + ".join(names)
+    if interface.ends:
+        yield from zip(interface.ends, names, strict=True)
+    else:
+        yield interface.name, f"2 x {names[0]}" if len(names) == 2 and names[0] == names[1] else " + ".join(names)
 
 
 def convergence(found: Convergence) -> Iterator[Table]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,20 @@ def random_scenario(seed: int) -> dict[str, Any]:
         "collision": collision,
         "simulation": {"step_ms": 0.01, "record_every_ms": 1.0, "time_limit_s": 1.0},
     }
-    return values | ({"obstacles": obstacles} if obstacles else {})
+    values |= {"obstacles": obstacles} if obstacles else {}
+    return _by_ends(values, np.random.default_rng([seed, 3]))
+
+
+def _by_ends(values: dict[str, Any], rng: Rng) -> dict[str, Any]:
+    """The same collision, in half of the trains stated by the devices at the ends of vehicles, where there are two."""
+    trains = {}
+    for name, train in values["trains"].items():
+        cars = [dict(car) for car in train["vehicles"]]
+        for car, behind in pairwise(cars if rng.random() < 0.5 else []):
+            if isinstance(car["coupler"], list):
+                car["rear"], behind["front"] = car.pop("coupler")
+        trains[name] = train | {"vehicles": cars}
+    return values | {"trains": trains}
 
 
 def _train(rng: Rng, count: int, devices: dict[str, Any], front: str) -> dict[str, Any]:

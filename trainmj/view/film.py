@@ -16,7 +16,7 @@ from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.result import Result
 from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import InputError, OutputError
-from trainmj.units import KJ, KM_H, KN
+from trainmj.units import KJ, KM_H, KN, enough, in_digits
 from trainmj.view.cameras import CAMERAS, Camera, Director
 from trainmj.view.files import FILMS, STILLS, write_film, write_still
 from trainmj.view.offscreen import canvas
@@ -168,7 +168,8 @@ def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
     """What is read at a sample."""
     chain = result.chain
     yield "TS so far", f"{wear.TS_mm:.0f} mm"
-    yield "front force", f"{result.force[sample, chain.front] / KN:.0f} kN"
+    force = result.force[:, chain.front] / KN
+    yield "front force", f"{in_digits(force[sample], enough(0, np.abs(force).max()))} kN"
     for i in [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.n_moving]:
         yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
 
@@ -187,8 +188,8 @@ def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, f
     rights = [chain.edge(i, 1) for i in range(len(chain.vehicles))]
     tails = points[rights] + [chain.vehicles[i].length - chain.points[p].place for i, p in enumerate(rights)]
     energies = [wear.energy(k) for k in range(len(chain.interfaces))]
-    few = len(chain.vehicles) <= _MOST_NUMBERS
+    few, digits = len(chain.vehicles) <= _MOST_NUMBERS, enough(0, full / KJ)
     return names + [
-        Label(f"{energy / KJ:.0f}" if few else "", x, min(1.0, energy / full) if full > 0 else 0.0)
+        Label(in_digits(energy / KJ, digits) if few else "", x, min(1.0, energy / full) if full > 0 else 0.0)
         for energy, x in zip(energies, director.across(tails[: len(energies)]), strict=True)
     ]

@@ -12,6 +12,7 @@ from PIL import Image
 from PIL.ImageDraw import Draw, ImageDraw
 from PIL.ImageFont import FreeTypeFont, truetype
 
+from trainmj.units import enough, in_digits
 from trainmj.view.offscreen import Picture
 from trainmj.view.shapes import colour
 
@@ -90,7 +91,7 @@ class Overlay:
         for k, line in enumerate(said):
             draw.text((right - length, top + p(17 + 18 * k)), line, _INK, small, anchor="lm")
         for share, anchor in ((0.0, "lm"), (0.5, "mm"), (1.0, "rm")):
-            text = f"{share * self.full_kJ:.0f}" + (" kJ" if share == 1.0 else "")
+            text = in_digits(share * self.full_kJ, enough(0, self.full_kJ)) + (" kJ" if share == 1.0 else "")
             draw.text((right - length * (1 - share), bottom + thick + p(12)), text, _SOFT, small, anchor=anchor)
 
     def _names(self, draw: ImageDraw, labels: Sequence[Label]) -> None:

@@ -16,7 +16,7 @@ from trainmj.collision.device import CAR_BODY, Stage
 from trainmj.collision.law.hydraulic import recovers
 from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.model import spec, stand_in_of
-from trainmj.units import KN, KN_PER_MM
+from trainmj.units import KN, KN_PER_MM, readable
 from trainmj.view import meshes
 from trainmj.view.parts import SKIN, Body, Part, ends, middle_of, setback
 
@@ -64,7 +64,7 @@ def export(chain: Chain, title: str = "") -> str:
     """
     words = " ".join(re.sub("-{2,}", "-", title).split())  # XML forbids two dashes in a comment
     stand_ins = "".join(
-        f"\n       {i.name}: {force / KN:.0f} kN, {stiffness / KN_PER_MM:.6g} kN/mm"
+        f"\n       {i.name}: {readable(force / KN, 0)} kN, {stiffness / KN_PER_MM:.6g} kN/mm"
         for i in chain.interfaces
         for stiffness, force in [stand_in_of(i, chain.stand_in_speed)]
     )
@@ -95,7 +95,7 @@ def _bodies(chain: Chain) -> Iterator[str]:
         for whole, said in ((True, "member"), (False, "bogie")):
             alike = [member for member in inner if bool(member.span) == whole]
             if alike:
-                collapse = f", yields at {alike[0].collapse / KN:.0f} kN" if alike[0].collapse < np.inf else ""
+                collapse = f", yields at {readable(alike[0].collapse / KN, 0)} kN" if alike[0].collapse < np.inf else ""
                 stiffness = f"{alike[0].stiffness / KN_PER_MM:.6g} kN/mm"
                 yield f"{vehicle.name}, {len(alike)} {said}{'s' * (len(alike) > 1)}: {stiffness} each{collapse}"
 

@@ -128,7 +128,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
     return `rgb(${channels[k].map((c, j) => Math.round(c + (at - k) * (channels[k + 1][j] - c))).join(",")})`;
   };
   find(".bar").style.background = `linear-gradient(to right, ${data.colours.join(",")})`;
-  find(".most").textContent = data.largest_energy.toFixed(data.largest_energy < 10 ? 2 : 0);
+  find(".most").textContent = data.largest_energy.toFixed(data.digits);
 
   const fold = (part, x, width, energy) => {
     const w = Math.max(width, 2);
@@ -161,7 +161,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
       d.stroke.setAttribute("x", middle);
       d.stroke.textContent = used[k].map((one) => Math.max(0, one.stroke).toFixed(0)).join(" + ");
       d.energy.setAttribute("x", middle);
-      d.energy.textContent = used[k].map((one) => one.energy.toFixed(0)).join(" + ");
+      d.energy.textContent = used[k].map((one) => one.energy.toFixed(data.digits)).join(" + ");
       x += width[k];
     };
     for (const one of cars) {

@@ -248,7 +248,8 @@ class Crush:
         if u < self.p or (u <= self.p + SLACK_M and v <= 0.0):
             self.branch = "free"
             yield
-            return
+            if u < self.p:
+                return
         spring, cap = self.k * (u - self.p), self._cap(u, v)
         order = ["elastic", "capped", "slack"] if self.c > 0.0 else ["elastic", "capped"]  # it takes a dashpot to relax
         if spring >= cap - 2 * SLACK_N and self.curve.slope(self.i) <= self.k:

@@ -25,7 +25,7 @@ def read(values: Values) -> System:
     partner = c["partner"]
     obstacle = values.get("obstacles", {}).get(partner)
     struck: list[dict[str, Any]] = []
-    fronts = [values["trains"][c["train"]][led]]
+    fronts = [_outer(values["trains"][c["train"]], led)]
     if obstacle is not None:
         fronts.append(obstacle["front"])
         if not obstacle.get("fixed"):
@@ -33,7 +33,7 @@ def read(values: Values) -> System:
             struck = [car | {"brake": Brake(0.0), "speed": c.get("partner_speed_km_h", 0.0) / 3.6}]
     elif partner != "rigid_wall":
         end = c.get("partner_end", "front")
-        fronts.append(values["trains"][partner][end])
+        fronts.append(_outer(values["trains"][partner], end))
         struck = _seen_from(end, _cars(values["trains"][partner], friction, c.get("partner_speed_km_h", 0.0) / 3.6))
     n = len(moving)
     ordered = moving[::-1] + struck
@@ -71,6 +71,11 @@ def read(values: Values) -> System:
     )
 
 
+def _outer(train: Values, end: str) -> str:
+    """The device at an end of a train: the train states it, or the vehicle there."""
+    return str(train.get(end) or train["vehicles"][0 if end == "front" else -1][end])
+
+
 def _seen_from(end: str, cars: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Vehicles from an end of their train, each with the coupler to the next one from there."""
     if end == "front":
@@ -84,8 +89,9 @@ def _cars(train: Values, friction: float, speed: float) -> list[dict[str, Any]]:
     stated = train["vehicles"]
     listed: list[Values] = [{} for _ in range(int(stated))] if isinstance(stated, int | float) else stated
     cars = []
-    for one in listed:
+    for one, behind in zip(listed, [*listed[1:], {}], strict=True):
         value: Values = {**train, **one}
+        ends = [one.get("rear", train.get("ends")), behind.get("front", train.get("ends"))]
         load = value.get("load") or {}
         mass = value["mass_t"] * 1e3 + load.get("seats", 0) * load.get("share", 1.0) * load.get("kg", 0.0)
         mu = value.get("rail_friction")
@@ -95,7 +101,7 @@ def _cars(train: Values, friction: float, speed: float) -> list[dict[str, Any]]:
                 "speed": speed,
                 "friction": friction if mu is None else mu,
                 "brake": _brake(value.get("brakes"), mass),
-                "coupler": value.get("coupler"),
+                "coupler": one.get("coupler") or (ends if all(ends) else train.get("coupler")),
                 "body": value.get("body"),
                 "length": value.get("length_m", 20.0),
             }
