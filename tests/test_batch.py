@@ -28,7 +28,7 @@ def scenarios():
             "collision.rail_friction": float(rng.choice([0.0, 0.008])),
             "collision.gap_mm": float(rng.choice([0, 40])),
             **({"simulation.averaging_ms": 3.5} if k % 4 == 1 else {}),
-            **({"simulation.time_limit_s": 0.25} if k % 5 == 1 else {}),
+            **({"simulation.time_limit_s": 0.25} if k % 6 == 2 else {}),
         }
         scenario = base[k % 3]
         if k % 3 < 2:
