@@ -36,6 +36,12 @@ def test_lightest_and_heaviest_slowest_and_fastest(mass_t, speed_km_h):
     assert str(summary.status).startswith("stroke exhausted") == (speed_km_h > 100)
 
 
+def test_what_is_too_light_for_its_devices_is_refused_by_the_step():
+    """Breaks if a bound of masses stands in for what the integration can bear."""
+    with pytest.raises(InputError, match=r"step_ms = 0\.1: must be at most .* ms for the stiffness and damping"):
+        closed(mass_t=0.001)
+
+
 @pytest.mark.parametrize(
     ("moving", "standing"), [(25.0, -25.0), (200.0, -200.0), (50.0, 25.0), (200.0, 199.9), (-20.0, -25.0)]
 )

@@ -66,6 +66,15 @@ def test_a_figure_is_as_wide_in_every_format(files):
     assert box[2] - box[0] == points
 
 
+def test_every_end_of_the_moving_train_is_drawn():
+    """Breaks if the lines of a figure are counted by vehicles, so that the devices at rear ends are left out."""
+    ends = {"trains.b_type.coupler": None, "trains.b_type.vehicles": 3, "trains.b_type.ends": "coupler_c_d"}
+    drawn = collision(run(load("b_type", ends | {"simulation.time_limit_s": 0.05})))
+    named = ["S1-M1", "M1-M2 M1", "M1-M2 M2", "M2-M3 M2", "M2-M3 M3"]
+    for panel in drawn.axes[1:]:
+        assert [line.get_label() for line in panel.lines] == named
+
+
 def test_fonts_survive_everywhere(files):
     """TrueType within the PDF, shapes in the SVG: neither needs a font of the reader's machine."""
     pdf, svg = files["column", "pdf"], files["column", "svg"]

@@ -199,3 +199,18 @@ def test_shades_run_from_end_to_end():
         "#ffffff",
         "#ffffff",
     ]
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        ((420.89, 0.9), ["420.89", "0.90"]),
+        ((0.619, 0.0078), ["0.619", "0.008"]),
+        ((0.00291, None), ["0.00291", "-"]),
+        ((1e-12, 0.0), ["0.00", "0.00"]),  # what round-off leaves
+    ],
+)
+def test_a_column_of_small_values_has_the_decimals_to_read_them(values, shown):
+    """Breaks if a model's energies are shown as 0.00, or the columns of full-size trains get more digits."""
+    table = Table([Column("energy", "kJ", 2)], [(value,) for value in values])
+    assert [table.columns[0].show(value) for value in values] == shown

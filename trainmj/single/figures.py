@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.collision.chain import order_of_vehicles
+from trainmj.collision.chain import n_own_sides, order_of_vehicles
 from trainmj.collision.occupants import Flight
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.style import Width, grid, styled
@@ -35,7 +35,7 @@ def collision(result: Result, width: Width = "page") -> Figure:
         figure, axes = grid(4, 62.0 if width == "page" else 50.0, most=2)
         _head(figure, result)
         front = chain.interfaces[chain.front]
-        joints = range(chain.n_moving + front.unequal_sides)  # then both trains' devices at the front
+        joints = range(n_own_sides(chain) + front.unequal_sides)  # then the partner's device at the front
         _draw(axes[0], result, "velocity", "Speed", *_sides(result))
         _legend_of_vehicles(axes[0], result)
         for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
@@ -163,7 +163,7 @@ def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range
     for places, colours, start, length in sides:
         for place, i in enumerate(places):
             colour = colormaps[colours](start + length * _part(place, len(places)))
-            if name != "force" or i < result.chain.n_moving:  # that of both sides is one
+            if name != "force" or i < n_own_sides(result.chain):  # that of both sides is one
                 axes.plot(result.time, lines[i][1], color=colour, label=lines[i][0])
     axes.set_title(title)
     axes.set_ylabel(SHOWN[name].shown)
