@@ -198,6 +198,14 @@ def test_a_passed_limit_is_marked():
     assert re.search(r"^\s+anti_climber .* > 265\s*$", text, re.MULTILINE)
 
 
+def test_a_column_of_limits_is_there_only_if_there_are_limits():
+    """Breaks if a table widens by a column of blanks."""
+    texts = [
+        works("run", name).partition("Interfaces")[2].partition("Vehicles")[0] for name in ("fra_cem_two", "b_type")
+    ]
+    assert ["limit" in text for text in texts] == [False, True]
+
+
 def test_titles_are_printed_as_they_are(tmp_path):
     """Square brackets are markup to the library that prints."""
     file = tmp_path / "my.yaml"
@@ -207,6 +215,11 @@ def test_titles_are_printed_as_they_are(tmp_path):
 
 
 # check, scenarios, schema, export
+
+
+def test_check_finds_a_shipped_file_whose_name_no_scenario_has():
+    """Breaks if what ``trainmj identify`` takes by its name is no such file to ``trainmj check``."""
+    assert "2 values sought from 3 in 2 cases" in works("check", "fra_cem")
 
 
 def test_check_prints_what_would_run():
@@ -358,7 +371,7 @@ def test_scenarios_lists_what_ships_with_title_and_parameters():
     assert "empty_stroke_mm" in text
     assert "EN 15227-type" in text
     assert "Studies: b_type" in text
-    assert "Targets: b_type" in text
+    assert "Targets: fra_cem, b_type, b_type_s08" in text
 
 
 SCHEMA_OF = {

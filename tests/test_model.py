@@ -181,7 +181,7 @@ def test_export_reloads_with_masses_names_and_speeds(name):
     assert [model.body(i).name for i in range(1, model.nbody)] == [v.name for v in case.vehicles]
     assert model.body_mass[1:] == pytest.approx(case.mass, rel=1e-6), "MjSpec drops inertials that have no position"
     assert [model.tendon(i).name for i in range(model.ntendon)] == [i.name for i in case.interfaces]
-    assert model.key("start").qvel == pytest.approx(case.speed)
+    assert model.key("start").qvel == pytest.approx(case.speed, rel=5e-6), "MjSpec writes six digits"
     assert model.opt.timestep == case.step
 
 

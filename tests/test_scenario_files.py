@@ -83,6 +83,7 @@ def test_shipped_scenarios_survive_a_round_trip_and_can_be_simulated(name, tmp_p
 def test_the_scenarios_of_the_package_are_there():
     assert set(shipped()) >= {
         "b_type", "b_type_s08", "b_type_scenario_1", "b_type_scenario_2", "b_type_wall", "wagon_80t", "en15227_c1",
+        "fra_cem_single", "fra_cem_two", "fra_cem_train", "fra_conventional_single", "fra_conventional_train",
     }  # fmt: skip
 
 

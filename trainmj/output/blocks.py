@@ -123,4 +123,5 @@ def _cell(shown: Any, value: Any) -> Any:
     """A cell in the signs of print: a minus for a hyphen, a dash for nothing."""
     if shown == "-":
         return "–"
-    return shown.replace("-", "−") if isinstance(value, float) else shown
+    signed = isinstance(value, str) and value[:1] == "-" and value[1:2].isdigit()  # a number in words of its own
+    return shown.replace("-", "−") if isinstance(value, float) or signed else shown

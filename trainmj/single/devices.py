@@ -153,11 +153,11 @@ def _behind(spec: AnyDevice, device: Device) -> str | Verdict:
         return warned("nothing stated")
     if end.kind == "car_body":
         start = device.stages[-1].start / MM
-        return f"car body from {start:.4g} mm: {end.collapse_force_kN:g} kN"
+        return f"car body from {start:.6g} mm: {end.collapse_force_kN:g} kN"
     last = device.envelope.stroke[-1] / MM
     if end.kind == "stop":
-        return f"stop from {last:.4g} mm: {end.stiffness_kN_per_mm:g} kN/mm"
-    return f"held from {last:.4g} mm: {device.envelope.force[-1] / KN:.4g} kN"
+        return f"stop from {last:.6g} mm: {end.stiffness_kN_per_mm:g} kN/mm"
+    return f"held from {last:.6g} mm: {device.envelope.force[-1] / KN:.6g} kN"
 
 
 def _pull(spec: AnyDevice) -> str:
