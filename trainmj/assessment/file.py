@@ -98,6 +98,7 @@ class AssessmentFile(Part, title="assessment file"):
         default_factory=list, description="quantities or responses that are reported beside them and not judged"
     )
     set: dict[str, Any] = Field(default_factory=dict, description="values of the scenario changed in all, by path")
+    brakes: bool = Field(default=True, description="whether the brakes of the train act, and those of its twin")
     not_computed: dict[Key, Annotated[str, Field(min_length=1, max_length=1000)]] = Field(
         default_factory=dict, description="what the document asks and no collision here answers, with the reason"
     )

@@ -47,6 +47,9 @@ def page_of(assessment: Assessment, command: str) -> Page:
     section.text(
         "case_1.yaml and so on are their scenarios: trainmj run case_1.yaml --out case_1 --report has the same numbers."
     )
+    of_cases = tables.remarks(assessment)
+    if of_cases.rows:
+        section.table(of_cases)
     page.section("Not computed").table(tables.not_computed(assessment))
     section = page.section("Numbers and sources")
     section.table(sources_table(spec.sources, assessment.standard.source.values, spec.title))

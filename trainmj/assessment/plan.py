@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from trainmj.assessment.file import IDENTICAL, AssessmentFile, CollisionScenario, FromLineSpeed
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import Chain, Vehicle
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of, no_number, of_each, why_absent
+from trainmj.collision.quantities import BODY, Column, Quantity, columns_of, of_each, why_absent
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import given
 from trainmj.files.kinds import ASSESSMENT
@@ -54,7 +55,8 @@ class Case:
         scenario: the train's, changed; None if it cannot be made.
         chain: of the scenario.
         refused: why it cannot be made.
-        absent: what is asked of it and is not there, with the reason, by the name of the response.
+        absent: what is asked of it and is not there, or not for every vehicle, with the reason, by the name of the
+            response.
     """
 
     key: str
@@ -65,6 +67,15 @@ class Case:
     chain: Chain | None = None
     refused: str = ""
     absent: Mapping[str, str] = field(default_factory=dict)
+
+
+_NOT_THERE = "this collision has no such response"
+_OWN = {
+    "partner": "partner",
+    "speed_km_h": "speed_km_h or speed_by_category_km_h",
+    "train_end": "ends",
+}
+"""What an assessment states in its own words, by the keys under collision of a scenario."""
 
 
 def load_assessment(file: str | Path) -> Standard:
@@ -102,6 +113,18 @@ def _broken_rules(spec: AssessmentFile) -> Iterator[Problem]:
                 yield Problem((*at, "speed_by_category_km_h", category), rule)
         if len(set(scenario.ends)) < len(scenario.ends):
             yield Problem((*at, "ends"), "states an end twice")
+        yield from _wrongly_set(scenario.set, (*at, "set"))
+    yield from _wrongly_set(spec.set, ("set",))
+
+
+def _wrongly_set(values: Mapping[str, Any], at: Place) -> Iterator[Problem]:
+    """Values under ``set`` that would make a case another one than its row says."""
+    for name in values:
+        group, _, key = name.partition(".")
+        if name in ("collision", "collision.train"):
+            yield Problem((*at, name), "is of the train that is assessed, not of the assessment")
+        elif group == "collision" and key in _OWN:
+            yield Problem((*at, name), f"is said by {_OWN[key]} of a collision scenario")
 
 
 def category_of(standard: Standard, category: str | None) -> str:
@@ -120,19 +143,15 @@ def category_of(standard: Standard, category: str | None) -> str:
     return category or ""
 
 
-def speed_of(scenario: CollisionScenario, category: str, line_speed_km_h: float | None) -> float | None:
-    """The speed of a collision scenario [km/h]; None if it does not apply to a category.
+def speed_stated(scenario: CollisionScenario, category: str) -> float | FromLineSpeed | None:
+    """The speed of a collision scenario as the file states it; None if it does not apply to a category."""
+    return scenario.speed_km_h if scenario.speed_km_h is not None else scenario.speed_by_category_km_h.get(category)
 
-    Raises:
-        InputError: if the line is slower than what is taken off its speed.
-    """
-    one = scenario.speed_km_h if scenario.speed_km_h is not None else scenario.speed_by_category_km_h.get(category)
-    if not isinstance(one, FromLineSpeed):
-        return one
-    speed = one.at(line_speed_km_h)
-    if speed <= 0.0:
-        return None
-    return speed
+
+def speed_of(scenario: CollisionScenario, category: str, line_speed_km_h: float | None) -> float:
+    """The speed of a collision scenario [km/h]; 0 if it asks for none, in this category or on such a line."""
+    one = speed_stated(scenario, category)
+    return max(0.0, one.at(line_speed_km_h)) if isinstance(one, FromLineSpeed) else one or 0.0
 
 
 def cases_of(standard: Standard, train: Scenario, category: str, line_speed_km_h: float | None) -> Iterator[Case]:
@@ -147,7 +166,7 @@ def cases_of(standard: Standard, train: Scenario, category: str, line_speed_km_h
     spec = standard.spec
     for key, scenario in spec.scenarios.items():
         speed = speed_of(scenario, category, line_speed_km_h)
-        if speed is None:
+        if speed == 0.0:
             continue
         for end in scenario.ends:
             for state, loads in states_of(spec, train).items():
@@ -188,46 +207,92 @@ def _case(
     scenario = spec.scenarios[key]
     twin = scenario.partner == IDENTICAL
     partner = train.collision.train if twin else scenario.partner
-    limits = {name: limit for name, limit in {**spec.limits, **scenario.limits}.items() if limit is not None}
-    own = {
+    changes: dict[str, Any] = {
         "collision.partner": partner,
         "collision.speed_km_h": speed,
         "collision.partner_speed_km_h": 0.0,
         "collision.train_end": end,
         "collision.partner_end": end if twin else "front",
+        **spec.set,
+        **scenario.set,
+        **(_unbraked(train) if not spec.brakes else {}),
+        **loads,
     }
-    changes: dict[str, Any] = {**own, **spec.set, **scenario.set, **loads}
     try:
         base = train if twin else train.with_partner(partner, standard.source.folder)
         changed = base.with_values(changes)
-        chain = line_up(changed)
+        bare = line_up(changed.with_values({"limits": None}))
+        known: dict[str, Column | Quantity[Any]] = {**columns_of(bare), **of_each(bare)}
+        limits = limits_of(spec, key)
+        lost = {name: _NOT_THERE for name in changed.limits if name not in known}
+        absent = {name: reason for name in (*limits, *spec.reported) if (reason := _absent(name, known))}
+        of_bodies, none_yields = _unanswered(bare)
+        missing = set(absent) | set(of_bodies if none_yields else ())
+        stated = {
+            f"limits.{name}": limit
+            for name, limit in limits.items()
+            if name not in missing and not changed.limits.get(name, math.inf) < limit
+        }
+        sources = changed.values().get("sources", {}) | {path: _plain_source(standard, key, path) for path in stated}
+        changes |= stated | {f"limits.{name}": None for name in lost}
+        limited = base.with_values(changes | {"sources": sources})
+        absent |= lost | {n: why for n, why in of_bodies.items() if n in known and n in (*limits, *limited.limits)}
+        return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
     except InputError as error:
         return Case(key, end, state, changes, refused=str(error))
-    absent = _absent(standard, key, chain, (*limits, *spec.reported))
-    there = {f"limits.{name}": limit for name, limit in limits.items() if name not in absent}
-    sources = changed.values().get("sources", {}) | {path: _plain_source(standard, key, path) for path in there}
-    changes |= there
-    limited = base.with_values(changes | {"sources": sources})
-    return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
 
 
-def _absent(standard: Standard, key: str, chain: Chain, names: Iterable[str]) -> dict[str, str]:
-    """Why a chain does not have some of the responses that are asked of it, by their names.
+def limits_of(spec: AssessmentFile, key: str) -> dict[str, float]:
+    """The limits of an assessment in one of its collision scenarios."""
+    return {n: limit for n, limit in {**spec.limits, **spec.scenarios[key].limits}.items() if limit is not None}
+
+
+def _unbraked(train: Scenario) -> dict[str, None]:
+    """The changes that leave out the brakes of a train."""
+    name = train.collision.train
+    spec = train.trains[name]
+    vehicles = spec.vehicles if isinstance(spec.vehicles, list) else ()
+    places: list[Place] = [("brakes",)] if spec.brakes is not None else []
+    places += [("vehicles", n, "brakes") for n, vehicle in enumerate(vehicles) if vehicle.brakes is not None]
+    return {dotted(("trains", name, *place)): None for place in places}
+
+
+def _absent(name: str, known: Mapping[str, Any]) -> str:
+    """Why a collision does not have a response; empty if it has it."""
+    return "" if name in known else why_absent(name, known) or _NOT_THERE
+
+
+def _unanswered(chain: Chain) -> tuple[dict[str, str], bool]:
+    """Of quantities of bodies, for which vehicles of the train they say nothing; and whether for all of them."""
+    train = chain.vehicles[: chain.n_moving][::-1]
+    rigid = [v.kind for v in train if v.body is None]
+    elastic = [v.kind for v in train if v.body is not None and v.body.collapse == math.inf]
+    why = [f"{_said(rigid, train)} has no body that gives"] if rigid else []
+    why += [f"the body of {_said(elastic, train)} never yields, without a collapse_force_kN"] if elastic else []
+    plastic = (quantity.name for quantity in BODY if "plastic" in quantity.key)
+    return {name: "; ".join(why) for name in plastic if why}, len(rigid) + len(elastic) == len(train)
+
+
+def _said(kinds: Sequence[str], train: Sequence[Vehicle]) -> str:
+    return "each vehicle of the train" if len(kinds) == len(train) else ", ".join(dict.fromkeys(kinds))
+
+
+def check_names(standard: Standard, cases: Sequence[Case]) -> None:
+    """Refuse limits, and what is to be reported, that none of the cases has that ask for it.
 
     Raises:
-        InputError: if no scenario would have one.
+        InputError: with the place in the file, and the nearest name.
     """
-    found = {}
-    known: dict[str, Any] = {**columns_of(chain), **of_each(chain)}
-    for name in names:
-        reason = no_number(known[name], chain) if name in known else why_absent(name, known)
-        if name not in known and not reason:
-            at: Place = ("scenarios", key, "limits") if name in standard.spec.scenarios[key].limits else ("limits",)
-            at = (*at, name) if name not in standard.spec.reported else ("reported",)
-            raise standard.source.error(f"there is no quantity or response {name!r}{close_match(name, known)}", *at)
-        if reason:
-            found[name] = reason
-    return found
+    spec = standard.spec
+    for case in cases:
+        for name, reason in case.absent.items():
+            alike = [c for c in cases if c.chain is not None and name in (*limits_of(spec, c.key), *spec.reported)]
+            if reason == _NOT_THERE and alike and all(c.absent.get(name) == _NOT_THERE for c in alike):
+                at: Place = ("reported",) if name in spec.reported else ("limits", name)
+                at = ("scenarios", case.key, *at) if name in spec.scenarios[case.key].limits else at
+                assert case.chain is not None  # a case without one is refused, and has nothing absent
+                close = close_match(name, {**columns_of(case.chain), **of_each(case.chain)})
+                raise standard.source.error(f"there is no quantity or response {name!r}{close}", *at)
 
 
 def source_of_limit(standard: Standard, key: str, path: str) -> str | Provenance:

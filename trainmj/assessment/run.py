@@ -8,11 +8,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.assessment.file import FromLineSpeed
-from trainmj.assessment.plan import Case, Standard, cases_of, category_of, standard_given, states_of
+from trainmj.assessment.plan import (
+    Case,
+    Standard,
+    cases_of,
+    category_of,
+    check_names,
+    limits_of,
+    speed_of,
+    speed_stated,
+    standard_given,
+    states_of,
+)
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import Chain
+from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.limits import Criterion, reported
+from trainmj.collision.lineup import line_up
 from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
@@ -20,6 +32,9 @@ from trainmj.scenario import Scenario, scenario_given
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+_CLOSING_KM_H = 1.0  # of two vehicles that may still come closer when a collision that counts is cut off
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,13 +71,29 @@ class Outcome:
             for v in self.summary.vehicles
             if v.judged and v.collapsed
         ]
-        return f"car bodies gave way at {', '.join(crushed)}" if crushed else ""
+        said = [f"car bodies gave way at {', '.join(crushed)}"] if crushed else []
+        return "; ".join(said + ([f"cut off by the time limit, {closing}"] if (closing := self._closing) else []))
 
     @property
     def cut(self) -> bool:
         """Whether the collision was not over at the time limit."""
         summary, chain = self.summary, self.case.chain
         return bool(summary and chain and summary.duration_s >= chain.time_limit * (1.0 - 1e-9))
+
+    @property
+    def _closing(self) -> str:
+        """What still came closer when the collision was cut off, with the cure; empty where nothing to speak of did."""
+        summary, chain = self.summary, self.case.chain
+        if not (self.cut and summary and chain):
+            return ""
+        speed = {v.name: v.final_speed_km_h for v in summary.vehicles}
+        names = [v.name for v in chain.vehicles]
+        ahead = [0.0 if i.right == WALL else speed[names[i.right]] for i in chain.interfaces]
+        closing = [(speed[names[i.left]] - before, i.name) for i, before in zip(chain.interfaces, ahead, strict=True)]
+        fastest, where = max(closing)
+        if fastest <= _CLOSING_KM_H:
+            return ""
+        return f"while {where} still closed at {fastest:.1f} km/h: state a longer simulation.time_limit_s"
 
 
 @dataclass(frozen=True)
@@ -132,7 +163,7 @@ class Assessment:
                 *(
                     _reported(outcome.case.chain, outcome.summary, name)
                     for name in self.standard.spec.reported
-                    if name not in outcome.case.absent
+                    if name not in outcome.case.absent and f"limits.{name}" not in outcome.case.changes
                 ),
             )
         ]
@@ -148,10 +179,27 @@ class Assessment:
     @property
     def not_computed(self) -> dict[str, str]:
         """What the standard asks and nothing here answers, with the reason."""
-        found = {key.replace("_", " "): reason for key, reason in self.standard.spec.not_computed.items()}
+        spec = self.standard.spec
+        found = {key.replace("_", " "): reason for key, reason in spec.not_computed.items()}
+        for scenario in spec.scenarios.values():
+            stated = speed_stated(scenario, self.category)
+            if stated is not None and speed_of(scenario, self.category, self.line_speed_km_h) == 0.0:
+                found[scenario.title] = f"a line of {self.line_speed_km_h:g} km/h leaves no speed for it"
+        why: dict[tuple[str, str], list[str]] = {}
         for outcome in self.outcomes:
             for name, reason in outcome.case.absent.items():
-                found[f"limit of {name}"] = reason
+                keys = why.setdefault((name, reason), [])
+                keys += [outcome.case.key] if outcome.case.key not in keys else []
+        computed = list(dict.fromkeys(o.case.key for o in self.outcomes))
+        for (name, reason), keys in why.items():
+            where = "" if keys == computed else f" in {', '.join(spec.scenarios[key].title for key in keys)}"
+            limited = any(name not in spec.reported or name in limits_of(spec, key) for key in keys)
+            of = f"{'limit of ' if limited else ''}{name}{where}"
+            found[of] = f"{found[of]}; {reason}" if of in found else reason
+        judged = {row.outcome.case.key for row in self.rows if row.judged}
+        for key in computed:
+            if key not in judged:
+                found[f"criteria of {spec.scenarios[key].title}"] = "no limit is stated of what was computed"
         return found
 
     @property
@@ -166,7 +214,7 @@ class Assessment:
             )
         if self.line_speed_km_h is None:
             for scenario in spec.scenarios.values():
-                one = scenario.speed_by_category_km_h.get(self.category, scenario.speed_km_h)
+                one = speed_stated(scenario, self.category)
                 if isinstance(one, FromLineSpeed):
                     speed = f"{one.at_most_km_h:g} km/h"
                     said.append(f"{scenario.title}: no line speed is given, so the highest speed, {speed}, is taken.")
@@ -182,7 +230,8 @@ class Assessment:
         """What is not passed, a sentence each; empty if all that is computed is."""
         worst = [rows[0] for rows in self.governing()]
         said = [f"{self.titled(r.outcome)}: {r.criterion.said}" for r in worst if r.judged and not r.criterion.kept]
-        return said + [f"{self.titled(o)}: {text}" for o in self.outcomes if (text := o.fault)]
+        said += [f"{self.titled(o)}: {text}" for o in self.outcomes if (text := o.fault)]
+        return said if said or any(r.judged for r in worst) else ["no limit is stated of what was computed"]
 
     @property
     def passed(self) -> bool:
@@ -245,6 +294,7 @@ class Assessment:
                     "load_state": o.case.state,
                     "changes": dict(o.case.changes),
                     "status": o.status,
+                    "remarks": list(o.summary.remarks) if o.summary else [],
                     "responses": dict(o.summary.responses) if o.summary else None,
                 }
                 for o in self.outcomes
@@ -284,7 +334,11 @@ def assess(
     """
     train, standard = scenario_given(train), standard_given(standard)
     category = category_of(standard, category)
+    if line_speed_km_h is not None and not 0.0 < (line_speed_km_h := float(line_speed_km_h)) <= 500.0:
+        raise InputError(f"line_speed_km_h = {line_speed_km_h:g}: must be above 0 and at most 500")
+    line_up(train)  # what is wrong with the train as it stands
     cases = list(cases_of(standard, train, category, line_speed_km_h))
+    check_names(standard, cases)
     if not cases:
         raise InputError(f"category: {standard.name} has no collision scenario for {category}")
     summaries = dict(run_chains(((n, case.chain) for n, case in enumerate(cases) if case.chain is not None), threads))

@@ -23,9 +23,11 @@ def print_assessment(assessment: Assessment) -> None:
     console.print(Text(verdict.text.capitalize(), style="bold reverse" if verdict.kind == "fail" else "bold"))
     for sentence in assessment.failed:
         console.print(Text(f"- {sentence}"))
-    for table in (tables.criteria(assessment), tables.cases(assessment), tables.not_computed(assessment)):
-        console.print()
-        print_table(console, table)
+    for made in (tables.criteria, tables.cases, tables.remarks, tables.not_computed):
+        table = made(assessment)
+        if table.rows:
+            console.print()
+            print_table(console, table)
     console.print()
     for remark in (*assessment.remarks, spec.notes.strip()):
         console.print(Text(f"Note: {remark}"))

@@ -120,6 +120,16 @@ def _ended(outcome: Outcome) -> Verdict:
     return warned(kind) if outcome.cut else judged(outcome.summary.status.kind == "over", kind, kind)
 
 
+def remarks(assessment: Assessment) -> Table:
+    """What there is to know of single cases, as their own runs say it."""
+    found: dict[str, list[int]] = {}
+    for n, outcome in enumerate(assessment.outcomes, start=1):
+        for remark in outcome.summary.remarks if outcome.summary else ():
+            found.setdefault(remark, []).append(n)
+    rows = [(", ".join(map(str, cases)), remark) for remark, cases in found.items()]
+    return Table(worded("Cases", "what there is to know"), rows)
+
+
 def not_computed(assessment: Assessment) -> Table:
     """What is asked and not answered here."""
     return Table(worded("Not computed", "why"), list(assessment.not_computed.items()))

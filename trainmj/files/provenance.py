@@ -57,9 +57,15 @@ def said(entry: str | Provenance) -> str:
 
 
 def value_at(values: Any, path: str) -> Any:
-    """The plain value that a path leads to, entries of lists by position or name; None if it leads to nothing."""
+    """The plain value that a path leads to, entries of lists by position or name; None if it leads to nothing.
+
+    A key may be a path itself, as those under ``set`` of an assessment file are.
+    """
     here = values
-    for key in path.split("."):
+    keys = path.split(".")
+    for n, key in enumerate(keys):
+        if isinstance(here, dict) and (rest := ".".join(keys[n:])) in here:
+            return here[rest]
         if isinstance(here, list):
             named = [entry for entry in here if isinstance(entry, dict) and entry.get("name") == key]
             by_position = here[int(key)] if key.isdecimal() and len(key) < 10 and int(key) < len(here) else None

@@ -88,19 +88,19 @@ def with_partner(source: Source) -> Source:
     """
     collision = source.values.get("collision")
     name = collision.get("partner") if isinstance(collision, Mapping) else None
-    return taking(source, name, source.folder) if isinstance(name, str) else source
+    homes = [values for home in _HOMES.values() if isinstance(values := source.values.get(home), Mapping)]
+    if not isinstance(name, str) or any(name in home for home in homes):
+        return source
+    return taking(source, name, source.folder)
 
 
 def taking(source: Source, name: str, folder: FilePath) -> Source:
-    """The values of a scenario with those of the partner file of a name, in a folder or shipped.
-
-    The same if there is none, or the scenario has a train or obstacle of this name.
+    """The values of a scenario with those of the partner file of a name, in a folder or shipped; the same without one.
 
     Raises:
         InputError: as :func:`with_partner`.
     """
-    homes = [values for home in _HOMES.values() if isinstance(values := source.values.get(home), Mapping)]
-    if name == RIGID_WALL or not _KEY.fullmatch(name) or any(name in home for home in homes):
+    if name == RIGID_WALL or not _KEY.fullmatch(name):
         return source
     file = beside(folder, name + PARTNER.ending, source.said("collision", "partner"))
     file = file or shipped_partners().get(name)

@@ -95,10 +95,10 @@ class Scenario(Parts):
         return self.from_source(changed(self._source, self.parameters, group_given(changes)))
 
     def with_partner(self, name: str, folder: FilePath) -> Self:
-        """A copy that has the partner of a name, too: one of its own, or of a partner file, in a folder or shipped.
+        """A copy that has the partner of a file, too, in a folder or shipped; the same if there is no file of the name.
 
         Raises:
-            InputError: if the file is wrong, or states something of a name that the scenario has as well.
+            InputError: if the file is wrong, or states something else of a name that the scenario has as well.
         """
         return self.from_source(taking(self._source, name, folder))
 
