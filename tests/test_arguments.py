@@ -11,11 +11,13 @@ import pytest
 from builders import values
 
 import trainmj
-from trainmj.files.kinds import KINDS, kind_of
+from trainmj.assessment.file import AssessmentFile
+from trainmj.files.kinds import KINDS, PARTNER, kind_of
 from trainmj.files.parts import keys_of
 from trainmj.identification.file import TargetsFile
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import BUILDS_ON
+from trainmj.scenario.partners import PartnerFile
 from trainmj.scenario.parts import Parts
 from trainmj.study.file import StudyFile
 from trainmj.sweep.file import SweepFile
@@ -164,10 +166,15 @@ def test_formats_of_figures_are_checked_before_the_work(tmp_path):
 
 def test_the_kinds_of_files_are_told_apart_by_the_keys_that_only_they_have():
     """Breaks if a new key of a file is not in the table by which files are told apart."""
-    keys = {model.model_config["title"]: set(keys_of(model)) for model in (Parts, SweepFile, StudyFile, TargetsFile)}
+    models = (Parts, SweepFile, StudyFile, TargetsFile, AssessmentFile, PartnerFile)
+    keys = {model.model_config["title"]: set(keys_of(model)) for model in models}
     keys["scenario file"].add(BUILDS_ON)
     for kind in KINDS:
-        others = set().union(*(of for name, of in keys.items() if name != kind.name))
-        assert kind.own == keys[kind.name] - others, kind.name
+        # a partner file is a piece of a scenario: what both have does not tell it from other kinds
+        others = [of for name, of in keys.items() if name != kind.name and PARTNER.name != name]
+        if kind is PARTNER:
+            others.remove(keys["scenario file"])
+            others.append({"title", "notes", "sources"})
+        assert kind.own == keys[kind.name] - set().union(*others), kind.name
         assert kind_of(keys[kind.name]) is kind
     assert kind_of(["title", "notes", "scenario", "set"]) is None

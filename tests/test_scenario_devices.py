@@ -390,7 +390,7 @@ BAD = [
     replaced("  lorry:", "  rigid_wall:", r"obstacles\.rigid_wall: is reserved for the rigid wall"),
     replaced("partner: t}", "partner: stop, partner_speed_km_h: -1}", r"partner_speed_km_h = -1: must be 0: stop does no"),
     replaced("partner: t}", "partner: lorry, partner_end: rear}", r"partner_end = 'rear': must be front: lorry is an obstacle"),
-    replaced("partner: t}", "partner: lory}", r"partner = 'lory': there is no train or obstacle of this .*mean 'lorry'"),
+    replaced("partner: t}", "partner: lory}", r"partner = 'lory': there is no train, obstacle or partner file of this .*mean 'lorry'"),
     replaced("collision: {train: t,", "collision: {train: lorry,", r"collision\.train = 'lorry': there is no train of this"),
     replaced("partner: t}", "partner: t, grade_per_mille: 500}", r"grade_per_mille = 500: .*multiply by 10 if it is in %"),
 ]  # fmt: skip

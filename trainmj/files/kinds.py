@@ -24,7 +24,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed curves devices trains obstacles collision occupants simulation limits",
+        "builds_on changed curves devices trains obstacles collision occupants simulation",
     ),
     _kind(
         "sweep file",
@@ -54,7 +54,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
         "assessment file",
         ".assessment.yaml",
         "trainmj assess or trainmj.load_assessment",
-        "edition categories load_states scenarios not_computed",
+        "edition categories load_states brakes scenarios reported not_computed",
     ),
 )
 

@@ -15,6 +15,7 @@ from trainmj.files.source import Path, Problem, Source, dotted, giving_way, has_
 from trainmj.files.text import beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
+from trainmj.scenario.partners import with_partner
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.reading import tables_of, with_tables
 from trainmj.scenario.scenario import Scenario, marked, without_old_sources
@@ -195,11 +196,11 @@ def _read_built(path: FilePath, before: tuple[FilePath, ...]) -> Source:
     values = dict(source.values)
     base = values.pop(BUILDS_ON, None)
     if base is None:
-        return replace(source, values=values)
+        return with_partner(replace(source, values=values))
     if not isinstance(base, str):
         raise source.error("must be the name of a scenario file", BUILDS_ON)
     below = _read_built(find_beside(source.folder, base, source.said(BUILDS_ON)), (*before, path.resolve()))
-    return _built(below, replace(source, values=values))
+    return with_partner(_built(below, replace(source, values=values)))
 
 
 def _built(below: Source, over: Source) -> Source:
