@@ -122,7 +122,7 @@ def test_devices_arrive_in_the_block_of_user_data(scenario, case):
     assert layout.point(block, Point.FRICTION_LIMIT) == pytest.approx(0.008 * 9.80665 * case.mass)
     stiffness = layout.element(block, Element.P0) / 1e6
     damping = layout.element(block, Element.P1) / 1e3
-    couplers = [name for car in scenario.trains["b_type"].cars()[:-1] for name in car.coupler]
+    couplers = [name for (name,) in scenario.trains["b_type"].joints()[1:]]
     used = [scenario.devices[name] for name in (*couplers[::-1], "front", *couplers)]
     share = np.where(np.arange(len(used)) == case.front, 0.5, 1)  # both trains' front devices in series
     assert stiffness == pytest.approx([d.stiffness_kN_per_mm for d in used])
