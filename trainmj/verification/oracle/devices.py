@@ -245,11 +245,10 @@ class Crush:
 
     def branches(self, u: float, v: float, shrunk: bool) -> Iterator[None]:
         self.i = self.curve.segment(u + math.copysign(SLACK_M / 4, v))
-        if u < self.p or (u <= self.p + SLACK_M and v <= 0.0):
+        if u < self.p or (u <= self.p + SLACK_M / 2 and v <= 0.0):  # where it may stay
             self.branch = "free"
             yield
-            if u < self.p:
-                return
+            return
         spring, cap = self.k * (u - self.p), self._cap(u, v)
         order = ["elastic", "capped", "slack"] if self.c > 0.0 else ["elastic", "capped"]  # it takes a dashpot to relax
         if spring >= cap - 2 * SLACK_N and self.curve.slope(self.i) <= self.k:
