@@ -214,3 +214,18 @@ def test_a_column_of_small_values_has_the_decimals_to_read_them(values, shown):
     """Breaks if a model's energies are shown as 0.00, or the columns of full-size trains get more digits."""
     table = Table([Column("energy", "kJ", 2)], [(value,) for value in values])
     assert [table.columns[0].show(value) for value in values] == shown
+
+
+@pytest.mark.parametrize(
+    ("digits", "values", "shown"),
+    [
+        (0, [2.0, 1.0], ["2", "1"]),  # windows are counted
+        (0, [0.25, 0.1], ["0.250", "0.100"]),
+        (1, [0.0123, 0.0], ["0.0123", "0.0000"]),
+        (1, [618.34, 0.0123], ["618.3", "0.0"]),
+    ],
+)
+def test_a_column_has_the_decimals_that_its_largest_value_needs(digits, values, shown):
+    """Breaks when the numbers of a small model are shown as zeros, or a count with decimals."""
+    (column,) = Table([Column("a", digits=digits)], [(value,) for value in values]).columns
+    assert [column.show(value) for value in values] == shown

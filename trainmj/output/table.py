@@ -68,11 +68,11 @@ class Column:
     head: str = ""
 
     def for_values(self, values: Iterable[Any]) -> Column:
-        """The same with as many more decimals as it takes to read the largest of its values."""
-        if isinstance(self.digits, str):
+        """The same with as many more decimals as it takes to read the largest of its values, if any are not whole."""
+        numbers = [abs(v) for v in values if isinstance(v, float) and math.isfinite(v)]
+        if isinstance(self.digits, str) or all(number.is_integer() for number in numbers):
             return self
-        largest = max((abs(v) for v in values if isinstance(v, float) and math.isfinite(v)), default=0.0)
-        return replace(self, digits=enough(self.digits, largest))
+        return replace(self, digits=enough(self.digits, max(numbers)))
 
     def show(self, value: Any) -> Any:
         """A cell as it is read: numbers rounded, a dash for None, NaN and infinity; anything else as it is."""
