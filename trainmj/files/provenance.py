@@ -53,7 +53,9 @@ Sources = Annotated[
 
 def said(entry: str | Provenance) -> str:
     """A source in words, its mark last: "EN 15227, clause 5.4 (recalled)"; only the text if it has none."""
-    return entry if isinstance(entry, str) else f"{entry.source} ({entry.mark})"
+    if isinstance(entry, str):
+        return entry
+    return f"changed; before: {entry.source}" if entry.mark == CHANGED else f"{entry.source} ({entry.mark})"
 
 
 def value_at(values: Any, path: str) -> Any:

@@ -79,7 +79,6 @@ def why_not_valid(summary: Summary) -> str:
 def limits(criteria: Sequence[Criterion]) -> Table:
     """The limits of the scenario beside what was found."""
     heads = [*worded("Limit", "at"), Column("found"), Column("allowed"), Column("used", "%"), *worded("verdict")]
-    heads += worded("source") if (said := any(c.source for c in criteria)) else []
     rows = [
         (
             c.title,
@@ -88,11 +87,14 @@ def limits(criteria: Sequence[Criterion]) -> Table:
             f"{c.limit:.12g} {c.unit}",
             against(c.used, 100, 0),
             judged(c.kept) if c.valid else failed("not valid"),
-            *([c.source or "-"] if said else []),
         )
         for c in criteria
     ]
-    return Table(heads, rows)
+    titles: dict[str, list[str]] = {}
+    for c in criteria:
+        titles.setdefault(c.source, []).append(c.title)
+    said = [f"{', '.join(of)}: {source}" for source, of in titles.items() if source]
+    return Table(heads, rows, note=f"Where limits come from. {'. '.join(said)}." if said else "")
 
 
 def interfaces(summary: Summary) -> Table:
