@@ -124,7 +124,7 @@ def test_sources_stand_beside_their_limits_everywhere(folder, tmp_path):
     limits = {c["name"]: c["source"] for c in json.loads((out / "summary.json").read_text())["limits"]}
     assert limits["TS_mm"] == "tender, page 7 (read)"
     assert limits["devices.front.stages.anti_climber.stroke_limit_mm"] == "drawing 12"
-    assert limits["mean_deceleration_g"] == ""
+    assert limits["devices.coupler_a_b.stroke_limit_mm"] == ""
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "tender, page 7" in page
     assert "a guess" in page
