@@ -28,7 +28,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.limits import Criterion, reported
 from trainmj.collision.lineup import line_up
-from trainmj.collision.measured import convertible
+from trainmj.collision.measured import convertible, spread
 from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
@@ -95,7 +95,14 @@ class Outcome:
         speed = np.array([at_end[v.name] for v in chain.vehicles])
         ahead = np.append(speed, 0.0)[[i.right for i in chain.interfaces]]  # nothing moves at a wall, which is the last
         fastest = int(np.argmax(closing := speed[[i.left for i in chain.interfaces]] - ahead))
-        left = convertible(chain, speed * KM_H) / convertible(chain, chain.speed)
+        if closing[chain.front] > 0.0:
+            left = convertible(chain, speed * KM_H)
+        else:  # the sides part, and what is left is what moves within each
+            left = sum(
+                spread(chain.mass[side], speed[side] * KM_H)
+                for side in (slice(chain.n_moving), slice(chain.n_moving, None))
+            )
+        left /= convertible(chain, chain.speed)
         if left <= _LEFT or closing[fastest] <= _CLOSING_KM_H:
             return ""
         return (
@@ -206,7 +213,7 @@ class Assessment:
             found[of] = f"{found[of]}; {reason}" if of in found else reason
         judged = {row.outcome.case.key for row in self.rows if row.judged}
         for key in computed:
-            if key not in judged:
+            if key not in judged and any(o.summary for o in self.outcomes if o.case.key == key):
                 found[f"criteria of {spec.scenarios[key].title}"] = "no limit is stated of what was computed"
         return found
 

@@ -34,8 +34,14 @@ def convertible(chain: Chain, speed: Array) -> float:
     That is the energy about the common centre of mass, or all of it at a wall: two trains that travel together cannot
     hide an error in it.
     """
-    mass = chain.mass
-    common = 0.0 if chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
+    if chain.interfaces[-1].right == WALL:
+        return float(0.5 * np.sum(chain.mass * speed**2))
+    return spread(chain.mass, speed)
+
+
+def spread(mass: Array, speed: Array) -> float:
+    """The kinetic energy of masses about their common centre, both (n,) [kg, m/s], in J; 0 of none."""
+    common = float((speed * mass).sum() / mass.sum()) if len(mass) else 0.0
     return float(0.5 * np.sum(mass * (speed - common) ** 2))
 
 
