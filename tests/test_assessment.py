@@ -72,7 +72,7 @@ def found(train, standard) -> trainmj.Assessment:
 
 
 def numbers(values, path=()):
-    """Paths of all numbers in plain values, positions of named entries by their names."""
+    """Paths of all numbers, and of texts of what is not computed that hold one; entries of lists by their names."""
     if isinstance(values, dict):
         for key, inner in values.items():
             yield from numbers(inner, (*path, str(key)))
@@ -80,7 +80,7 @@ def numbers(values, path=()):
         for n, inner in enumerate(values):
             named = inner.get("name") if isinstance(inner, dict) else None
             yield from numbers(inner, (*path, str(named or n)))
-    elif isinstance(values, int | float) and not isinstance(values, bool):
+    elif isinstance(values, int | float) or (path[0] == "not_computed" and re.search(r"\d", values)):
         yield path
 
 
@@ -96,6 +96,14 @@ def test_every_number_of_a_shipped_file_has_a_mark_and_a_source(file):
     for path in numbers(values):
         around = [".".join(path[:n]) for n in range(len(path), 0, -1)]
         assert any(name in sources for name in around), f"{'.'.join(path)} has no source"
+
+
+def test_limits_of_shipped_scenarios_have_a_mark_and_a_source():
+    """Breaks when a train ships with a limit of a standard, and nothing says how far its number was seen."""
+    for name in ("b_type", "en15227_c1", "wagon_80t"):
+        scenario = trainmj.load(name)
+        for limit in scenario.limits:
+            assert scenario.sources[f"limits.{limit}"].mark in MEANING, f"{name}: {limit}"
 
 
 def test_shipped_assessments_claim_nothing():
@@ -228,6 +236,11 @@ def test_the_line_speed_counts():
         assert found == speed
     slow = trainmj.assess("en15227_c1", "en15227", "C-I", line_speed_km_h=50)
     assert not [o for o in slow.outcomes if o.case.key == "deformable_obstacle"], "a line of 50 km/h asks for no 0 km/h"
+    said = slow.not_computed["3. Into a deformable obstacle of 15 t"]
+    assert said == "a line of 50 km/h leaves no speed for it"
+    for wrong in (0, -5, float("nan"), float("inf")):
+        with pytest.raises(trainmj.InputError, match=r"line_speed_km_h.*must be above 0"):
+            trainmj.assess("en15227_c1", "en15227", "C-I", line_speed_km_h=wrong)
 
 
 def test_a_partner_may_stand_beside_the_assessment_file(train, tmp_path):
@@ -240,6 +253,158 @@ def test_a_partner_may_stand_beside_the_assessment_file(train, tmp_path):
     (outcome,) = trainmj.assess(train, file).outcomes
     assert outcome.case.chain.vehicles[-1].mass == 2000
     assert outcome.case.scenario.trains["shuttle"].rear == "tail"
+
+
+# no pass that is none
+
+
+def asked(tmp_path, text="", **scenario):
+    """An assessment file of one collision scenario with the front."""
+    stated = {"title": "Wagon", "partner": "wagon_80t", "speed_km_h": 15, "ends": ["front"]} | scenario
+    file = tmp_path / "a.assessment.yaml"
+    limits = "" if "limits:" in text else "limits: { mean_deceleration_g: 5 }\n"
+    file.write_text(f"title: A\n{limits}{text}\nscenarios: {{ one: {json.dumps(stated)} }}\n")
+    return file
+
+
+def test_the_stricter_limit_of_the_train_holds(train, tmp_path):
+    """Breaks when a train passes because the limit of a standard replaces a stricter one of its own."""
+    for own, limit in ((0.5, 0.5), (5.0, 5.0), (9.0, 5.0)):
+        found = trainmj.assess(train.with_values({"limits": {"mean_deceleration_g": own}}), asked(tmp_path))
+        (row,) = (row for row in found.rows if row.criterion.name == "mean_deceleration_g")
+        assert row.criterion.limit == limit
+        assert found.passed == (limit > 1.2)
+    assert 1.1 < row.criterion.found < 1.2
+
+
+def test_a_collision_that_is_cut_off_is_no_pass(train, tmp_path):
+    """Breaks when a time limit of 20 ms lets a train pass, as nothing has happened by then."""
+    for partner, speed in (("wagon_80t", 15), ("rigid_wall", 8), ("identical", 15)):
+        file = asked(tmp_path, partner=partner, speed_km_h=speed)
+        for limit in (0.02, 0.1):
+            found = trainmj.assess(train.with_values({"simulation": {"time_limit_s": limit}}), file)
+            assert all(row.criterion.kept for row in found.rows)
+            assert re.search(r"cut off.*closed at .* km/h.*longer simulation\.time_limit_s", found.failed[0])
+        assert trainmj.assess(train, file).passed
+
+
+def test_a_train_that_pushes_the_obstacle_along_is_judged(tmp_path):
+    """Breaks when contact that lasts until the time limit is taken for a collision that is not over."""
+    train = trainmj.load("b_type", {"devices.front.stages.anti_climber.stroke_limit_mm": None})
+    found = trainmj.assess(train, asked(tmp_path, partner="obstacle_3t", speed_km_h=25))
+    assert found.outcomes[0].cut
+    assert found.passed
+
+
+def test_nothing_to_judge_is_no_pass(train, tmp_path):
+    bare = train.with_values({f"devices.{device}.stroke_limit_mm": None for device in ("head", "tail")})
+    found = trainmj.assess(bare, asked(tmp_path, "limits: {}"))
+    assert found.failed == ["no limit is stated of what was computed"]
+    assert "criteria of Wagon" in found.not_computed
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"trains.wagon_80t": {"mass_t": 5, "vehicles": 1, "front": "head"}},
+        {"obstacles.wagon_80t": {"mass_t": 5, "front": "head"}},
+        {
+            "devices.wagon_80t_buffers": {
+                "curve": {"stroke_mm": [0, 10], "force_kN": [0, 100]},
+                "stiffness_kN_per_mm": 9,
+            }
+        },
+    ],
+)
+def test_a_partner_is_that_of_the_file(train, tmp_path, change):
+    """Breaks when a scenario that has a lighter wagon of the same name is assessed against that."""
+    found = trainmj.assess(train.with_values(change), asked(tmp_path))
+    assert not found.passed
+    assert re.search("wagon_80t.*(rename it|choose another name)", found.failed[0])
+    same = train.with_values({"collision.partner": "wagon_80t"})
+    assert trainmj.assess(same, asked(tmp_path)).passed, "one that was taken over from the file is the same"
+    assert not trainmj.assess(same.with_values({"trains.wagon_80t.mass_t": 5}), asked(tmp_path)).passed
+
+
+def test_a_limit_that_needs_closer_records_is_no_pass(train, tmp_path):
+    """Breaks when a train passes a window of 100 ms by records that are 100 ms apart."""
+    coarse = train.with_values({"simulation": {"record_every_ms": 100}})
+    found = trainmj.assess(coarse, asked(tmp_path, "limits: { mean_100ms_g: 5 }"))
+    assert not found.passed
+    assert "take at most 3.3" in found.failed[0]
+
+
+def test_shipped_assessments_say_what_counts_as_contact(train):
+    """Breaks when a threshold in the train's file makes its mean deceleration 0."""
+    blind = train.with_values({"simulation": {"contact_threshold_kN": 1000}})
+    for standard, category in (("en15227", "C-II"), ("cfr238-tier1", "integrated")):
+        assert all(o.case.chain.contact_threshold == 1000.0 for o in trainmj.assess(blind, standard, category).outcomes)
+
+
+BODY = {"stiffness_kN_per_mm": 100, "members": 4}
+WEAK = BODY | {"collapse_force_kN": 2000, "hardening_kN_per_mm": 1}
+
+
+def test_limits_of_bodies_say_whom_they_cannot_judge(train, tmp_path):
+    """Breaks when a rigid train, or one whose bodies never yield, passes a limit of plastic shortening."""
+    (tmp_path / "soft.partner.yaml").write_text(
+        "title: Soft\ndevices: { soft_end: { curve: { stroke_mm: [0, 10, 900], force_kN: [0, 1900, 1900] },"
+        " stiffness_kN_per_mm: 300, beyond: stop } }\n"
+        f"train: {{ mass_t: 60, vehicles: 1, length_m: 20, front: soft_end, body: {json.dumps(WEAK)} }}\n"
+    )
+    file = asked(tmp_path, "limits: { body_plastic_5m_mm: 50, mean_deceleration_g: 5 }", partner="soft")
+    train = train.with_values({"trains.shuttle.length_m": 20})
+    for change, said in (
+        ({}, "each vehicle of the train has no body that gives"),
+        ({"body": BODY}, "the body of each vehicle of the train never yields, without a collapse_force_kN"),
+        ({"vehicles.A.body": WEAK}, "B has no body that gives"),
+        ({"body": WEAK}, ""),
+    ):
+        found = trainmj.assess(train.with_values({f"trains.shuttle.{key}": v for key, v in change.items()}), file)
+        assert found.not_computed.get("limit of body_plastic_5m_mm", "") == said
+        judged = {row.criterion.name for row in found.rows}
+        assert ("body_plastic_5m_mm" in judged) == (WEAK in change.values())
+
+
+def test_responses_of_some_collisions_only_are_listed_for_the_others(train, tmp_path):
+    """Breaks when a limit of the second vehicle of a twin stops an assessment, or is dropped without a word."""
+    file = tmp_path / "a.assessment.yaml"
+    text = (
+        "title: A\nlimits: { stroke_S1_S2_mm: 400 }\nscenarios:\n"
+        "  wagon: { title: Wagon, partner: wagon_80t, speed_km_h: 15 }\n"
+        "  twin: { title: Twin, partner: identical, speed_km_h: 15 }\n"
+    )
+    file.write_text(text)
+    found = trainmj.assess(train, file)
+    said = {"limit of stroke_S1_S2_mm in Wagon": "this collision has no such response"}
+    assert found.not_computed == said
+    assert {r.outcome.case.key for r in found.rows if r.criterion.name == "stroke_S1_S2_mm"} == {"twin"}
+    file.write_text(text.replace("stroke_S1_S2_mm: 400", "TS_mm: 3000"))
+    own = train.with_values({"collision.partner": "shuttle", "limits": {"stroke_S1_S2_mm": 400}})
+    assert trainmj.assess(own, file).not_computed == said, "the same limit in the train's own file"
+    file.write_text(text.replace("400", "400, stroke_S1_S3_mm: 4"))
+    with pytest.raises(trainmj.InputError, match="no quantity or response 'stroke_S1_S3_mm'"):
+        trainmj.assess(train, file)
+
+
+def test_brakes_of_the_train_are_left_out_where_the_file_says_so(train, tmp_path):
+    """Breaks when the brakes of the train act in an assessment that asks for none, in it or its twin."""
+    places = ("brakes", "vehicles.A.brakes")
+    braked = train.with_values({f"trains.shuttle.{place}": {"deceleration_m_per_s2": 1} for place in places})
+    for text, there in (("brakes: false", False), ("", True)):
+        (outcome,) = trainmj.assess(braked, asked(tmp_path, text, partner="identical")).outcomes
+        assert all((vehicle.brake is not None) == there for vehicle in outcome.case.chain.vehicles)
+    assert not trainmj.load_assessment("en15227").spec.brakes
+
+
+def test_remarks_of_cases_are_not_lost(train, tmp_path):
+    """Breaks when a coarse threshold, or a partner past its own limits, is only said by a single run."""
+    found = trainmj.assess(
+        train.with_values({"simulation": {"contact_threshold_kN": 500}}), asked(tmp_path, speed_km_h=40)
+    )
+    spoken = " ".join(found.as_dict()["cases"][0]["remarks"])
+    assert "contact windows leave much of a weak contact out" in spoken
+    assert "The partner, which is not judged, passed limits of its own" in spoken
 
 
 # shipped trains
@@ -319,6 +484,14 @@ def test_wrong_options_are_refused(words, said):
         ("limits.TS_mm: our", "limits.TAMA_g: our", r"sources.limits.TAMA_g.*leads to no value"),
         ("limits.TS_mm: our own", "limits.TS_mm: { mark: seen, source: us }", r"mark = 'seen': must be 'read'"),
         ("share: 0 }", "share: 50 }", r"share = 50: must be at most 10"),
+        ("reported:", "set: { collision.train_end: front }\nreported:", r"set.collision.train_end.*is said by ends"),
+        ("reported:", "set: { collision.speed_km_h: null }\nreported:", r"set.collision.speed_km_h.*is said by speed"),
+        ("reported:", "set: { collision.partner: x }\nreported:", r"set.collision.partner.*is said by partner"),
+        (
+            "reported:",
+            "set: { collision.train: x }\nreported:",
+            r"set.collision.train.*is of the train",
+        ),
         ("title: House rules", "titel: House rules", r"titel.*did you mean 'title'"),
     ],
 )

@@ -124,7 +124,7 @@ def test_sources_stand_beside_their_limits_everywhere(folder, tmp_path):
     limits = {c["name"]: c["source"] for c in json.loads((out / "summary.json").read_text())["limits"]}
     assert limits["TS_mm"] == "tender, page 7 (read)"
     assert limits["devices.front.stages.anti_climber.stroke_limit_mm"] == "drawing 12"
-    assert limits["mean_deceleration_g"] == "5 g of EN 15227, in Liu et al. 2022 (read)"
+    assert limits["mean_deceleration_g"] == "5 g of EN 15227, in Liu et al. 2022; its window is recalled (read)"
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "tender, page 7" in page
     assert "a guess" in page

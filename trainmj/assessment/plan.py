@@ -69,6 +69,7 @@ class Case:
     absent: Mapping[str, str] = field(default_factory=dict)
 
 
+_LONGEST = 200  # characters of a title
 _NOT_THERE = "this collision has no such response"
 _OWN = {
     "partner": "partner",
@@ -235,11 +236,18 @@ def _case(
         }
         sources = changed.values().get("sources", {}) | {path: _plain_source(standard, key, path) for path in stated}
         changes |= stated | {f"limits.{name}": None for name in lost}
-        limited = base.with_values(changes | {"sources": sources})
+        title = f"{scenario.title}, {leading(spec, end, state)}: {train.collision.train}"
+        limited = base.with_values(changes | {"sources": sources, "title": title[:_LONGEST]})
         absent |= lost | {n: why for n, why in of_bodies.items() if n in known and n in (*limits, *limited.limits)}
         return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
     except InputError as error:
         return Case(key, end, state, changes, refused=str(error))
+
+
+def leading(spec: AssessmentFile, end: str, state: str) -> str:
+    """End and load state of a case in words: "rear leading, empty"."""
+    load = spec.load_states.get(state)
+    return f"{end} leading" + (f", {load.title or state.replace('_', ' ')}" if load else "")
 
 
 def limits_of(spec: AssessmentFile, key: str) -> dict[str, float]:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from trainmj.assessment.file import FromLineSpeed
 from trainmj.assessment.plan import (
     Case,
@@ -14,6 +16,7 @@ from trainmj.assessment.plan import (
     cases_of,
     category_of,
     check_names,
+    leading,
     limits_of,
     speed_of,
     speed_stated,
@@ -21,20 +24,22 @@ from trainmj.assessment.plan import (
     states_of,
 )
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.limits import Criterion, reported
 from trainmj.collision.lineup import line_up
+from trainmj.collision.measured import convertible, spread
 from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, scenario_given
+from trainmj.units import KM_H
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-_CLOSING_KM_H = 1.0  # of two vehicles that may still come closer when a collision that counts is cut off
+_LEFT, _CLOSING_KM_H = 0.01, 1.0  # of the convertible energy, and how fast vehicles may close, where a run is cut off
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,18 +87,28 @@ class Outcome:
 
     @property
     def _closing(self) -> str:
-        """What still came closer when the collision was cut off, with the cure; empty where nothing to speak of did."""
+        """What was still to come when the collision was cut off, with the cure; empty where nothing to speak of was."""
         summary, chain = self.summary, self.case.chain
         if not (self.cut and summary and chain):
             return ""
-        speed = {v.name: v.final_speed_km_h for v in summary.vehicles}
-        names = [v.name for v in chain.vehicles]
-        ahead = [0.0 if i.right == WALL else speed[names[i.right]] for i in chain.interfaces]
-        closing = [(speed[names[i.left]] - before, i.name) for i, before in zip(chain.interfaces, ahead, strict=True)]
-        fastest, where = max(closing)
-        if fastest <= _CLOSING_KM_H:
+        at_end = {v.name: v.final_speed_km_h for v in summary.vehicles}
+        speed = np.array([at_end[v.name] for v in chain.vehicles])
+        ahead = np.append(speed, 0.0)[[i.right for i in chain.interfaces]]  # nothing moves at a wall, which is the last
+        fastest = int(np.argmax(closing := speed[[i.left for i in chain.interfaces]] - ahead))
+        if closing[chain.front] > 0.0:
+            left = convertible(chain, speed * KM_H)
+        else:  # the sides part, and what is left is what moves within each
+            left = sum(
+                spread(chain.mass[side], speed[side] * KM_H)
+                for side in (slice(chain.n_moving), slice(chain.n_moving, None))
+            )
+        left /= convertible(chain, chain.speed)
+        if left <= _LEFT or closing[fastest] <= _CLOSING_KM_H:
             return ""
-        return f"while {where} still closed at {fastest:.1f} km/h: state a longer simulation.time_limit_s"
+        return (
+            f"while {chain.interfaces[fastest].name} closed at {closing[fastest]:.1f} km/h and {100 * left:.0f} % of "
+            "the energy that the collision can convert was left: state a longer simulation.time_limit_s"
+        )
 
 
 @dataclass(frozen=True)
@@ -198,7 +213,7 @@ class Assessment:
             found[of] = f"{found[of]}; {reason}" if of in found else reason
         judged = {row.outcome.case.key for row in self.rows if row.judged}
         for key in computed:
-            if key not in judged:
+            if key not in judged and any(o.summary for o in self.outcomes if o.case.key == key):
                 found[f"criteria of {spec.scenarios[key].title}"] = "no limit is stated of what was computed"
         return found
 
@@ -244,8 +259,7 @@ class Assessment:
 
     def state_of(self, case: Case) -> str:
         """End and load state of a case in words: "rear leading, empty"."""
-        load = self.standard.spec.load_states.get(case.state)
-        return f"{case.end} leading" + (f", {load.title or case.state.replace('_', ' ')}" if load else "")
+        return leading(self.standard.spec, case.end, case.state)
 
     def to_frame(self) -> pd.DataFrame:
         """Every criterion of every case as a table, a row each."""

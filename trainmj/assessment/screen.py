@@ -29,7 +29,7 @@ def print_assessment(assessment: Assessment) -> None:
             console.print()
             print_table(console, table)
     console.print()
-    for remark in (*assessment.remarks, spec.notes.strip()):
+    for remark in filter(None, (*assessment.remarks, spec.notes.strip())):
         console.print(Text(f"Note: {remark}"))
 
 
@@ -38,7 +38,8 @@ def print_plan(standard: Standard) -> None:
     console = new_console()
     spec = standard.spec
     console.print(Text(spec.title, style="bold"))
-    console.print(Text(spec.edition))
+    if spec.edition:
+        console.print(Text(spec.edition))
     for table in (tables.asked(standard), sources_table(spec.sources, standard.source.values)):
         console.print()
         print_table(console, table)

@@ -56,8 +56,8 @@ def assess(
     load states. What is not computed is listed, never passed in silence. No compliance with a standard is claimed: the
     numbers of the shipped files have marks that say how far each was seen.
 
-    Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, or a case has no
-    numbers that may be used; 2 for wrong input.
+    Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, a case has no
+    numbers that may be used, or there is nothing to judge; 2 for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")

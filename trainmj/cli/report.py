@@ -32,6 +32,9 @@ class Kind(NamedTuple):
     cure: str = ""  # how the command makes the report
 
 
+_AGAIN = "--out {folder}, which computes nothing again"
+
+
 def kinds() -> tuple[Kind, ...]:
     """All kinds of results."""
     from trainmj.assessment import folder as assessment
@@ -45,9 +48,9 @@ def kinds() -> tuple[Kind, ...]:
         Kind("a run", result.FILE, _page_of_run),
         Kind("a sweep", store.FILE, _page_of_sweep),
         Kind("a study", study.STATE, _page_of_study),
-        Kind("an identification", identification.FILE, cure="trainmj identify TARGETS --out {folder} --report"),
+        Kind("an identification", identification.FILE, cure=f"trainmj identify TARGETS --report {_AGAIN}"),
         Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
-        Kind("a reproduction of the paper", PAGE, cure="trainmj paper --out {folder}"),
+        Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper {_AGAIN}"),
     )
 
 
@@ -110,7 +113,7 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
     kind, source = _found(results)
     if kind.page is None:
         cure = kind.cure.format(folder=quote(str(source.parent)))
-        raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}, which computes nothing again")
+        raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}")
     name = REPORT if source.name == kind.file else f"{source.stem}.html"
     file = source.with_name(name) if out is None else Path(out)
     spare([source], file)

@@ -28,6 +28,23 @@ UNSEEN = 1e-3
 """Relative excess of a peak between two steps, over the largest at any step, that counts as unseen."""
 
 
+def convertible(chain: Chain, speed: Array) -> float:
+    """The kinetic energy that a plastic collision takes at some speeds of the vehicles, (n_vehicle,) [m/s], in J.
+
+    That is the energy about the common centre of mass, or all of it at a wall: two trains that travel together cannot
+    hide an error in it.
+    """
+    if chain.interfaces[-1].right == WALL:
+        return float(0.5 * np.sum(chain.mass * speed**2))
+    return spread(chain.mass, speed)
+
+
+def spread(mass: Array, speed: Array) -> float:
+    """The kinetic energy of masses about their common centre, both (n,) [kg, m/s], in J; 0 of none."""
+    common = float((speed * mass).sum() / mass.sum()) if len(mass) else 0.0
+    return float(0.5 * np.sum(mass * (speed - common) ** 2))
+
+
 @dataclass(frozen=True, eq=False)
 class Measured:
     """What a collision left behind, as its quantities need it."""
@@ -159,14 +176,8 @@ class Measured:
 
     @cached_property
     def convertible(self) -> float:
-        """The kinetic energy that a plastic collision takes [J].
-
-        That is the energy about the common centre of mass, or all of it at a wall: two trains that travel together
-        cannot hide an error in it.
-        """
-        mass, speed = self.chain.mass, self.chain.speed
-        common = 0.0 if self.chain.interfaces[-1].right == WALL else float((speed * mass).sum() / mass.sum())
-        return float(0.5 * np.sum(mass * (speed - common) ** 2))
+        """The kinetic energy that a plastic collision takes [J]."""
+        return convertible(self.chain, self.chain.speed)
 
     @cached_property
     def momentum_error(self) -> float:
