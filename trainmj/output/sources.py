@@ -22,16 +22,16 @@ def sources_table(
     rows = []
     for path, entry in sources.items():
         source, mark = (entry.source, entry.mark) if isinstance(entry, Provenance) else (entry, "-")
-        rows.append((path, _shown(values, path), source, mark))
+        value, points = _shown(value_at(values, path))
+        rows.append((path, value, f"{points}: {source}" if points else source, mark))
     marks = {mark for *_, mark in rows}
     note = " ".join(f"{mark.capitalize()}: {meaning}." for mark, meaning in MEANING.items() if mark in marks)
     return Table(worded("Value", "is", "source", "mark"), rows, title, note)
 
 
-def _shown(values: Any, path: str) -> str:
-    """A value at a path, or the points of a curve; a dash for a group."""
-    here = value_at(values, path)
-    if isinstance(here, dict) and {"stroke_mm", "force_kN"} <= here.keys():
-        points = zip(here["stroke_mm"], here["force_kN"], strict=False)
-        return " ".join(f"({stroke:g} mm, {force:g} kN)" for stroke, force in points)
-    return f"{here:.6g}" if isinstance(here, int | float) and not isinstance(here, bool) else "-"
+def _shown(value: Any) -> tuple[str, str]:
+    """A value, a dash for a group; and the points of a curve."""
+    if isinstance(value, dict) and {"stroke_mm", "force_kN"} <= value.keys():
+        points = zip(value["stroke_mm"], value["force_kN"], strict=False)
+        return "-", " ".join(f"({stroke:g} mm, {force:g} kN)" for stroke, force in points)
+    return f"{value:.6g}" if isinstance(value, int | float) and not isinstance(value, bool) else "-", ""
