@@ -493,6 +493,8 @@ def test_wrong_options_are_refused(words, said):
             r"set.collision.train.*is of the train",
         ),
         ("title: House rules", "titel: House rules", r"titel.*did you mean 'title'"),
+        ("noise: not a matter of collisions", "noise: ''", r"not_computed.noise = '': must have at least 1 character"),
+        ("title: House rules", "trains: {}\ntitle: Mine", r"is not an assessment file|trains.*unknown key"),
     ],
 )
 def test_wrong_files_are_refused_with_place_and_cure(train, tmp_path, old, new, said):

@@ -34,4 +34,6 @@ def _shown(values: Any, path: str) -> str:
     if isinstance(here, dict) and {"stroke_mm", "force_kN"} <= here.keys():
         points = zip(here["stroke_mm"], here["force_kN"], strict=False)
         return " ".join(f"({stroke:g} mm, {force:g} kN)" for stroke, force in points)
-    return f"{here:.6g}" if isinstance(here, int | float) and not isinstance(here, bool) else "-"
+    if isinstance(here, bool):
+        return str(here).lower()
+    return f"{here:.6g}" if isinstance(here, int | float) else "-"
