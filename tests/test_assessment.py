@@ -448,7 +448,10 @@ def test_the_command_prints_writes_and_ends_with_the_verdict(tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     for said in ("second-hand", "recalled", "railway-impact-simulator", "obstacle deflector", "2020+A1:2024"):
         assert said in page
-    assert CliRunner().invoke(main, ["report", str(out)]).exit_code == 2
+    report = CliRunner().invoke(main, ["report", str(out)])
+    assert report.exit_code == 2
+    assert "trainmj assess TRAIN" in report.stderr
+    assert "computes nothing again" not in report.stderr
     passed = CliRunner().invoke(main, ["assess", "b_type", "--standard", "en15227", "--category", "C-II"])
     assert passed.exit_code == 0
 
