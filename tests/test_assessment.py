@@ -453,7 +453,10 @@ def test_the_command_prints_writes_and_ends_with_the_verdict(tmp_path):
     page = (out / "report.html").read_text(encoding="utf-8")
     for said in ("second-hand", "recalled", "railway-impact-simulator", "obstacle deflector", "2020+A1:2024"):
         assert said in page
-    assert CliRunner().invoke(main, ["report", str(out)]).exit_code == 2
+    report = CliRunner().invoke(main, ["report", str(out)])
+    assert report.exit_code == 2
+    assert "trainmj assess TRAIN" in report.stderr
+    assert "computes nothing again" not in report.stderr
     passed = CliRunner().invoke(main, ["assess", "b_type", "--standard", "en15227", "--category", "C-II"])
     assert passed.exit_code == 0
 
@@ -498,6 +501,8 @@ def test_wrong_options_are_refused(words, said):
             r"set.collision.train.*is of the train",
         ),
         ("title: House rules", "titel: House rules", r"titel.*did you mean 'title'"),
+        ("noise: not a matter of collisions", "noise: ''", r"not_computed.noise = '': must have at least 1 character"),
+        ("title: House rules", "trains: {}\ntitle: Mine", r"is not an assessment file|trains.*unknown key"),
     ],
 )
 def test_wrong_files_are_refused_with_place_and_cure(train, tmp_path, old, new, said):

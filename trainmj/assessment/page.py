@@ -10,7 +10,6 @@ from trainmj.output.page import Page
 from trainmj.output.sources import sources_table
 from trainmj.output.table import judged
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.units import against
 
 
 def page_of(assessment: Assessment, command: str) -> Page:
@@ -21,7 +20,7 @@ def page_of(assessment: Assessment, command: str) -> Page:
     section = page.section("Verdict")
     worst = [rows[0] for rows in assessment.governing() if rows[0].judged]
     kept = sum(row.criterion.kept for row in worst)
-    least = min(worst, key=lambda row: row.margin, default=None)
+    least = max(worst, key=lambda row: row.rank, default=None)
     cards = [
         Card(
             "Criteria",
@@ -35,9 +34,7 @@ def page_of(assessment: Assessment, command: str) -> Page:
     if least is not None:
         c = least.criterion
         verdict = judged(c.kept, "kept", "passed over")
-        cards.append(
-            Card("Least margin", against(least.margin, 0, 0), "%", f"{c.title}, {c.where}".rstrip(", "), verdict)
-        )
+        cards.append(Card("Least margin", tables.margin(least), "%", f"{c.title}, {c.where}".rstrip(", "), verdict))
     section.cards(*cards)
     section.notes(assessment.failed)
     section.text(*(paragraph for paragraph in (spec.notes.strip(), *assessment.remarks) if paragraph))

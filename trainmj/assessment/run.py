@@ -177,7 +177,7 @@ class Assessment:
                 *outcome.summary.limits,
                 *(
                     _reported(outcome.case.chain, outcome.summary, name)
-                    for name in self.standard.spec.reported
+                    for name in dict.fromkeys(self.standard.spec.reported)
                     if name not in outcome.case.absent and f"limits.{name}" not in outcome.case.changes
                 ),
             )

@@ -59,11 +59,13 @@ def _row(assessment: Assessment, worst: Row, rows: Sequence[Row]) -> tuple[Any, 
     if not worst.judged:
         return said, value, "-", "-", "reported" if c.valid else failed("not valid"), governed, "-"
     shown = judged(c.kept) if c.valid else failed("not valid")
-    limit, margin = (
-        f"{c.limit:.12g} {c.unit}".rstrip(),
-        "-" if math.isnan(worst.margin) else against(worst.margin, 0, 0),
-    )
-    return said, value, limit, margin, shown, governed, _mark(assessment, worst)
+    limit = f"{c.limit:.12g} {c.unit}".rstrip()
+    return said, value, limit, margin(worst), shown, governed, _mark(assessment, worst)
+
+
+def margin(row: Row) -> str:
+    """What is left of a limit, in %; a dash where what was found is no number."""
+    return "-" if math.isnan(row.margin) else against(row.margin, 0, 0)
 
 
 def _governed(assessment: Assessment, worst: Row, rows: Sequence[Row]) -> str:

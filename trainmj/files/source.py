@@ -109,7 +109,7 @@ class Source:
             wrong = other is not None and other.name != kind
             if kind and (wrong or 2 * sum(key in keys for key in self.values) < len(self.values)):
                 needed = ", ".join(key for key, field in keys.items() if field.is_required())
-                rule = f"is not a {kind}, which states {needed}"
+                rule = f"is not {'an' if kind[0] in 'aeiou' else 'a'} {kind}, which states {needed}"
                 rule += f", but a {other.name}: {other.takes} reads it" if other is not None and wrong else ""
                 raise InputError(f"{self.origins[()]}: {rule}" if () in self.origins else rule) from None
             raise self.refusal(_from_pydantic(error, model)) from None
@@ -180,6 +180,7 @@ _RULES = {
     "too_short": "must have at least {min_length} entries",
     "too_long": "must have at most {max_length} entries",
     "string_pattern_mismatch": "must match {pattern}",
+    "string_too_short": "must have at least {min_length} characters",
     "string_too_long": "must have at most {max_length} characters",
     "literal_error": "must be {expected}",
 }
@@ -193,7 +194,7 @@ def _from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Probl
         for key in e["loc"]:
             place = place.below(key)
         path, rule = place.path, _RULES.get(e["type"], "{msg}").format(**e.get("ctx", {}), msg=e["msg"])
-        rule = rule.replace(" 1 entries", " 1 entry")
+        rule = rule.replace(" 1 entries", " 1 entry").replace(" 1 characters", " 1 character")
         if e["input"] is None and e["type"].endswith("_type"):
             rule = f"{rule}; {_TAKES_BACK}"
         if e["type"] == "extra_forbidden":

@@ -34,4 +34,6 @@ def _shown(value: Any) -> tuple[str, str]:
     if isinstance(value, dict) and {"stroke_mm", "force_kN"} <= value.keys():
         points = zip(value["stroke_mm"], value["force_kN"], strict=False)
         return "-", " ".join(f"({stroke:g} mm, {force:g} kN)" for stroke, force in points)
-    return f"{value:.6g}" if isinstance(value, int | float) and not isinstance(value, bool) else "-", ""
+    if isinstance(value, bool):
+        return str(value).lower(), ""
+    return f"{value:.6g}" if isinstance(value, int | float) else "-", ""
