@@ -214,7 +214,8 @@ ASSESSMENT = {
     "notes": "Two scenarios.",
     "categories": {"yard": "in the yard", "C-I": "outside"},
     "load_states": {"full": {"share": 1, "kg": 80, "title": "all seats"}, "empty": {"share": 0}},
-    "set": {"collision.gap_mm": 0},
+    "brakes": False,
+    "set": {"collision.gap_mm": 0, "simulation.time_limit_s": 1.0},
     "limits": {"mean_deceleration_g": 5, "TS_mm": 500, "body_plastic_5m_mm": 50},
     "reported": ["mean_120ms_g", "stroke_M1_M2_mm"],
     "scenarios": {
