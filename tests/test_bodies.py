@@ -9,11 +9,11 @@ import pytest
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.body import Body, Bogies, plastic_over
-from trainmj.collision.chain import largest_step
 from trainmj.collision.lineup import line_up
 from trainmj.collision.remarks import remarks
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
+from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load

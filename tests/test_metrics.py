@@ -10,12 +10,13 @@ from builders import chain, changed, envelope, joined, scenario, values
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.block import Tally
-from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.chain import Chain
 from trainmj.collision.fields import KEPT
 from trainmj.collision.lineup import line_up
 from trainmj.collision.measured import Measured
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
+from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import Summary, measure, summarise
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load

@@ -19,8 +19,8 @@ from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 import trainmj
-from trainmj.collision.chain import largest_step
 from trainmj.collision.lineup import line_up
+from trainmj.collision.stability import largest_step
 from trainmj.errors import InputError, OutputError, TrainmjError
 from trainmj.files.yaml import as_yaml, parse, read_value
 from trainmj.identification.file import TargetsFile

@@ -9,10 +9,11 @@ import pytest
 from builders import KINDS_OF_DEVICE, built
 
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, largest_step, meet
+from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, meet
 from trainmj.collision.lineup import line_up
 from trainmj.collision.measured import Measured
 from trainmj.collision.simulation import run
+from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import Summary, summarise
 from trainmj.scenario import Scenario, load, shipped
 

@@ -7,7 +7,7 @@ vehicles are than when they touch.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,12 +17,8 @@ from trainmj.collision.body import Body, Member, Point, members_of, nearest, poi
 from trainmj.collision.device import Device
 from trainmj.collision.envelope import Array
 from trainmj.collision.kind import Law
-from trainmj.errors import InputError
-from trainmj.units import KN, G, rounded_down
+from trainmj.units import KN, G
 
-_ROUNDING = 1e-9  # of a largest step
-
-_LATE = 2.0  # times that the stiffness of what pushes only counts in the largest step
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
 
 WALL = -1
@@ -471,78 +467,3 @@ def n_own_sides(chain: Chain) -> int:
 def order_of_vehicles(chain: Chain) -> list[int]:
     """Indices of the vehicles from the front backwards, the moving train first."""
     return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
-
-
-def largest_step(chain: Chain) -> float:
-    """Largest stable step of a chain [s].
-
-    The semi-implicit Euler step with an explicit dashpot is stable where h2 K / 4 + h C / 2 < M in the sense of
-    matrices, with masses M and every device and member at its stiffest: K and C are sums over what acts between two
-    points. For a single oscillator that is h = 2 (sqrt(1 + z2) - z) / w. A device, which pushes only, is met up to a
-    step late, h v deep, and turns v into v (1 - h2 K / M - h C / M): not faster than v if its stiffness counts twice.
-    What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
-    """
-    from scipy.optimize import brentq
-
-    n = len(chain.points)
-    root = np.sqrt(chain.point_mass)
-    stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
-    for left, right, *of_link in _links(chain):
-        for matrix, value in zip((stiffness, damping), of_link, strict=True):
-            matrix[left, left] += value
-            if right != WALL:
-                matrix[right, right] += value
-                matrix[left, right] -= value
-                matrix[right, left] -= value
-    stiffness /= np.outer(root, root)
-    damping /= np.outer(root, root)
-
-    def over(step: float) -> float:
-        return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
-
-    low = _certain_step(chain) * (1.0 - _ROUNDING)  # it may be the largest itself
-    high = 2.0 * low
-    while over(high) < 0.0:
-        low, high = high, 2.0 * high
-    return float(brentq(over, low, high, rtol=1e-12))
-
-
-def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
-    """What acts between two points, or one and the wall: their indices, stiffness that counts, largest damping."""
-    for interface in chain.interfaces:
-        stiffness, damping = interface.bounds(chain.closing_speed)
-        yield *chain.ends(interface), _LATE * stiffness, damping
-    for member in chain.members:
-        yield member.left, member.right, member.stiffness, member.damping
-
-
-def _certain_step(chain: Chain) -> float:
-    """A step that is stable for certain [s]: at most the largest, and found at once.
-
-    Gershgorin's circles around the points: all that acts on a point, twice.
-    """
-    stiffness, damping = np.zeros(len(chain.points)), np.zeros(len(chain.points))
-    for left, right, k, c in _links(chain):
-        for point in (left, right):
-            if point != WALL:
-                stiffness[point] += k
-                damping[point] += c
-    w2, d = 2.0 * stiffness / chain.point_mass, damping / chain.point_mass
-    return float(np.min(2.0 / (d + np.sqrt(d**2 + w2))))
-
-
-def check_step(chain: Chain) -> None:
-    """Refuse a step at which the integration is not stable.
-
-    Raises:
-        InputError: naming the largest step.
-    """
-    if chain.step <= _certain_step(chain):
-        return
-    limit = largest_step(chain)
-    if chain.step > limit * (1.0 + _ROUNDING):
-        raise InputError(
-            f"simulation.step_ms = {chain.step * 1e3:.12g}: must be at most {rounded_down(limit * 1e3, 3)} ms for the "
-            "stiffness and damping of these devices and bodies and the mass of these vehicles, or the integration is "
-            "unstable"
-        )

@@ -32,21 +32,18 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
+from trainmj.collision import contact
 from trainmj.collision.block import MAGIC
 from trainmj.collision.body import strain
 from trainmj.collision.compiled import address_of
 from trainmj.collision.element import advance, narrowest
 from trainmj.collision.fields import (
     CAR,
-    CONTACT,
     ELEMENT,
     HEAD,
     JOINT,
-    KEPT,
-    LASTING,
     MEMBER,
     N_CAR,
-    N_CONTACT,
     N_ELEMENT,
     N_HEAD,
     N_JOINT,
@@ -330,7 +327,6 @@ def _vehicles(
     meeting = int(s[HEAD.JOINTS]) + N_JOINT * int(s[HEAD.FRONT])
     touching = s[meeting + JOINT.FORCE] > 0.0
     first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
-    threshold, front = s[HEAD.THRESHOLD], int(s[HEAD.FRONT])
     rolling = s[HEAD.ROLLING] != 0.0
     approach = STILL_SPEED if rolling else APPROACH_SPEED
     impulse = 0.0
@@ -380,7 +376,7 @@ def _vehicles(
             i += 1
         mass = s[c + CAR.MASS]
         speed = s[p - N_POINT + POINT.SPEED] if count == 1 else momentum / mass
-        before = s[c + CAR.NET]
+        contact.follow(s, c, car, net, elapsed, time)
         s[c + CAR.NET], s[c + CAR.RAIL], s[c + CAR.SLOPE] = net, rail, slope
         s[c + CAR.SPEED] = speed
         if count > 1:
@@ -390,12 +386,6 @@ def _vehicles(
             s[c + CAR.SPEED_LAST] = speed
             if first:
                 s[c + CAR.SPEED_FIRST] = speed
-        in_contact = (net if car > front else -net) > threshold  # pushed away from the impact
-        if in_contact and s[c + CAR.OPEN] == 2.0:
-            s[c + CAR.OPEN_IMPULSE] += 0.5 * (before + net) * elapsed
-        elif in_contact or s[c + CAR.OPEN] != 0.0:
-            _contact(s, c, car, net, before, elapsed, time)
-        s[c + CAR.NET_BEFORE] = before
         if abs(net) > s[c + CAR.DEVICE_FORCE]:
             s[c + CAR.DEVICE_FORCE] = abs(net)
             s[c + CAR.DEVICE_PEAK] = abs(net) / mass
@@ -418,54 +408,6 @@ def _vehicles(
     s[HEAD.IMPULSE] += impulse
     s[HEAD.ELAPSED] = elapsed
     return still, closing
-
-
-@register_jitable
-def _contact(s: Block, c: int, car: int, net: float, before: float, elapsed: float, time: float) -> None:
-    """Begin or end the contact window of a vehicle, where its push rises above the threshold and falls to it again.
-
-    The push is the net force of the devices away from the impact. Between two evaluations it is linear; at both ends of
-    a window it is followed outwards as it was inside, as it may jump there.
-    """
-    away = 1.0 if car > int(s[HEAD.FRONT]) else -1.0
-    threshold, start, last = s[HEAD.THRESHOLD], s[c + CAR.OPEN_START], time - elapsed
-    push, above = away * net, away * before - threshold
-    if push > threshold and s[c + CAR.OPEN] == 0.0:
-        s[c + CAR.OPEN], s[c + CAR.OPEN_START] = 1.0, time - 0.5 * elapsed
-        s[c + CAR.OPEN_IMPULSE] = 0.5 * elapsed * net
-        return
-    if push > threshold:
-        slope = (net - before) / elapsed
-        reach = _reach(above, away * slope, 2.0 * (last - start))
-        s[c + CAR.OPEN], s[c + CAR.OPEN_START] = 2.0, last - reach
-        s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * slope * reach) + 0.5 * (before + net) * elapsed
-        return
-    slope = (before - s[c + CAR.NET_BEFORE]) / s[HEAD.ELAPSED] if s[c + CAR.OPEN] == 2.0 else 0.0
-    reach = _reach(above, -away * slope, elapsed)
-    end = last + reach
-    impulse = away * (s[c + CAR.OPEN_IMPULSE] + reach * (before + 0.5 * slope * reach))
-    mean = impulse / ((end - start) * s[c + CAR.MASS])
-    s[c + CAR.OPEN] = 0.0
-    count = int(s[c + CAR.CONTACTS])
-    s[c + CAR.CONTACTS] += 1.0
-    k = int(s[HEAD.CONTACTS]) + N_CONTACT * (KEPT * car + min(count, KEPT - 1))
-    if count >= KEPT:  # no place is left: the last one has the worst of the others
-        lasting = s[k + CONTACT.END] - s[k + CONTACT.START] >= LASTING
-        if end - start < LASTING or (lasting and mean <= s[k + CONTACT.MEAN]):
-            return
-    s[k + CONTACT.START], s[k + CONTACT.END], s[k + CONTACT.MEAN] = start, end, mean
-
-
-@register_jitable
-def _reach(above: float, slope: float, width: float) -> float:
-    """How long before or behind an evaluation a push was above the threshold [s], of which it is so far above [N].
-
-    The slope [N/s] is that by which it falls outwards; the next evaluation, a width [s] away, is not above. Where the
-    slope does not lead down to the threshold within about that width the push jumps, on average in the middle of it.
-    """
-    if above >= 2.0 * slope * width:
-        return 0.5 * width
-    return min(above / slope, width)
 
 
 @register_jitable

@@ -8,10 +8,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from trainmj.collision.body import Body, Bogies
-from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, check_step, meet
+from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, meet
 from trainmj.collision.device import Device
 from trainmj.collision.law import KINDS
 from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
+from trainmj.collision.stability import check_step
 from trainmj.files.provenance import said
 from trainmj.files.source import Problem
 from trainmj.scenario import Scenario, scenario_given

@@ -9,10 +9,11 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import of_train
 from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
+from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import Summary
 from trainmj.output.console import new_console, print_table
 from trainmj.output.sources import sources_table

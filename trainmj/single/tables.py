@@ -8,7 +8,7 @@ from itertools import compress, pairwise
 from typing import TYPE_CHECKING, Any
 
 from trainmj.collision.body import Body, nearest
-from trainmj.collision.chain import Chain, Interface, Vehicle, largest_step, order_of_vehicles
+from trainmj.collision.chain import Chain, Interface, Vehicle, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.fields import LASTING
 from trainmj.collision.limits import Criterion
@@ -26,6 +26,7 @@ from trainmj.collision.quantities import (
 )
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
+from trainmj.collision.stability import largest_step
 from trainmj.collision.status import Kind, Status
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded

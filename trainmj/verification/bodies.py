@@ -10,9 +10,10 @@ import numpy as np
 
 from trainmj.collision import kernel
 from trainmj.collision.body import Body
-from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.chain import Chain
 from trainmj.collision.fields import Joint
 from trainmj.collision.mj import mujoco
+from trainmj.collision.stability import largest_step
 from trainmj.units import KJ, KN_PER_MM, MM
 from trainmj.verification.check import Check, alike, at_least, zero
 from trainmj.verification.systems import Ride, chain, envelope, follow

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from trainmj.collision.batch import run_chains
-from trainmj.collision.chain import Chain, largest_step
+from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
 from trainmj.collision.simulation import run
+from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import summarise
 from trainmj.scenario import load
 from trainmj.units import MM
