@@ -193,7 +193,7 @@ def test_every_shipped_scenario_runs_and_prints_within_80_columns(name):
 def test_a_passed_limit_is_marked():
     text = works("run", "b_type", "--set", "speed_km_h=30")
     assert "stroke exhausted at S1-M1 anti_climber" in text
-    line, _source = (line for line in text.splitlines() if line.startswith("stroke of front anti_climber"))
+    (line,) = (line for line in text.splitlines() if line.startswith("stroke of front anti_climber"))
     assert "159  FAIL" in line
     assert re.search(r"^\s+anti_climber .* > 265\s*$", text, re.MULTILINE)
 

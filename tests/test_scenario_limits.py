@@ -196,7 +196,7 @@ def test_limits_are_on_the_terminal_in_json_and_in_the_report(tmp_path):
     words = ["run", "b_type_wall", "--set", "limits.TS_mm=1000"]
     said = CliRunner().invoke(main, words)
     assert said.exit_code == 0, "how a collision ends decides the exit code, not its limits"
-    line, _source = (line for line in said.output.splitlines() if line.startswith("TS  "))
+    (line,) = (line for line in said.output.splitlines() if line.startswith("TS  "))
     assert "1000 mm" in line
     assert "FAIL" in line
     spoken = json.loads(CliRunner().invoke(main, [*words, "--json"]).output)
