@@ -23,6 +23,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 os.fsync = lambda _: None  # no test cuts the power, and a busy disk is slow
 
+# Hundreds of processes import what is tested: where Python may not keep what it compiled, half their time is compiling.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
 
 hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
