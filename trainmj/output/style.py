@@ -200,8 +200,8 @@ def encode(picture: Figure, form: Format) -> bytes:
     with styled(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing")  # an empty box shows that
         _let_powers_be_formulas(picture)
-        if picture.get_layout_engine() is not None:
-            picture.draw_without_rendering()
+        if picture.axes and (layout := picture.get_layout_engine()) is not None:
+            layout.execute(picture)  # which needs no drawing
             picture.set_layout_engine("none")  # each further pass would move it a little
         picture.savefig(content, format=form, metadata=_NO_DATE[form])
     return content.getvalue()

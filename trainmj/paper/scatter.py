@@ -65,7 +65,7 @@ def scatter(tables: Tables, laws: Mapping[str, Mapping[Case, Summary]], threads:
     for source, scenario in ((OURS, SCENARIO), (S08, DOCUMENTED)):
         duration = laws[source][EMPTY_STROKE_MM, MASS_T].duration_s
         steps[source] = round(duration / (load(scenario).simulation.step_ms * MS))
-    return Scatter(_left(tables), fine, misfit_over_stiffness(threads), steps)
+    return Scatter(_left(tables), fine, misfit_over_stiffness(threads, STIFFNESSES), steps)
 
 
 def _left(tables: Tables) -> pd.DataFrame:
@@ -100,7 +100,7 @@ def about_line(x: Array, values: Array) -> Array:
     return np.asarray(values - Polynomial.fit(x, values, 1)(x))
 
 
-def misfit_over_stiffness(threads: int = 0, stiffnesses: Array = STIFFNESSES) -> pd.DataFrame:
+def misfit_over_stiffness(threads: int, stiffnesses: Array) -> pd.DataFrame:
     """The misfit of S08 over Table 3's strokes with one stiffness K [kN/mm] or another in all devices.
 
     It is the mean over S_anti, S12, S23 of the square of what is left over that of the paper's scatter: 1 explains
