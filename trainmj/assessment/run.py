@@ -83,8 +83,7 @@ class Outcome:
     @property
     def cut(self) -> bool:
         """Whether the collision was not over at the time limit."""
-        summary, chain = self.summary, self.case.chain
-        return bool(summary and chain and summary.duration_s >= chain.time_limit * (1.0 - 1e-9))
+        return self.summary is not None and not self.summary.over
 
     @property
     def _closing(self) -> str:

@@ -63,6 +63,7 @@ class Summary(Numbers):
         responses: every response by the name of its column, in the order of tables: ``stroke_S1_M1_mm``.
         columns: what the responses are, by the same names.
         channels: those that a batch was asked for, by name: ``velocity_M1_km_h``.
+        over: whether no device was pressed any more; otherwise the time limit cut it off.
     """
 
     status: Status
@@ -74,6 +75,7 @@ class Summary(Numbers):
     responses: Mapping[str, float] = field(repr=False)
     columns: Mapping[str, Column] = field(repr=False, compare=False)
     channels: Mapping[str, Trace] = field(default_factory=dict, repr=False, compare=False)
+    over: bool = True
 
     @property
     def not_valid(self) -> str:
@@ -176,7 +178,8 @@ def summary_of(measured: Measured) -> Summary:
     limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
     status = _status(measured, interfaces, vehicles, balance, limits)
     said = (*remarks(chain), *remarks_of(measured), *_of_partner(interfaces, vehicles))
-    return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
+    over = bool(measured.tally.over)
+    return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns, over=over)
 
 
 def _responses(
