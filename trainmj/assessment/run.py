@@ -65,18 +65,7 @@ class Outcome:
         """Why the case is not passed whatever its criteria say; empty if nothing else is wrong with it."""
         if self.summary is None or self.summary.status.unusable or self.summary.status.kind is Kind.NO_CONTACT:
             return self.status
-        crushed = [
-            f"{i.name} (crushed by {stage.stroke_mm:.1f} mm)"
-            for i in self.summary.interfaces
-            if i.judged
-            for stage in i.stages
-            if stage.collapsed
-        ]
-        crushed += [
-            f"body of {v.name} ({v.body_plastic_mm:.1f} mm plastic)"
-            for v in self.summary.vehicles
-            if v.judged and v.collapsed
-        ]
+        crushed = self.summary.gave_way
         said = [f"car bodies gave way at {', '.join(crushed)}"] if crushed else []
         return "; ".join(said + ([f"cut off by the time limit, {closing}"] if (closing := self._closing) else []))
 

@@ -82,6 +82,13 @@ class Summary(Numbers):
         """What marks its numbers where a curve ended behind which nothing is stated: "not valid after 0.213 s"."""
         return not_valid(self.values["valid_until_s"])
 
+    @property
+    def gave_way(self) -> list[str]:
+        """Car bodies under test that gave way, with by how much: "body of M1 (crushed by 3.1 mm)"."""
+        found = [(i, stage) for i in self.interfaces if i.judged for stage in i.stages if stage.collapsed]
+        bodies = [said for vehicle in self.vehicles if vehicle.judged for _, said in _collapsed(vehicle)]
+        return [_crushed(_place(*one), one[1]) for one in found] + bodies
+
     def row(self) -> dict[str, Any]:
         """Status, reason and every response by the name of its column."""
         return {"status": self.status.kind.value, "reason": self.status.reason, **self.responses}
@@ -304,9 +311,18 @@ def _collapsed(vehicle: VehicleMetrics) -> Iterator[tuple[str, str]]:
 def _spent(interface: InterfaceMetrics) -> Iterator[tuple[str, str]]:
     """Each stage that passed its limit, and a car body that gave way, with the numbers."""
     for stage in interface.stages:
-        where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
+        where = _place(interface, stage)
         if stage.exhausted:
             found = STAGE.text(stage.stroke_mm, stage.limit_mm)
             yield where, f"{where} ({found} of {stage.limit_mm:.12g} mm)"
         elif stage.collapsed:
-            yield where, f"{where} (crushed by {STAGE.text(stage.stroke_mm)} mm)"
+            yield where, _crushed(where, stage)
+
+
+def _place(interface: InterfaceMetrics, stage: StageUse) -> str:
+    """Where a stage is: the interface, and the stage if it is one of several."""
+    return f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
+
+
+def _crushed(where: str, stage: StageUse) -> str:
+    return f"{where} (crushed by {STAGE.text(stage.stroke_mm)} mm)"
