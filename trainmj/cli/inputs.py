@@ -108,7 +108,7 @@ def scenarios() -> None:
         ("Studies", ".study.yaml", "trainmj study NAME"),
         ("Targets", ".targets.yaml", "trainmj identify NAME"),
     ):
-        click.echo(f"{what}: {', '.join(shipped_files(ending))} ({use})")
+        click.echo(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})")
     click.echo(f"All of them are in {shipped_folder('scenarios')}")
 
 
