@@ -155,6 +155,13 @@ def test_threads_do_not_matter(train, standard, found):
     assert json.dumps(again.as_dict()) == json.dumps(found.as_dict())
 
 
+def test_what_is_shown_in_a_session_is_short(found, standard):
+    """Breaks when an assessment in a notebook prints whole scenarios and chains."""
+    verdict = "passed as far as computed" if found.passed else "not passed"
+    assert repr(found) == f"<Assessment {found.title}: {verdict}, {found.kept_of_judged}>"
+    assert all(len(repr(thing)) < 1000 for thing in (found, standard, *found.outcomes)), repr(found.outcomes[0])
+
+
 def test_load_states_replace_every_share(found):
     """Breaks when a vehicle with a load of its own keeps its share, so that it is neither full nor empty."""
     masses = {o.case.state: o.case.chain.mass[:2].tolist() for o in found.outcomes if o.case.end == "front"}

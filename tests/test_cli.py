@@ -371,7 +371,7 @@ def test_scenarios_lists_what_ships_with_title_and_parameters():
     assert "empty_stroke_mm" in text
     assert "EN 15227-type" in text
     assert "Studies: b_type" in text
-    assert "Targets: fra_cem, b_type, b_type_s08" in text
+    assert "Targets: b_type, b_type_s08, fra_cem" in text
 
 
 SCHEMA_OF = {

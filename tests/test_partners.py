@@ -161,9 +161,11 @@ def test_a_changed_value_does_not_keep_its_source(folder):
         ("{ limits.TS_mm: 5 }", r"must be the source as text, or a group with mark and source"),
         ("{ limits.TS_mm: { mark: read } }", r"source: is missing"),
         ("us", r"sources = 'us': must be a group"),
+        ("{ mass_t: us }", r"is a parameter: state the source of the path, trains\.b_type\.mass_t"),
     ],
 )
 def test_wrong_sources_are_refused(folder, sources, said):
+    """Breaks when a source may be stated that no table shows beside its value."""
     (folder / "train.yaml").write_text(re.sub(r"(?s)sources:.*", f"sources: {sources}\n", TRAIN))
     with pytest.raises(InputError, match=said):
         trainmj.load(folder / "train.yaml")

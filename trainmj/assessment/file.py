@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from trainmj.files.parts import Above, Either, Notes, Part, Positive, Spelt, Title
 from trainmj.files.provenance import Sources
 from trainmj.scenario.ranges import Key, Response
+from trainmj.scenario.trains import End
 
 IDENTICAL = "identical"
 """The partner that is the train under test itself."""
@@ -19,7 +20,6 @@ Category = Annotated[
     Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40),
     Spelt("must be a letter, then letters, digits, - and _"),
 ]
-End = Literal["front", "rear"]
 
 
 class FromLineSpeed(Part):

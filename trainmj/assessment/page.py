@@ -18,7 +18,7 @@ def page_of(assessment: Assessment, command: str) -> Page:
     subtitle = f"Train: that of {assessment.train.heading}. Edition: {spec.edition or 'not stated'}."
     page = Page(assessment.title, subtitle, command, assessment.versions)
     section = page.section("Verdict")
-    worst = [rows[0] for rows in assessment.governing() if rows[0].judged]
+    worst = assessment.judged
     kept = sum(row.criterion.kept for row in worst)
     least = max(worst, key=lambda row: row.rank, default=None)
     cards = [

@@ -31,9 +31,10 @@ class Standard:
     Attributes:
         spec: the parts of the file.
         name: of the file, without its ending.
+        source: its plain values with their places.
     """
 
-    spec: AssessmentFile
+    spec: AssessmentFile = field(repr=False)
     name: str
     source: Source = field(repr=False)
 
@@ -63,8 +64,8 @@ class Case:
     end: str
     state: str
     changes: Mapping[str, Any]
-    scenario: Scenario | None = None
-    chain: Chain | None = None
+    scenario: Scenario | None = field(default=None, repr=False)
+    chain: Chain | None = field(default=None, repr=False)
     refused: str = ""
     absent: Mapping[str, str] = field(default_factory=dict)
 
@@ -177,7 +178,7 @@ def cases_of(standard: Standard, train: Scenario, category: str, line_speed_km_h
 def states_of(spec: AssessmentFile, train: Scenario) -> dict[str, dict[str, float]]:
     """The changes of each load state; the train as it stands, under an empty name, if no vehicle has seats."""
     name = train.collision.train
-    places = list(_loads(train.trains[name]))
+    places = list(_stated(train.trains[name], "load"))
     if not spec.load_states or not places:
         return {"": {}}
     found: dict[str, dict[str, float]] = {}
@@ -192,35 +193,24 @@ def states_of(spec: AssessmentFile, train: Scenario) -> dict[str, dict[str, floa
     return found
 
 
-def _loads(train: TrainSpec) -> Iterator[tuple[Place, Any]]:
-    """The places below a train at which loads are stated, with what is there."""
-    if train.load is not None:
-        yield ("load",), train.load
+def _stated(train: TrainSpec, key: str) -> Iterator[tuple[Place, Any]]:
+    """The places below a train at which a key of it or of a vehicle is stated, with what is there."""
+    if getattr(train, key) is not None:
+        yield (key,), getattr(train, key)
     for n, vehicle in enumerate(train.vehicles if isinstance(train.vehicles, list) else ()):
-        if vehicle.load is not None:
-            yield ("vehicles", n, "load"), vehicle.load
+        if getattr(vehicle, key) is not None:
+            yield ("vehicles", n, key), getattr(vehicle, key)
 
 
 def _case(
     standard: Standard, train: Scenario, key: str, speed: float, end: str, state: str, loads: Mapping[str, float]
 ) -> Case:
+    """A collision with the limits that it can be judged by, or the reason why it cannot be made."""
     spec = standard.spec
-    scenario = spec.scenarios[key]
-    twin = scenario.partner == IDENTICAL
-    partner = train.collision.train if twin else scenario.partner
-    changes: dict[str, Any] = {
-        "collision.partner": partner,
-        "collision.speed_km_h": speed,
-        "collision.partner_speed_km_h": 0.0,
-        "collision.train_end": end,
-        "collision.partner_end": end if twin else "front",
-        **spec.set,
-        **scenario.set,
-        **(_unbraked(train) if not spec.brakes else {}),
-        **loads,
-    }
+    changes = _changes(spec, train, key, speed, end, loads)
     try:
-        base = train if twin else train.with_partner(partner, standard.source.folder)
+        partner = spec.scenarios[key].partner
+        base = train if partner == IDENTICAL else train.with_partner(partner, standard.source.folder)
         changed = base.with_values(changes)
         bare = line_up(changed.with_values({"limits": None}))
         known: dict[str, Column | Quantity[Any]] = {**columns_of(bare), **of_each(bare)}
@@ -236,12 +226,31 @@ def _case(
         }
         sources = changed.values().get("sources", {}) | {path: _plain_source(standard, key, path) for path in stated}
         changes |= stated | {f"limits.{name}": None for name in lost}
-        title = f"{scenario.title}, {leading(spec, end, state)}: {train.collision.train}"
+        title = f"{spec.scenarios[key].title}, {leading(spec, end, state)}: {train.collision.train}"
         limited = base.with_values(changes | {"sources": sources, "title": title[:_LONGEST]})
         absent |= lost | {n: why for n, why in of_bodies.items() if n in known and n in (*limits, *limited.limits)}
         return Case(key, end, state, changes, limited, line_up(limited), absent=absent)
     except InputError as error:
         return Case(key, end, state, changes, refused=str(error))
+
+
+def _changes(
+    spec: AssessmentFile, train: Scenario, key: str, speed: float, end: str, loads: Mapping[str, float]
+) -> dict[str, Any]:
+    """The changes that make the collision of a case of the train's scenario, by path; limits are not among them."""
+    scenario = spec.scenarios[key]
+    twin = scenario.partner == IDENTICAL
+    return {
+        "collision.partner": train.collision.train if twin else scenario.partner,
+        "collision.speed_km_h": speed,
+        "collision.partner_speed_km_h": 0.0,
+        "collision.train_end": end,
+        "collision.partner_end": end if twin else "front",
+        **spec.set,
+        **scenario.set,
+        **({} if spec.brakes else _unbraked(train)),
+        **loads,
+    }
 
 
 def leading(spec: AssessmentFile, end: str, state: str) -> str:
@@ -258,11 +267,7 @@ def limits_of(spec: AssessmentFile, key: str) -> dict[str, float]:
 def _unbraked(train: Scenario) -> dict[str, None]:
     """The changes that leave out the brakes of a train."""
     name = train.collision.train
-    spec = train.trains[name]
-    vehicles = spec.vehicles if isinstance(spec.vehicles, list) else ()
-    places: list[Place] = [("brakes",)] if spec.brakes is not None else []
-    places += [("vehicles", n, "brakes") for n, vehicle in enumerate(vehicles) if vehicle.brakes is not None]
-    return {dotted(("trains", name, *place)): None for place in places}
+    return {dotted(("trains", name, *place)): None for place, _ in _stated(train.trains[name], "brakes")}
 
 
 def _absent(name: str, known: Mapping[str, Any]) -> str:

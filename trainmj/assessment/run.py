@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 
 _LEFT, _CLOSING_KM_H = 0.01, 1.0  # of the convertible energy, and how fast vehicles may close, where a run is cut off
+_NO_LIMIT = "no limit is stated of what was computed"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +53,7 @@ class Outcome:
     """
 
     case: Case
-    summary: Summary | None
+    summary: Summary | None = field(repr=False)
 
     @property
     def status(self) -> str:
@@ -64,26 +65,14 @@ class Outcome:
         """Why the case is not passed whatever its criteria say; empty if nothing else is wrong with it."""
         if self.summary is None or self.summary.status.unusable or self.summary.status.kind is Kind.NO_CONTACT:
             return self.status
-        crushed = [
-            f"{i.name} (crushed by {stage.stroke_mm:.1f} mm)"
-            for i in self.summary.interfaces
-            if i.judged
-            for stage in i.stages
-            if stage.collapsed
-        ]
-        crushed += [
-            f"body of {v.name} ({v.body_plastic_mm:.1f} mm plastic)"
-            for v in self.summary.vehicles
-            if v.judged and v.collapsed
-        ]
+        crushed = self.summary.gave_way
         said = [f"car bodies gave way at {', '.join(crushed)}"] if crushed else []
         return "; ".join(said + ([f"cut off by the time limit, {closing}"] if (closing := self._closing) else []))
 
     @property
     def cut(self) -> bool:
         """Whether the collision was not over at the time limit."""
-        summary, chain = self.summary, self.case.chain
-        return bool(summary and chain and summary.duration_s >= chain.time_limit * (1.0 - 1e-9))
+        return self.summary is not None and not self.summary.over
 
     @property
     def _closing(self) -> str:
@@ -160,6 +149,11 @@ class Assessment:
     outcomes: tuple[Outcome, ...]
     versions: Mapping[str, str]
 
+    def __repr__(self) -> str:
+        """Title and verdict: an assessment holds whole scenarios."""
+        verdict = "passed as far as computed" if self.passed else "not passed"
+        return f"<Assessment {self.title}: {verdict}, {self.kept_of_judged}>"
+
     @property
     def title(self) -> str:
         """What was assessed after what: "After EN 15227, C-II: b_type (6 vehicles, 198 t)"."""
@@ -192,6 +186,17 @@ class Assessment:
             yield sorted(rows, key=lambda row: row.rank, reverse=True)
 
     @property
+    def judged(self) -> list[Row]:
+        """The row that governs each criterion with a limit."""
+        return [rows[0] for rows in self.governing() if rows[0].judged]
+
+    @property
+    def kept_of_judged(self) -> str:
+        """How many criteria are kept: "7 of 8 criteria kept"."""
+        judged = self.judged
+        return f"{sum(row.criterion.kept for row in judged)} of {len(judged)} criteria kept"
+
+    @property
     def not_computed(self) -> dict[str, str]:
         """What the standard asks and nothing here answers, with the reason."""
         spec = self.standard.spec
@@ -214,7 +219,7 @@ class Assessment:
         judged = {row.outcome.case.key for row in self.rows if row.judged}
         for key in computed:
             if key not in judged and any(o.summary for o in self.outcomes if o.case.key == key):
-                found[f"criteria of {spec.scenarios[key].title}"] = "no limit is stated of what was computed"
+                found[f"criteria of {spec.scenarios[key].title}"] = _NO_LIMIT
         return found
 
     @property
@@ -243,10 +248,10 @@ class Assessment:
     @property
     def failed(self) -> list[str]:
         """What is not passed, a sentence each; empty if all that is computed is."""
-        worst = [rows[0] for rows in self.governing()]
-        said = [f"{self.titled(r.outcome)}: {r.criterion.said}" for r in worst if r.judged and not r.criterion.kept]
+        judged = self.judged
+        said = [f"{self.titled(row.outcome)}: {row.criterion.said}" for row in judged if not row.criterion.kept]
         said += [f"{self.titled(o)}: {text}" for o in self.outcomes if (text := o.fault)]
-        return said if said or any(r.judged for r in worst) else ["no limit is stated of what was computed"]
+        return said if said or judged else [_NO_LIMIT]
 
     @property
     def passed(self) -> bool:

@@ -18,11 +18,10 @@ _INDENT = "\u00a0\u00a0"
 
 def verdict(assessment: Assessment) -> Verdict:
     """The whole, in a few words."""
-    rows = [rows[0] for rows in assessment.governing() if rows[0].judged]
-    kept = sum(row.criterion.kept for row in rows)
-    text = f"{kept} of {len(rows)} criteria kept"
+    text = assessment.kept_of_judged
     if assessment.failed:
-        return failed(f"not passed: {text}" + (", and more is wrong" if kept == len(rows) else ""))
+        all_kept = all(row.criterion.kept for row in assessment.judged)
+        return failed(f"not passed: {text}" + (", and more is wrong" if all_kept else ""))
     return (warned if any(o.cut for o in assessment.outcomes) else passed)(f"passed as far as computed: {text}")
 
 

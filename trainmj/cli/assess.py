@@ -25,7 +25,7 @@ from trainmj.files.written import finite
     "--standard",
     required=True,
     metavar="FILE",
-    help="Assessment file, or one that ships: en15227, cfr238-tier1.",
+    help="Assessment file, or the name of one that ships, such as en15227.",
 )
 @click.option("--category", metavar="NAME", help="Category of the train in the file, such as C-II.")
 @click.option(
@@ -51,13 +51,13 @@ def assess(
 ) -> None:
     """Assess a train: every collision that a standard asks of it.
 
-    TRAIN is a scenario, of which the moving train is assessed, with its own limits too; what it runs into and how fast,
-    the assessment file says. Every collision scenario of the category is computed with both ends leading and in all
-    load states. What is not computed is listed, never passed in silence. No compliance with a standard is claimed: the
-    numbers of the shipped files have marks that say how far each was seen.
+    TRAIN is a scenario, whose moving train is assessed, its own limits included. The assessment file says what it runs
+    into and how fast. Every collision scenario of the category is computed with each end leading that it names, in
+    every load state. What is not computed is listed. No compliance with a standard is claimed: the numbers of the
+    shipped files have marks that say how far each was seen.
 
     Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, a case has no
-    numbers that may be used, or there is nothing to judge; 2 for wrong input.
+    usable numbers, or there is nothing to judge; 2 for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")

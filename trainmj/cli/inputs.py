@@ -89,8 +89,8 @@ def _run_into(file: str) -> Scenario:
 def scenarios() -> None:
     """List the scenarios that ship with trainmj.
 
-    Also lists partners, study, targets and assessment files, and the folder of all of them. Copy a file, or build on it
-    by its name.
+    Also lists partner, assessment, study and targets files, and the folder of all of them. Copy a file, or use it by
+    its name.
     """
     from trainmj.files.resources import shipped_files, shipped_folder
     from trainmj.output.console import console_table, new_console
@@ -108,7 +108,7 @@ def scenarios() -> None:
         ("Studies", ".study.yaml", "trainmj study NAME"),
         ("Targets", ".targets.yaml", "trainmj identify NAME"),
     ):
-        click.echo(f"{what}: {', '.join(shipped_files(ending))} ({use})")
+        click.echo(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})")
     click.echo(f"All of them are in {shipped_folder('scenarios')}")
 
 

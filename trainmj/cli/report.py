@@ -32,7 +32,7 @@ class Kind(NamedTuple):
     cure: str = ""  # how the command makes the report
 
 
-_OUT, _AGAIN = "--out {folder}", ", which computes nothing again"
+_AGAIN = ", which computes nothing again"
 
 
 def kinds() -> tuple[Kind, ...]:
@@ -48,9 +48,11 @@ def kinds() -> tuple[Kind, ...]:
         Kind("a run", result.FILE, _page_of_run),
         Kind("a sweep", store.FILE, _page_of_sweep),
         Kind("a study", study.STATE, _page_of_study),
-        Kind("an identification", identification.FILE, cure=f"trainmj identify TARGETS {_OUT} --report{_AGAIN}"),
-        Kind("an assessment", assessment.FILE, cure=f"trainmj assess TRAIN --standard NAME {_OUT} --report"),
-        Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper {_OUT}{_AGAIN}"),
+        Kind(
+            "an identification", identification.FILE, cure=f"trainmj identify TARGETS --out {{folder}} --report{_AGAIN}"
+        ),
+        Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
+        Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper --out {{folder}}{_AGAIN}"),
     )
 
 

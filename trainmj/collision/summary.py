@@ -63,6 +63,7 @@ class Summary(Numbers):
         responses: every response by the name of its column, in the order of tables: ``stroke_S1_M1_mm``.
         columns: what the responses are, by the same names.
         channels: those that a batch was asked for, by name: ``velocity_M1_km_h``.
+        over: whether no device was pressed any more; otherwise the time limit cut it off.
     """
 
     status: Status
@@ -74,11 +75,19 @@ class Summary(Numbers):
     responses: Mapping[str, float] = field(repr=False)
     columns: Mapping[str, Column] = field(repr=False, compare=False)
     channels: Mapping[str, Trace] = field(default_factory=dict, repr=False, compare=False)
+    over: bool = True
 
     @property
     def not_valid(self) -> str:
         """What marks its numbers where a curve ended behind which nothing is stated: "not valid after 0.213 s"."""
         return not_valid(self.values["valid_until_s"])
+
+    @property
+    def gave_way(self) -> list[str]:
+        """Car bodies under test that gave way, with by how much: "body of M1 (crushed by 3.1 mm)"."""
+        found = [(i, stage) for i in self.interfaces if i.judged for stage in i.stages if stage.collapsed]
+        bodies = [said for vehicle in self.vehicles if vehicle.judged for _, said in _collapsed(vehicle)]
+        return [_crushed(_place(*one), one[1]) for one in found] + bodies
 
     def row(self) -> dict[str, Any]:
         """Status, reason and every response by the name of its column."""
@@ -176,7 +185,8 @@ def summary_of(measured: Measured) -> Summary:
     limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
     status = _status(measured, interfaces, vehicles, balance, limits)
     said = (*remarks(chain), *remarks_of(measured), *_of_partner(interfaces, vehicles))
-    return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns)
+    over = bool(measured.tally.over)
+    return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns, over=over)
 
 
 def _responses(
@@ -301,9 +311,18 @@ def _collapsed(vehicle: VehicleMetrics) -> Iterator[tuple[str, str]]:
 def _spent(interface: InterfaceMetrics) -> Iterator[tuple[str, str]]:
     """Each stage that passed its limit, and a car body that gave way, with the numbers."""
     for stage in interface.stages:
-        where = f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
+        where = _place(interface, stage)
         if stage.exhausted:
             found = STAGE.text(stage.stroke_mm, stage.limit_mm)
             yield where, f"{where} ({found} of {stage.limit_mm:.12g} mm)"
         elif stage.collapsed:
-            yield where, f"{where} (crushed by {STAGE.text(stage.stroke_mm)} mm)"
+            yield where, _crushed(where, stage)
+
+
+def _place(interface: InterfaceMetrics, stage: StageUse) -> str:
+    """Where a stage is: the interface, and the stage if it is one of several."""
+    return f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
+
+
+def _crushed(where: str, stage: StageUse) -> str:
+    return f"{where} (crushed by {STAGE.text(stage.stroke_mm)} mm)"

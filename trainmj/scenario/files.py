@@ -117,17 +117,24 @@ def _or_null(part: dict[str, Any]) -> dict[str, Any]:
 
 def _lost(scenario: Scenario) -> Iterator[Problem]:
     """Parameters and sources that stand for no value."""
-    for key, names in (("parameters", scenario.parameters), ("sources", scenario.sources)):
-        for name in names:
-            try:
-                places = zip(scenario.places(name), scenario.locate(name), strict=True)
-            except InputError as error:
-                yield Problem((key, name), str(error))
-                continue
-            for path, value in places if key == "sources" else ():
-                if value is None and not has_key(type_at(Parts, path[:-1]), path[-1]):
-                    known = scenario.locate(dotted(path[:-1]))[0] or ()
-                    yield Problem((key, name), f"leads to no value{close_match(str(path[-1]), known)}")
+    for name in scenario.parameters:
+        try:
+            scenario.places(name)
+        except InputError as error:
+            yield Problem(("parameters", name), str(error))
+    for name in scenario.sources:
+        if name in scenario.parameters:
+            rule = f"is a parameter: state the source of the path, {' and of '.join(scenario.paths(name))}"
+            yield Problem(("sources", name), rule)
+            continue
+        try:
+            ((path,), (value,)) = scenario.places(name), scenario.locate(name)
+        except InputError as error:
+            yield Problem(("sources", name), str(error))
+            continue
+        if value is None and not has_key(type_at(Parts, path[:-1]), path[-1]):
+            known = scenario.locate(dotted(path[:-1]))[0] or ()
+            yield Problem(("sources", name), f"leads to no value{close_match(str(path[-1]), known)}")
 
 
 def find_beside(folder: FilePath, name: str, said: str) -> FilePath:

@@ -91,10 +91,10 @@ def with_partner(source: Source) -> Source:
     homes = [values for home in _HOMES.values() if isinstance(values := source.values.get(home), Mapping)]
     if not isinstance(name, str) or any(name in home for home in homes):
         return source
-    return taking(source, name, source.folder)
+    return with_partner_file(source, name, source.folder)
 
 
-def taking(source: Source, name: str, folder: FilePath) -> Source:
+def with_partner_file(source: Source, name: str, folder: FilePath) -> Source:
     """The values of a scenario with those of the partner file of a name, in a folder or shipped; the same without one.
 
     Raises:

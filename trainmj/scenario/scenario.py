@@ -30,7 +30,7 @@ from trainmj.files.source import (
     source_of,
     type_at,
 )
-from trainmj.scenario.partners import taking, with_partner
+from trainmj.scenario.partners import with_partner, with_partner_file
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 from trainmj.scenario.trains import RIGID_WALL
@@ -100,7 +100,7 @@ class Scenario(Parts):
         Raises:
             InputError: if the file is wrong, or states something else of a name that the scenario has as well.
         """
-        return self.from_source(taking(self._source, name, folder))
+        return self.from_source(with_partner_file(self._source, name, folder))
 
     def refuse(self, problems: Iterable[Problem]) -> None:
         """Raise the error that lists problems with the places of their values, if there are any.

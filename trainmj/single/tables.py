@@ -148,9 +148,7 @@ def _limit(stage: StageUse, under_test: bool) -> Verdict | str:
 
 
 def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
-    """Every vehicle, from the front backwards, the moving train first; its mean decelerations; its occupants, if a
-    flight is stated.
-    """
+    """The vehicles from the front backwards, the moving train first; their mean decelerations; occupants, if any."""
     occupants = of_occupants(chain)
     own = [q for q in of_vehicles(chain) if q not in (*occupants, *BODY, *DECELERATION)]
     note = (
