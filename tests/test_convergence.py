@@ -88,6 +88,7 @@ def test_other_responses_settle_by_their_names(monkeypatch):
     assert len(converge(case, ["duration_s", "force_*"]).step_ms) > 4, "each of them must settle"
 
 
+@pytest.mark.thorough
 def test_command_settles_what_is_asked_for():
     words = ["run", "b_type_wall", "--converge", "--responses", "stroke_M1_wall*, peak_device_*"]
     said = CliRunner().invoke(main, words)

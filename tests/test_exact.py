@@ -37,6 +37,7 @@ def test_known_outcome(case: Case):
     assert [c for c in checks if not c.passed] == []
 
 
+@pytest.mark.thorough
 def test_random_trains_by_scipy(random_trains):
     """Strokes within 0.1 % of the largest, energy balance within 1e-3; ``--random-trains 50`` takes 50 seeds."""
     checks = list(oracles.random_by_scipy(range(random_trains), most=40 if random_trains > 10 else 6))

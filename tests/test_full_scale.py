@@ -53,6 +53,7 @@ def test_the_step_does_not_matter_to_the_test_of_two_trains():
     assert coarse == pytest.approx(fine, abs=0.1)
 
 
+@pytest.mark.thorough
 def test_the_ends_are_found_from_the_tests_against_a_wall(tmp_path):
     """Breaks if the shipped forces are not those that ``trainmj identify fra_cem`` finds, or are known better."""
     found = identify(load_targets("fra_cem"), tmp_path, figures=())
@@ -72,6 +73,7 @@ def test_the_ends_are_found_from_the_tests_against_a_wall(tmp_path):
     assert fit.loc["all_crush_zones", "largest_percent"] == pytest.approx(-25.4, abs=0.1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("trials", "forces", "length", "lead"),
     [(0, [2187.9, 5518.8], 244.7, 862), pytest.param(300, [1523.2, 5469.0], 195.2, 801, marks=pytest.mark.thorough)],

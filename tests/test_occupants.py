@@ -275,6 +275,7 @@ def test_numbers_behind_the_end_of_a_curve_are_marked_in_the_table_of_occupants(
     )
 
 
+@pytest.mark.thorough
 def test_everything_written_has_the_flights(tmp_path):
     """Breaks if an output of a run leaves the occupants out, or has them where no flight is stated."""
     stated = ["--set", "occupants.free_flight_mm=[760, 600]"]

@@ -136,6 +136,7 @@ def compared(scenario: Scenario) -> None:
     assert len(checks) == 6
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [pytest.param("b_type", marks=pytest.mark.thorough), "wagon_80t"])
 def test_the_oracle_agrees_with_shipped_trains(name):
     """Breaks when staged devices, unequal fronts or rail friction are read otherwise than the package does."""

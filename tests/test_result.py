@@ -251,6 +251,7 @@ def test_figure_shows_speeds_strokes_forces_and_energies_with_units(name):
     assert len(axes[2].lines) == result.chain.n_moving, "the interfaces of the moving train"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("width", ["column", "page"])
 def test_nothing_in_the_figure_lies_over_the_names_of_lines(standard_result, width, recwarn):
     """A title that runs into the legend of its panel could not be read; one in another script warns nobody."""
@@ -266,6 +267,7 @@ def test_nothing_in_the_figure_lies_over_the_names_of_lines(standard_result, wid
         assert not legend.overlaps(title)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("width", ["column", "page"])
 def test_the_longer_names_of_an_unequal_front_leave_the_title_free(width):
     """Both trains' devices at the front of an eight-car train are named above the strokes."""

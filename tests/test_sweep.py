@@ -307,6 +307,7 @@ def test_more_columns_than_sqlite_holds_are_refused_with_the_cure(tmp_path):
 # nothing is lost
 
 
+@pytest.mark.thorough
 def test_killed_five_times_and_gone_on_with_the_table_is_the_same(undisturbed, tmp_path):
     """After so much processor time, which other work on the machine does not shorten."""
 
@@ -540,6 +541,7 @@ def test_a_folder_that_cannot_be_made_is_refused_before_the_work(tmp_path):
     assert said_no(trainmj_sweep("b_type", *CASES, "--out", tmp_path / "file" / "sweep"), "cannot be made a folder")
 
 
+@pytest.mark.thorough
 def test_a_full_disk_keeps_what_was_finished(undisturbed, tmp_path):
     import resource
 

@@ -61,6 +61,7 @@ backend: TkAgg
 """
 
 
+@pytest.mark.thorough
 def test_settings_for_others_do_not_reach_a_run(python, figure, tmp_path):
     """Breaks if a shell of Jupyter's, a foreign folder, or a variable for drawing stops a run or changes its figure."""
     (tmp_path / "matplotlibrc").write_text(f"text.usetex: True\n{WILD}no such key: 1\n")
@@ -238,6 +239,7 @@ def test_without_a_reader_a_command_goes_on_to_its_end(tmp_path):
     assert forked(tmp_path, "run", "nosuch", prepare=stream("stderr", unread)) == Ended(2, "", "")
 
 
+@pytest.mark.thorough
 def test_without_streams_files_are_written_all_the_same(python, tmp_path):
     """As under a service manager; the first file opened would else take the place of standard output."""
     code = """

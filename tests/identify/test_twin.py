@@ -97,6 +97,7 @@ EVERY_KIND: dict[str, Any] = {
 """A train with an oil buffer and friction gears runs into a braked vehicle whose tube is stronger when it is quick."""
 
 
+@pytest.mark.thorough
 def test_values_of_devices_of_every_kind_come_back(tmp_path):
     """Breaks if an orifice, a loading curve, a rate or a brake cannot be sought by its path."""
     known = {"orifice": 150.0, "C": 20.0, "brake": 40.0, "load_20mm": 250.0, "load_50mm": 500.0}
@@ -140,6 +141,7 @@ def test_values_of_devices_of_every_kind_come_back(tmp_path):
     assert unit["orifice"] == "kN s2/m2"
 
 
+@pytest.mark.thorough
 def test_the_scenario_written_is_the_one_reported(tmp_path):
     """trainmj run found.yaml gives what the tables of the identification say."""
     found = found_by(tmp_path, values(method__refine={"iterations": 2}))
@@ -151,6 +153,7 @@ def test_the_scenario_written_is_the_one_reported(tmp_path):
     np.testing.assert_array_equal(again["stroke_M1_M2_mm"], cases["found"])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
 def test_known_parameters_lie_in_the_intervals_of_scattered_responses(tmp_path, seed):
     """Responses scattered by the tolerance that is stated: the misfit says so, and so do the intervals."""
@@ -256,6 +259,7 @@ def test_a_parameter_at_its_bound_is_not_determined():
     assert known.standing == {"determined": 1, "at a bound": 2, "only together": 0, "open": 0}
 
 
+@pytest.mark.thorough
 def test_terminal_page_and_files_count_only_what_the_data_determine(tmp_path, capsys):
     """The known stiffness is 80: with bounds from 100 it ends at the lower one, and no count may include it."""
     given = values(
