@@ -88,6 +88,7 @@ def test_help_imports_nothing_heavy_and_a_list_neither_figures_nor_tables(python
     assert not {"matplotlib", "pandas", "xarray"} & set(listing.split(","))
 
 
+@pytest.mark.thorough
 def test_a_reader_that_goes_away_is_no_error(python, tmp_path):
     """As in ``trainmj export b_type | head -1``."""
     script = (

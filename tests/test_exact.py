@@ -14,20 +14,33 @@ from trainmj.collision.fields import ELEMENT
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.scenario import load
-from trainmj.verification import numerics, oracles, published
+from trainmj.verification import oracles, published
 from trainmj.verification.suite import GROUPS, Case
 from trainmj.verification.systems import chain, envelope, follow, shipped
 
 # the paper has tests of its own, as have random trains
 ELSEWHERE = (published.paper, oracles.random_by_scipy, oracles.every_kind_by_scipy, oracles.bodies_by_scipy)
-# seconds each; random trains by scipy and the order for crush devices are quicker of the same kind
-THOROUGH = (oracles.standard_by_scipy, oracles.three_masses_by_scipy, numerics.order_by_kind)
+# seconds each; others of the same kind are quicker
+THOROUGH = {
+    "standard_by_scipy",
+    "three_masses_by_scipy",
+    "order_by_kind",
+    "order_of_convergence",
+    "Brake that rises",
+    "Brake after a delay, downhill",
+    "Draw gear that breaks",
+    "Hydraulic buffer, constant orifice",
+    "Standing wagon on 5 per mille",
+}
 CASES = [
-    pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c in THOROUGH))
+    pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c.__name__ in THOROUGH))
     for group in GROUPS
     for c in group.cases
     if c not in ELSEWHERE
 ]
+
+
+assert {case.id for case in CASES} >= THOROUGH
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -54,6 +54,7 @@ LONG = ("Brake that rises", "Brake after a delay, downhill")
 """They roll for 20 s. Brakes are among the random trains below, and test_exact.py holds runs against these numbers."""
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "case",
     [
@@ -143,7 +144,9 @@ def test_the_oracle_agrees_with_shipped_trains(name):
     compared(load(name, {"simulation.step_ms": 0.01}))
 
 
-@pytest.mark.parametrize("seed", oracles.SEEDS_OF_EVERY_KIND[-2:])
+@pytest.mark.parametrize(
+    "seed", [pytest.param(oracles.SEEDS_OF_EVERY_KIND[-2], marks=pytest.mark.thorough), oracles.SEEDS_OF_EVERY_KIND[-1]]
+)
 def test_random_trains_of_every_kind(seed):
     """Breaks when the package and the oracle disagree about a kind of device, an end, a brake or a grade."""
     compared(Scenario.from_values(random_scenario(seed)))
@@ -237,7 +240,7 @@ def test_the_oracle_yields_to_and_fro():
     assert found.lost == pytest.approx(1e6 * travel + 0.5e7 * travel**2, rel=5e-3)
 
 
-@pytest.mark.parametrize("seed", [24, 47])
+@pytest.mark.parametrize("seed", [24, pytest.param(47, marks=pytest.mark.thorough)])
 def test_random_trains_with_bodies(seed):
     """Breaks when the package and the oracle disagree about masses, members, yielding, bogies or where devices act."""
     compared(oracles.scenario_of_bodies(seed))

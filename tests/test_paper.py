@@ -124,6 +124,7 @@ def test_floors_are_below_what_is_reached_and_fall_with_the_scatter(paper):
     assert floor("mean", cases, one, law, False, False) is None
 
 
+@pytest.mark.thorough
 def test_a_missed_bar_is_in_the_headline_and_never_called_agreement(paper, folder):
     """Breaks if a reader of the first lines, the page or the files could take a miss for agreement."""
     n, missed = len(paper.judged), len(paper.missed)
@@ -282,6 +283,7 @@ def test_compression_over_time_ends_where_the_summary_says(paper):
     assert plateau.sum() > 5, "D is passed at a constant compression"
 
 
+@pytest.mark.thorough
 def test_every_table_is_a_file_with_published_ours_and_deviation(paper, folder):
     three = pd.read_csv(folder / "table3_devices_vs_D.csv")
     printed = published("table3_devices_vs_D")
@@ -298,6 +300,7 @@ def test_every_table_is_a_file_with_published_ours_and_deviation(paper, folder):
         assert len(pd.read_csv(folder / f"{table.name}.csv")) == len(table.published)
 
 
+@pytest.mark.thorough
 def test_the_page_says_every_verdict_law_and_defect_and_asks_for_nothing(paper, folder):
     text = (folder / PAGE).read_text(encoding="utf-8")
     for said in (*(v.item for v in paper.verdicts), *(law.statement for law in paper.laws)):

@@ -245,6 +245,7 @@ def test_a_change_redoes_only_what_depends_on_it(again, changes, redone, simulat
     assert second.simulated in simulated
 
 
+@pytest.mark.thorough
 def test_what_is_done_again_from_files_is_what_a_new_study_finds(again, tmp_path):
     changes = {"weights": {"of": "front"}, "surrogates": {"default": {"order": 1}}, "design__resolution": {"D": 1}}
     run(small(design__resolution={"D": 1}), again)
@@ -266,6 +267,7 @@ def test_another_design_redoes_everything_behind_it(again):
     assert "as it stands" not in second.computed
 
 
+@pytest.mark.thorough
 def test_another_scenario_redoes_everything_with_new_simulations(again):
     second = run(small(set={"simulation.step_ms": 0.25}), again)
     assert "design" not in second.computed
@@ -288,6 +290,7 @@ def test_a_file_that_was_changed_or_lost_is_made_again(done, again):
     assert digests(again) == digests(done.folder)
 
 
+@pytest.mark.thorough
 def test_files_of_a_step_that_is_no_longer_wanted_are_taken_away(tmp_path):
     both = {
         "on": "both",
@@ -441,6 +444,7 @@ def test_the_check_shows_the_digits_that_its_verdict_needs():
 # other kinds of study
 
 
+@pytest.mark.thorough
 def test_three_factors_one_of_them_a_choice_and_three_objectives(tmp_path):
     values = changed(
         SMALL, "factors.device", {"sets": "trains.b_type.coupler", "levels": ["coupler_c_d", "coupler_a_b"]}
@@ -457,6 +461,7 @@ def test_three_factors_one_of_them_a_choice_and_three_objectives(tmp_path):
     assert run(trainmj.study_of(values), tmp_path / "out").computed == ()
 
 
+@pytest.mark.thorough
 def test_levels_may_be_whole_numbers_and_others(tmp_path):
     """In a table they are one column of numbers: the level 30 is written as 30.0."""
     values = changed(SMALL, "factors.M", {"sets": "mass_t", "levels": [30, 32.5, 36]})
@@ -468,6 +473,7 @@ def test_levels_may_be_whole_numbers_and_others(tmp_path):
     assert again.computed == ("correlation",)
 
 
+@pytest.mark.thorough
 def test_surrogates_are_fitted_once(tmp_path, again, monkeypatch):
     """Both the step that measures them and the search on them need them."""
     fitted = []

@@ -418,6 +418,7 @@ def test_fresh_starts_over_from_a_damaged_file(tmp_path):
     assert trainmj_sweep("b_type", "--vary", "mass_t=30,33", *FAST, "--out", tmp_path, "--fresh").returncode == 0
 
 
+@pytest.mark.thorough
 def test_a_table_can_be_read_while_it_is_written(tmp_path):
     """In the middle of a commit a reader waits for its end, and says so if that does not come."""
     sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30:36:40"})
@@ -439,6 +440,7 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
             trainmj.read_table(tmp_path)
 
 
+@pytest.mark.thorough
 def test_many_readers_do_not_keep_a_sweep_from_writing(tmp_path, monkeypatch):
     """Breaks if a sweep gives up because others look at its table again and again: one of them would always read."""
     read_sql, seen, ended = pd.read_sql, [], threading.Event()

@@ -29,6 +29,7 @@ def _trees() -> list[tuple[Path, ast.AST]]:
     return [(path, ast.parse(path.read_text(encoding="utf-8"))) for path in sorted(PACKAGE.rglob("*.py"))]
 
 
+@pytest.mark.thorough
 def test_no_code_comes_from_data() -> None:
     found = []
     for path, tree in _trees():

@@ -231,6 +231,7 @@ def test_a_full_disk_behind_standard_error_leaves_the_exit_code(tmp_path):
     assert forked(tmp_path, "run", "nosuch", prepare=stream("stderr", full)) == Ended(2, "", "")
 
 
+@pytest.mark.thorough
 def test_without_a_reader_a_command_goes_on_to_its_end(tmp_path):
     """Breaks if ``trainmj run ... | head -1`` leaves half of its files, or another exit code."""
     args = ("run", "b_type", *SHORT, "--out", "out", "--report")
@@ -288,6 +289,7 @@ def works(*args: str | Path) -> str:
     return str(done.stdout)
 
 
+@pytest.mark.thorough
 def test_a_folder_whose_name_is_not_utf_8_works_and_is_written_out(alien):
     run = alien / ALIEN
     said = works("run", alien / f"s{ALIEN}.yaml", "--out", run, "--report")

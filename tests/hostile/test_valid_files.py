@@ -210,6 +210,7 @@ def shape(scenario: Scenario) -> str:
     return repr((chain.vehicles, [i.name for i in chain.interfaces], chain.gap, Layout.of(chain).block(chain).tolist()))
 
 
+@pytest.mark.thorough
 @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(scenarios())
 def test_scenarios_written_and_read_again_are_the_same(values: dict[str, Any]) -> None:
@@ -221,6 +222,7 @@ def test_scenarios_written_and_read_again_are_the_same(values: dict[str, Any]) -
     assert to_yaml(again) == to_yaml(scenario)
 
 
+@pytest.mark.thorough
 @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(scenarios())
 def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> None:

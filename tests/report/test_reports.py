@@ -120,6 +120,7 @@ class TestRun:
         assert max(own["stroke"]) == pytest.approx(in_table.stroke_mm, rel=1e-3), "as the table has it"
         assert own["energy"][-1] == pytest.approx(in_table.energy_kJ, rel=1e-3)
 
+    @pytest.mark.thorough
     def test_a_long_train_shows_what_is_next_to_the_impact(self):
         long = scenario([(0, 0), (500, 2000)], 100, mass_t=[33] * 40, speed_m_s=2, step_ms=0.2, time_limit_s=0.3)
         result = trainmj.run(long)
@@ -157,6 +158,7 @@ class TestRun:
         assert write_report(tmp_path / "case_3.nc") == tmp_path / "case_3.html"
         assert (tmp_path / "case_3.html").stat().st_size < 1e6 * BAR_MB
 
+    @pytest.mark.thorough
     def test_size(self, run_folder, tmp_path, python):
         """A page can be mailed; most of it is the script that draws plots."""
         done = python("-m", "trainmj", "report", str(run_folder), "--out", str(tmp_path / "mine.html"))
