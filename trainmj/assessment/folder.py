@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from trainmj.assessment.found import Assessment
 from trainmj.assessment.page import page_of
-from trainmj.assessment.run import Assessment
 from trainmj.files.folder import staged
 from trainmj.files.written import finite
 from trainmj.output.page import REPORT

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from trainmj.assessment import tables
-from trainmj.assessment.run import Assessment
+from trainmj.assessment.found import Assessment
 from trainmj.files.provenance import Provenance
 from trainmj.output.blocks import Card
 from trainmj.output.page import Page

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rich.text import Text
 
 from trainmj.assessment import tables
+from trainmj.assessment.found import Assessment
 from trainmj.assessment.plan import Standard
-from trainmj.assessment.run import Assessment
 from trainmj.output.console import new_console, print_table
 from trainmj.output.sources import sources_table
 

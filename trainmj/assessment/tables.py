@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from trainmj.assessment.file import FromLineSpeed
+from trainmj.assessment.found import Assessment
+from trainmj.assessment.outcome import Outcome, Row
 from trainmj.assessment.plan import Standard, source_of_limit
-from trainmj.assessment.run import Assessment, Outcome, Row
 from trainmj.files.provenance import Provenance
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.units import against
