@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from trainmj.assessment.file import FromLineSpeed
@@ -51,7 +52,7 @@ class Assessment:
         category = f", {self.category}" if self.category else ""
         return f"{self.standard.spec.title}{category}: {self.train.under_test}"
 
-    @property
+    @cached_property
     def rows(self) -> list[Row]:
         """Every criterion of every case that was computed."""
         return [
@@ -214,5 +215,5 @@ class Assessment:
 
 
 def _reported(chain: Chain, summary: Summary, name: str) -> Criterion:
-    found = reported(chain, summary.responses, summary.interfaces, summary.vehicles, name)
+    found = reported(chain, summary.columns, summary.responses, summary.interfaces, summary.vehicles, name)
     return replace(found, valid=not summary.not_valid)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from trainmj.collision.chain import Chain, n_own_sides
-from trainmj.collision.quantities import STAGE, columns_of, of_each
+from trainmj.collision.quantities import STAGE, Column, of_each
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.files.provenance import source_of
 from trainmj.scenario.devices import DEVICE
@@ -78,6 +78,7 @@ class Criterion:
 
 def of_responses(
     chain: Chain,
+    columns: Mapping[str, Column],
     responses: Mapping[str, float],
     interfaces: Sequence[InterfaceMetrics],
     vehicles: Sequence[VehicleMetrics],
@@ -86,24 +87,26 @@ def of_responses(
 
     Args:
         chain: what was collided.
+        columns: what the responses are, by name.
         responses: by column.
         interfaces: from the front backwards, the moving train first.
         vehicles: likewise.
     """
     for name, limit in chain.limits.items():
-        found = reported(chain, responses, interfaces, vehicles, name)
+        found = reported(chain, columns, responses, interfaces, vehicles, name)
         yield replace(found, limit=limit, source=source_of(chain.sources, f"limits.{name}"))
 
 
 def reported(
     chain: Chain,
+    columns: Mapping[str, Column],
     responses: Mapping[str, float],
     interfaces: Sequence[InterfaceMetrics],
     vehicles: Sequence[VehicleMetrics],
     name: str,
 ) -> Criterion:
     """A response, or a quantity where it is largest in the moving train, without a limit; arguments as above."""
-    column = columns_of(chain).get(name)
+    column = columns.get(name)
     if column is not None:
         title = f"{column.title} of the partner" if column.of_partner else column.title
         return Criterion(name, title, "", responses[name], math.inf, column.unit, column.digits, True)

@@ -222,11 +222,11 @@ class Measured:
 
     def contacts_of(self, i: int) -> Iterator[tuple[float, float, float, bool]]:
         """Start [s], end [s] and mean [m/s2] of the contact windows of vehicle i, and whether it was cut off there."""
-        start, end, mean = (values[i].tolist() for values in self.contacts)
-        kept = min(int(self.tally.contacts[i]), KEPT)
-        for k in (*range(kept), KEPT):
-            if end[k] > 0.0:
-                yield start[k], end[k], mean[k], k == KEPT
+        places = [*range(min(int(self.tally.contacts[i]), KEPT)), KEPT]
+        windows = (values[i, places].tolist() for values in self.contacts)
+        for k, start, end, mean in zip(places, *windows, strict=True):
+            if end > 0.0:
+                yield start, end, mean, k == KEPT
 
     def mean_deceleration(self) -> Array:
         """(n_vehicle,) over the first contact window [m/s2]; 0 if there is none."""

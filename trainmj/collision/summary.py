@@ -181,7 +181,7 @@ def summary_of(measured: Measured) -> Summary:
     whole = Numbers({q.name: q.value(measured) for q in (*of_train(chain), *COLLISION)})
     columns = columns_of(chain)
     responses = dict(zip(columns, _responses(chain, whole, balance, interfaces, vehicles), strict=True))
-    found = (*of_responses(chain, responses, interfaces, vehicles), *of_stages(chain, interfaces))
+    found = (*of_responses(chain, columns, responses, interfaces, vehicles), *of_stages(chain, interfaces))
     limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
     status = _status(measured, interfaces, vehicles, balance, limits)
     said = (*remarks(chain), *remarks_of(measured), *_of_partner(interfaces, vehicles))

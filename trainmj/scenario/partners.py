@@ -119,30 +119,29 @@ def _read(file: FilePath, *_: int) -> Source:
 def _merged(source: Source, partner: Source, name: str) -> Source:
     values, origins = dict(source.values), dict(source.origins)
     for path, value in _placed(partner, name):
-        group = values.get(path[0]) or {}
-        if not isinstance(group, Mapping):
+        group, thing = str(path[0]), path[1]
+        there = values.get(group) or {}
+        if not isinstance(there, Mapping):
             return source  # the checks say what is wrong with it
-        if path[0] != "sources" and path[1] in group and group[path[1]] != value:
+        if group != "sources" and thing in there and there[thing] != value:
             raise InputError(
                 f"{source.said(*path)}: there is one of this name in {partner.origin() or name}, which "
                 f"collision.partner takes over: rename it"
             )
-        values[path[0]] = {**group, path[1]: value}
-    origins |= {_home(path, name): place for path, place in partner.origins.items() if _home(path, name)}
+        values[group] = {**there, thing: value}
+    origins |= {home: place for path, place in partner.origins.items() if (home := _home(path, name))}
     return replace(source, values=values, origins=origins, files=source.files | partner.files)
 
 
-def _placed(partner: Source, name: str) -> list[tuple[tuple[str, str], Any]]:
+def _placed(partner: Source, name: str) -> Iterator[tuple[Path, Any]]:
     """What a partner file states, each thing with its place in a scenario."""
-    found: list[tuple[tuple[str, str], Any]] = []
     for key, value in partner.values.items():
-        if key in _HOMES:
-            found.append(((_HOMES[key], name), value))
-        elif key in ("curves", "devices"):
-            found += [((key, thing), inner) for thing, inner in value.items()]
-        elif key == "sources":
-            found += [((key, dotted(_home(tuple(of.split(".")), name))), entry) for of, entry in value.items()]
-    return found
+        stated: dict[Path, Any] = {(key,): value} if key in _HOMES else {}
+        if key in ("curves", "devices", "sources"):
+            stated = {(key, thing): inner for thing, inner in value.items()}
+        for path, inner in stated.items():
+            if home := _home(path, name):
+                yield home, inner
 
 
 def _home(path: Path, name: str) -> Path:
