@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,9 +16,10 @@ from trainmj.collision.stability import check_step
 from trainmj.files.provenance import said
 from trainmj.files.source import Problem
 from trainmj.scenario import Scenario, scenario_given
+from trainmj.scenario.as_built import Installed, cars_as_built, joints
 from trainmj.scenario.bodies import BodySpec
 from trainmj.scenario.parts import Collision
-from trainmj.scenario.trains import RIGID_WALL, Car, End
+from trainmj.scenario.trains import RIGID_WALL, Car
 from trainmj.units import KM_H, KN, KN_PER_MM, MM, MS, TONNE, G
 
 
@@ -34,27 +35,20 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     """
     scenario = scenario_given(scenario)
     c = scenario.collision
-    devices = {name: KINDS[spec.law].device(name, spec, scenario) for name, spec in scenario.devices.items()}
-    moving, ((near,), *couplers), drawn = _side(c.train, c.train_end, scenario, devices)
+    moving = cars_as_built(scenario, "M")
     n = len(moving)
+    drawn: str = scenario.trains[c.train].drawing
     vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn, True) for i, car in enumerate(moving)][::-1]
-    interfaces = [_coupled(f"M{i + 1}-M{i + 2}", n - i - 2, coupler[::-1]) for i, coupler in enumerate(couplers)][::-1]
-    obstacle = scenario.obstacles.get(c.partner)
-    fixed = None
-    if c.partner == RIGID_WALL:
-        interfaces.append(Interface("M1-wall", n - 1, WALL, meet(near, coupled=False), (near,)))
-    elif obstacle is not None and obstacle.fixed:
-        interfaces.append(_front("M1-wall", n - 1, WALL, near, devices[obstacle.front]))
+    obstacle, fixed = scenario.obstacles.get(c.partner), None
+    if obstacle is not None and obstacle.fixed:
         fixed = Vehicle("wall", c.partner, math.inf, obstacle.length_m, 0.0, drawing=obstacle.drawn)
-    else:
-        cars, ((far,), *couplers), drawn = _side(c.partner, c.partner_end, scenario, devices)
-        interfaces.append(_front("S1-M1", n - 1, n, near, far))
+    elif c.partner != RIGID_WALL:
+        cars, drawn = _partner(scenario)
         vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn, False) for i, car in enumerate(cars)]
-        interfaces += [_coupled(f"S{i + 1}-S{i + 2}", n + i, coupler) for i, coupler in enumerate(couplers)]
     s = scenario.simulation
     chain = Chain(
         tuple(vehicles),
-        tuple(interfaces),
+        tuple(_interfaces(scenario, n)),
         n,
         c.gap_mm * MM,
         s.step_ms * MS,
@@ -86,19 +80,41 @@ def _limits(chain: Chain) -> Iterator[Problem]:
             yield Problem(("limits", name), reason)
 
 
-def _side(
-    name: str, end: End, scenario: Scenario, devices: Mapping[str, Device]
-) -> tuple[list[Car], list[tuple[Device, ...]], str]:
-    """A train or a free obstacle from the end that meets the other side.
-
-    Its vehicles; its devices, those at this end and between each vehicle and the next; what pictures show it as.
-    """
+def _partner(scenario: Scenario) -> tuple[list[Car], str]:
+    """The vehicles of a partner that moves, from the end that is struck, and what pictures show it as."""
+    name = scenario.collision.partner
     obstacle = scenario.obstacles.get(name)
-    if obstacle is not None:
-        car = Car(name, obstacle.mass_t, obstacle.length_m, rail_friction=obstacle.rail_friction)
-        return [car], [(devices[obstacle.front],)], obstacle.drawn
-    train = scenario.trains[name]
-    return train.cars(end), [tuple(devices[of] for of in joint) for joint in train.joints(end)], train.drawing
+    if obstacle is None:
+        return cars_as_built(scenario, "S"), scenario.trains[name].drawing
+    return [Car(name, obstacle.mass_t, obstacle.length_m, rail_friction=obstacle.rail_friction)], obstacle.drawn
+
+
+def _interfaces(scenario: Scenario, n_moving: int) -> list[Interface]:
+    """The interfaces from left to right."""
+    made: dict[str, Device] = {}
+
+    def device(at: Installed) -> Device:
+        own = scenario.built.devices.get(at.place)
+        if own is None and at.device in made:
+            return made[at.device]
+        spec = own or scenario.devices[at.device]
+        found = KINDS[spec.law].device(at.device, spec, scenario)
+        return found if own else made.setdefault(at.device, found)
+
+    front, *behind = joints(scenario)
+    devices = tuple(map(device, front.devices))
+    like = len(devices) == 1 or devices[0].is_like(devices[1])  # equal ones are reported as one
+    right = WALL if front.name.endswith("wall") else n_moving
+    ends = () if like else front.places
+    found = [Interface(front.name, n_moving - 1, right, meet(*devices, coupled=False), devices, ends)]
+    for joint in behind:
+        leads_right = joint.name.startswith("M")
+        order = -1 if leads_right else 1
+        devices = tuple(map(device, joint.devices[::order]))
+        ends = joint.places[::order] if len(devices) > 1 else ()
+        left = n_moving - len(found) - 1 if leads_right else len(found)
+        found.insert(0 if leads_right else left, Interface(joint.name, left, left + 1, meet(*devices), devices, ends))
+    return found
 
 
 def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str, leads_right: bool) -> Vehicle:
@@ -131,16 +147,3 @@ def _body(spec: BodySpec, car: Car, leads_right: bool) -> Body:
     stiffness, mass = spec.bogies.stiffness_kN_per_mm * KN_PER_MM, spec.bogies.mass_t * TONNE
     damping = 2.0 * spec.damping_ratio * math.sqrt(stiffness * mass)
     return replace(body, bogies=Bogies(mass, stiffness, damping, spec.bogies.centres_m))
-
-
-def _front(name: str, left: int, right: int, near: Device, far: Device) -> Interface:
-    """The interface at which the two sides meet; equal devices are reported as one."""
-    ends = () if near.is_like(far) else (name, f"{name} partner")
-    return Interface(name, left, right, meet(near, far, coupled=False), (near, far), ends)
-
-
-def _coupled(name: str, left: int, devices: Sequence[Device]) -> Interface:
-    """An interface within a train, of one device or of one at each end, from left to right."""
-    vehicles = sorted(name.split("-"), reverse=name.startswith("M"), key=lambda vehicle: int(vehicle[1:]))
-    ends = tuple(f"{name} {vehicle}" for vehicle in vehicles) if len(devices) > 1 else ()
-    return Interface(name, left, left + 1, meet(*devices), tuple(devices), ends)

@@ -6,12 +6,14 @@ Values stay in the units of their names; :mod:`trainmj.collision.chain` turns th
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from trainmj.files.parts import Above, Either, Notes, Part, Positive, Title
 from trainmj.files.provenance import Sources
+from trainmj.scenario.as_built import AsBuilt, Built, built
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
 from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step
@@ -120,6 +122,12 @@ class Parts(Part, title="scenario file"):
         default_factory=dict, max_length=MAX_NAMES, description="what is hit and is no train, by name"
     )
     collision: Collision = Field(description="who runs into whom")
+    as_built: AsBuilt = Field(
+        default_factory=dict,
+        max_length=MAX_NAMES,
+        description="single vehicles and devices that differ from what is stated of their kind: by their place in the "
+        "collision (M1, M1-M2, S1-M1 partner), new values by the paths below them",
+    )
     occupants: Occupants = Field(default=Occupants(), description="how far occupants fly freely in their vehicle")
     simulation: Simulation = Field(default=Simulation(), description="how it is computed")
     limits: dict[Response, Positive] = Field(
@@ -128,6 +136,15 @@ class Parts(Part, title="scenario file"):
         description="largest magnitudes allowed for the train under test, the moving one: of a quantity of its "
         "vehicles or interfaces, or of one response by the name of its column",
     )
+
+    @cached_property
+    def built(self) -> Built:
+        """The vehicles and devices under ``as_built``.
+
+        Raises:
+            InputError: if nothing is at a place or path, or a value breaks a rule of its own.
+        """
+        return built(self)
 
     def curve_points(self, ref: CurveRef) -> tuple[list[float], list[float]]:
         """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from itertools import chain
 
+from trainmj.errors import InputError
 from trainmj.files.kinds import PARTNER
 from trainmj.files.resources import shipped_files
 from trainmj.files.source import Path, Problem, no_such
+from trainmj.scenario.as_built import standing
 from trainmj.scenario.bodies import body_rules
 from trainmj.scenario.curves import Curve, listed
 from trainmj.scenario.parts import Parts
@@ -46,8 +48,25 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
         if RIGID_WALL in names:
             yield Problem((kind, RIGID_WALL), "is reserved for the rigid wall: choose another name")
     yield from _points(parts)
-    yield from _collision(parts)
+    collision = list(_collision(parts))
+    yield from collision
+    if not collision:
+        yield from _as_built(parts, broken, size)
     yield from _simulation(parts)
+
+
+def _as_built(parts: Parts, broken: Collection[str], size: float) -> Iterator[Problem]:
+    """Rules of single vehicles and devices."""
+    try:
+        built = parts.built
+    except InputError as error:
+        yield Problem(("as_built",), str(error))
+        return
+    for at in standing(parts) if built.vehicles else ():
+        if at.place in built.vehicles:
+            yield from _vehicle(("as_built", at.place), parts.trains[at.train], built.vehicles[at.place])
+    for place, device in built.devices.items():
+        yield from device_rules(("as_built", place), device, parts, broken, size)
 
 
 def _points(parts: Parts) -> Iterator[Problem]:
