@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from copy import copy
 from itertools import islice
 from typing import Any
 
@@ -135,6 +136,12 @@ class _Cluster:
             first = next((found for found in workers.values() if isinstance(found, dict)), {})
             self.identity |= {_MAY_DIFFER: first.get(_MAY_DIFFER, "")}
             self._agree(workers)
+
+    def of(self, scenario: Scenario) -> Engine:
+        """The same for cases of another scenario."""
+        other = copy(self)
+        other._scenario = to_yaml(scenario)
+        return other
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
         """Hand cases out and yield each as its task ends."""

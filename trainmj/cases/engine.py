@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from trainmj.collision.chain import Chain
@@ -45,6 +45,9 @@ class Engine(Protocol):
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
         """Take cases, each a key and its changes, as they are needed, and yield each as it ends, in any order."""
 
+    def of(self, scenario: Scenario) -> Engine:
+        """The same for cases of another scenario."""
+
 
 @dataclass(frozen=True)
 class Local:
@@ -54,6 +57,10 @@ class Local:
     threads: int = 0  # native ones; 0 for all cores
     channels: Sequence[str] = ()  # that rows have too, packed, under their names
     identity: Mapping[str, str] = field(default_factory=identity)
+
+    def of(self, scenario: Scenario) -> Local:
+        """The same for cases of another scenario."""
+        return replace(self, scenario=scenario)
 
     def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
         """Compute cases; one that breaks a rule is a row with its reason."""
