@@ -150,14 +150,20 @@ def find_beside(folder: FilePath, name: str, said: str) -> FilePath:
     return found
 
 
-def scenario_of(source: Source, name: str, changes: Mapping[str, Any]) -> Scenario:
+def scenario_of(source: Source, name: str, changes: Mapping[str, Any], at: Path = ()) -> Scenario:
     """The scenario that a file names under ``scenario``, with the changes that it states under ``set``.
+
+    Args:
+        source: of the file.
+        name: of the scenario.
+        changes: values by parameter or path.
+        at: path of the group that states both.
 
     Raises:
         InputError: if there is no such scenario, or a change breaks a rule.
     """
-    scenario = load(find_beside(source.folder, name, source.said("scenario")))
-    source.refuse(refused(("set",), {key: {key: value} for key, value in changes.items()}, scenario))
+    scenario = load(find_beside(source.folder, name, source.said(*at, "scenario")))
+    source.refuse(refused((*at, "set"), {key: {key: value} for key, value in changes.items()}, scenario))
     return scenario.with_values(changes) if changes else scenario
 
 

@@ -17,6 +17,7 @@ from trainmj.scenario.as_built import AsBuilt, Built, built
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
 from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step
+from trainmj.scenario.tolerances import Tolerances
 from trainmj.scenario.trains import RIGID_WALL, End, ObstacleSpec, TrainSpec
 
 MAX_NAMES = 1000
@@ -127,6 +128,10 @@ class Parts(Part, title="scenario file"):
         max_length=MAX_NAMES,
         description="single vehicles and devices that differ from what is stated of their kind: by their place in the "
         "collision (M1, M1-M2, S1-M1 partner), new values by the paths below them",
+    )
+    tolerances: Tolerances = Field(
+        default_factory=dict,
+        description="what scatters from train to train, for trainmj reliability and robust studies, by a name each",
     )
     occupants: Occupants = Field(default=Occupants(), description="how far occupants fly freely in their vehicle")
     simulation: Simulation = Field(default=Simulation(), description="how it is computed")

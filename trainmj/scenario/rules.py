@@ -15,6 +15,7 @@ from trainmj.scenario.curves import Curve, listed
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
 from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read, size_of
+from trainmj.scenario.tolerances import tolerance_rules
 from trainmj.scenario.trains import (
     MAX_VEHICLES,
     RIGID_WALL,
@@ -53,6 +54,7 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
     if not collision:
         yield from _as_built(parts, broken, size)
     yield from _simulation(parts)
+    yield from tolerance_rules(("tolerances",), parts.tolerances)
 
 
 def _as_built(parts: Parts, broken: Collection[str], size: float) -> Iterator[Problem]:

@@ -1,0 +1,64 @@
+"""Load cases: the collisions that one design must pass, each a scenario of its own or a change of another one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Protocol
+
+from pydantic import Field
+
+from trainmj.files.parts import Name, Part, Title
+from trainmj.files.source import Source
+from trainmj.scenario import Scenario
+from trainmj.scenario.files import refused, scenario_of
+
+
+class LoadCase(Part):
+    """A collision that a design must pass."""
+
+    title: Title = Field(default="", description="what it is, in words")
+    scenario: str | None = Field(
+        default=None, description="scenario file beside this one, or the name of a shipped one, in place of that of all"
+    )
+    set: dict[str, Any] = Field(
+        default_factory=dict, description="values changed in this case, on top of those changed in every case"
+    )
+
+
+LoadCases = Annotated[dict[Name, LoadCase], Field(min_length=1, max_length=100)]
+
+
+class _WithCases(Protocol):
+    """A file that states load cases."""
+
+    @property
+    def scenario(self) -> str:
+        """Of all cases that name none."""
+
+    @property
+    def set(self) -> Mapping[str, Any]:
+        """Values changed in every case."""
+
+    @property
+    def cases(self) -> Mapping[str, LoadCase] | None:
+        """By name."""
+
+
+def scenarios_of(source: Source, spec: _WithCases) -> dict[str, Scenario]:
+    """The scenarios of a file by load case; under no name, "", if it states no cases.
+
+    Raises:
+        InputError: if there is no such scenario, or a change breaks a rule.
+    """
+    if not spec.cases:
+        return {"": scenario_of(source, spec.scenario, spec.set)}
+    found: dict[str, Scenario] = {}
+    for name, case in spec.cases.items():
+        at = ("cases", name)
+        where = at if case.scenario else ()
+        scenario = scenario_of(source, case.scenario or spec.scenario, {}, where)
+        for group, changes in ((("set",), spec.set), ((*at, "set"), case.set)):
+            source.refuse(refused(group, {key: {key: value} for key, value in changes.items()}, scenario))
+            scenario = scenario.with_values(changes) if changes else scenario
+        found[name] = scenario
+    return found

@@ -1,0 +1,330 @@
+"""Cases that tolerances make: from standard normal draws to vehicles and devices as they are built.
+
+    scatter = scatter_of(scenario)
+    scatter.names                # what scatters: "mass M1", "mass M2", "tubes M1-M2", ...
+    scatter.cases(z)             # draws (n, d) -> n changes of the scenario
+
+What a tolerance scatters is one random quantity for all parts that have the value, or one for each of them; those go to
+``as_built`` of the scenario, by the place of the vehicle or device.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trainmj.cases.engine import Case
+from trainmj.doe.arrays import FloatArray, as_matrix
+from trainmj.errors import InputError
+from trainmj.files.source import Path, Problem, dotted
+from trainmj.scenario import Scenario
+from trainmj.scenario.as_built import joints, standing
+from trainmj.scenario.curves import CurveRef
+from trainmj.scenario.devices import CrushDevice
+from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance
+
+_OF_VEHICLES = ("mass_t", "rail_friction", "load")
+"""What vehicles take over from their train, and a single one may be built with."""
+
+_PLACELESS = ""
+"""The place of what belongs to the scenario, not to one vehicle or device."""
+
+
+class _Value(NamedTuple):
+    """A value that follows a random quantity."""
+
+    column: int  # of the draws
+    place: str  # of the vehicle or device that has it
+    path: str  # below that
+    at: Callable[[FloatArray], Any]  # values (n,) at standard normal draws (n,)
+
+
+class _Curve(NamedTuple):
+    """A curve, or the force of bolts, that is multiplied by what follows a random quantity."""
+
+    column: int
+    place: str
+    path: str
+    at: Callable[[FloatArray], Any]
+    which: str  # stroke_mm or force_kN
+    stated: tuple[list[float], list[float]] | float  # strokes [mm] and forces [kN], or the force alone
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """What scatters in a scenario.
+
+    Attributes:
+        scenario: with the values around which it scatters.
+        names: of the random quantities, (d,): that of the tolerance, and where each part has its own, its place.
+        parts: the tolerance of each of them, (d,).
+    """
+
+    scenario: Scenario
+    names: tuple[str, ...]
+    parts: tuple[str, ...]
+    _values: tuple[_Value, ...] = field(repr=False)
+    _curves: tuple[_Curve, ...] = field(repr=False)
+    _root: FloatArray | None = field(repr=False)  # of the matrix of correlations, (d, d)
+
+    @property
+    def d(self) -> int:
+        """Number of random quantities."""
+        return len(self.names)
+
+    def cases(self, z: FloatArray) -> list[Case]:
+        """The changes of the scenario for independent standard normal draws (n, d), one mapping for each draw."""
+        z = as_matrix("draws", z, self.d)
+        z = z if self._root is None else z @ self._root.T
+        values = [(value.place, value.path, value.at(z[:, value.column])) for value in self._values]
+        factors = [(curve, curve.at(z[:, curve.column])) for curve in self._curves]
+        return [
+            _case(
+                [(place, path, found[n]) for place, path, found in values],
+                [(curve, float(found[n])) for curve, found in factors],
+            )
+            for n in range(len(z))
+        ]
+
+
+def _case(values: Sequence[tuple[str, str, Any]], curves: Sequence[tuple[_Curve, float]]) -> Case:
+    """One draw as changes of the scenario."""
+    found: dict[str, dict[str, Any]] = {}
+    scaled: dict[tuple[str, str], Any] = {}
+    for place, path, value in values:
+        found.setdefault(place, {})[path] = value.item() if isinstance(value, np.generic) else value
+    for curve, factor in curves:
+        key = curve.place, curve.path
+        before = scaled.get(key, curve.stated)
+        if isinstance(before, tuple):
+            stroke, force = before
+            if curve.which == "stroke_mm":
+                scaled[key] = [x * factor for x in stroke], force
+            else:
+                scaled[key] = stroke, [x * factor for x in force]
+        else:
+            scaled[key] = before * factor
+    for (place, path), now in scaled.items():
+        is_curve = isinstance(now, tuple)
+        found.setdefault(place, {})[path] = {"stroke_mm": now[0], "force_kN": now[1]} if is_curve else now
+    changes: dict[str, Any] = found.pop(_PLACELESS, {})
+    return changes | {"as_built": found} if found else changes
+
+
+def scatter_of(scenario: Scenario) -> Scatter:
+    """What scatters in a scenario, by its tolerances.
+
+    Raises:
+        InputError: with the place of each tolerance that leads to no value, or does not fit what it leads to.
+    """
+    if not scenario.tolerances:
+        raise InputError("tolerances: the scenario has none: state what scatters")
+    if scenario.as_built:
+        raise InputError("as_built: does not go with tolerances, which scatter around what is stated for all")
+    found = _Found(scenario)
+    scenario.refuse(found.problems)
+    return Scatter(
+        scenario, tuple(found.names), tuple(found.parts), tuple(found.values), tuple(found.curves), found.root()
+    )
+
+
+class _Found:
+    """What the tolerances of a scenario lead to, and what is wrong with them."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.names: list[str] = []
+        self.parts: list[str] = []
+        self.places: list[str] = []  # of each random quantity
+        self.values: list[_Value] = []
+        self.curves: list[_Curve] = []
+        self.problems: list[Problem] = []
+        self._standing = list(standing(scenario))
+        self._installed = [at for joint in joints(scenario) for at in joint.devices]
+        targets = {name: list(self._targets(name, part)) for name, part in scenario.tolerances.items()}
+        self._own = {  # trains and devices of which single ones differ
+            path[:2]
+            for name, paths in targets.items()
+            for path in paths
+            if scenario.tolerances[name].copies == "independent"
+        }
+        for name, paths in targets.items():
+            self._add(name, scenario.tolerances[name], paths)
+        self._check_apart()
+
+    def _targets(self, name: str, tolerance: Tolerance) -> Iterator[Path]:
+        for target in tolerance.targets:
+            try:
+                yield from self.scenario.places(target)
+            except InputError as error:
+                self.problems.append(Problem(("tolerances", name, "of"), str(error)))
+
+    def _add(self, name: str, tolerance: Tolerance, paths: list[Path]) -> None:
+        """The random quantities of a tolerance, and the values that follow them."""
+        owners = {path: self._owners(path) for path in paths}
+        if tolerance.copies is None and (several := max(map(len, owners.values()), default=0)) > 1:
+            rule = f"leads to {several} vehicles or devices: state copies: independent, or same for one draw for all"
+            self.problems.append(Problem(("tolerances", name), rule))
+            return
+        columns: dict[str, int] = {}
+        for path in paths:
+            own = tolerance.copies == "independent"
+            if own and not owners[path]:
+                rule = f"copies: independent is for values of vehicles and devices: {dotted(path)} is none, or not used"
+                self.problems.append(Problem(("tolerances", name, "copies"), rule))
+                return
+            single = own or (path[:2] in self._own and owners[path])
+            for place in owners[path] if single else [_PLACELESS]:
+                column = columns.setdefault(place if own else _PLACELESS, len(self.names))
+                if column == len(self.names):
+                    self.names.append(f"{name} {place}" if own else name)
+                    self.parts.append(name)
+                    self.places.append(place if own else _PLACELESS)
+                self._follow(name, tolerance, path, column, place)
+
+    def _owners(self, path: Path) -> list[str]:
+        """The places of the vehicles or devices that have the value at a path."""
+        match path:
+            case ("devices", device, *_):
+                return [at.place for at in self._installed if at.device == device]
+            case ("trains", train, "vehicles", int(position), _, *_):
+                return [at.place for at in self._standing if (at.train, at.position) == (train, position)]
+            case ("trains", train, key, *_) if key in _OF_VEHICLES:
+                vehicles = self.scenario.trains[str(train)].each()
+                return [
+                    at.place
+                    for at in self._standing
+                    if at.train == train and getattr(vehicles[at.position], key) is None
+                ]
+        return []
+
+    def _follow(self, name: str, tolerance: Tolerance, path: Path, column: int, place: str) -> None:
+        """Let what is at a path, or that of the vehicle or device at a place, follow a random quantity."""
+        below = path
+        if place:
+            below = path[4:] if path[2:3] == ("vehicles",) else path[2:]
+        if tolerance.scales:
+            at = _distributed(tolerance, 1.0)
+            found = list(self._scaled(path, tolerance.scales))
+            if not found:
+                rule = f"scales {tolerance.scales}: {dotted(path)} is no curve, and no device or stage that has one"
+                self.problems.append(Problem(("tolerances", name, "of"), rule))
+            which = "force_kN" if tolerance.scales == "force" else "stroke_mm"
+            for inner, stated in found:
+                to = dotted((*below, *inner[len(path) :]))
+                self.curves.append(_Curve(column, place, to, at, which, stated))
+            return
+        (value,) = self.scenario.locate(dotted(path))
+        if not isinstance(tolerance, Discrete) and (isinstance(value, bool) or not isinstance(value, int | float)):
+            cure = "state scales: force or stroke" if isinstance(value, dict | list | str) else "state the value"
+            self.problems.append(Problem(("tolerances", name, "of"), f"{dotted(path)} is no number: {cure}"))
+            return
+        try:
+            self.values.append(_Value(column, place, dotted(below), _distributed(tolerance, value)))
+        except InputError as error:
+            self.problems.append(Problem(("tolerances", name), f"{dotted(path)} = {value}: {error}"))
+
+    def _scaled(self, path: Path, what: str) -> Iterator[tuple[Path, tuple[list[float], list[float]] | float]]:
+        """The curves at a path and below it, and the forces of bolts, with what is stated."""
+        match path:
+            case ("curves", name):
+                curve: CurveRef = str(name)
+                yield path, self.scenario.curve_points(curve)
+            case ("devices", name, *_):
+                device = self.scenario.devices[str(name)]
+                for at, ref in device.curves():
+                    inner = ("devices", name, *at)
+                    if inner[: len(path)] == path:
+                        yield inner, self.scenario.curve_points(ref)
+                if what == "force" and isinstance(device, CrushDevice):
+                    for stage, spec in device.all_stages().items():
+                        inner = ("devices", name, *device.place_of(stage), "shear_off", "force_kN")
+                        if spec.shear_off is not None and inner[: len(path)] == path:
+                            yield inner, spec.shear_off.force_kN
+
+    def _check_apart(self) -> None:
+        """No value is set by two tolerances; factors of one curve multiply."""
+        owner: dict[tuple[str, str], str] = {}
+        factors = {(curve.place, curve.path): self.parts[curve.column] for curve in self.curves}
+        for value in self.values:
+            name, key = self.parts[value.column], (value.place, value.path)
+            other = owner.setdefault(key, name)
+            inside = next((of for (place, path), of in factors.items() if _within(key, (place, path))), None)
+            if other != name or inside:
+                rule = f"sets {value.path}, as {inside or other} does: leave one of them out"
+                self.problems.append(Problem(("tolerances", name), rule))
+
+    def root(self) -> FloatArray | None:
+        """The lower triangular root of the matrix of correlations (d, d); None if all are independent.
+
+        Raises:
+            InputError: if no random quantities can be correlated in this way.
+        """
+        matrix = np.eye(len(self.names))
+        for name, tolerance in self.scenario.tolerances.items():
+            for other, coefficient in tolerance.correlated.items():
+                for i in (i for i, part in enumerate(self.parts) if part == name):
+                    for j in (j for j, part in enumerate(self.parts) if part == other):
+                        if self.places[i] == self.places[j] or _PLACELESS in (self.places[i], self.places[j]):
+                            matrix[i, j] = matrix[j, i] = coefficient
+        if (matrix == np.eye(len(matrix))).all():
+            return None
+        try:
+            return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                "tolerances: these correlations cannot all hold at once: their matrix is not positive definite"
+            ) from None
+
+
+def _within(inner: tuple[str, str], outer: tuple[str, str]) -> bool:
+    """Whether a path is another one, or leads into it, at the same place."""
+    return inner[0] == outer[0] and (inner[1] == outer[1] or inner[1].startswith(f"{outer[1]}."))
+
+
+def _distributed(tolerance: Tolerance, nominal: Any) -> Callable[[FloatArray], Any]:
+    """The values (n,) of a tolerance around a nominal value at standard normal draws (n,).
+
+    Raises:
+        InputError: if the distribution cannot be one around this value.
+    """
+    from scipy import stats
+    from scipy.special import ndtr
+
+    if isinstance(tolerance, Discrete):
+        values = tolerance.values
+        shares = tolerance.probabilities or [1.0 / len(values)] * len(values)
+        ends = np.cumsum(shares)[:-1]
+        return lambda z: [values[k] for k in np.searchsorted(ends, ndtr(z), side="right")]
+    if tolerance.kind == "uniform":
+        half = abs(nominal) * (tolerance.percent or 0.0) / 100.0
+        low, high = tolerance.range or (nominal - half, nominal + half)
+        return lambda z: low + (high - low) * ndtr(z)
+    mean = nominal if tolerance.mean is None else tolerance.mean
+    sigma = tolerance.sigma or abs(mean) * (tolerance.percent or 0.0) / 100.0
+    if not (sigma or tolerance.range):
+        raise InputError("a percentage of 0 is no tolerance: state sigma")
+    if isinstance(tolerance, Normal):
+        if tolerance.range:
+            low, high = tolerance.range
+            mean, sigma = 0.5 * (low + high), (high - low) / 6.0
+        return lambda z: mean + sigma * z
+    if isinstance(tolerance, Lognormal):
+        if tolerance.range:
+            low, high = np.log(tolerance.range)
+            mu, s = 0.5 * (low + high), (high - low) / 6.0
+        else:
+            if mean <= 0:
+                raise InputError("a lognormal distribution needs a mean above 0")
+            s = np.sqrt(np.log1p((sigma / mean) ** 2))
+            mu = np.log(mean) - 0.5 * s**2
+        return lambda z: np.exp(mu + s * z)
+    reach = (tolerance.cut_sigma or 0.0) * sigma
+    low, high = tolerance.range or (mean - reach, mean + reach)
+    if not low < mean < high:
+        raise InputError(f"the mean, {mean:g}, must lie in the range from {low:g} to {high:g}")
+    cut = stats.truncnorm((low - mean) / sigma, (high - mean) / sigma, loc=mean, scale=sigma)
+    return lambda z: cut.ppf(ndtr(z))
