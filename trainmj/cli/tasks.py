@@ -148,8 +148,9 @@ def study(
     STUDY is a study file, or the name of one that ships with trainmj, such as b_type. Each step leaves its tables and
     figures in the folder; the same command goes on where it was stopped, and does again only what has changed.
 
-    Exit code: 0 when done; 1 if the chosen design, when simulated, does not keep its limits or has no numbers that may
-    be used (unstable, or a curve ended behind which nothing is stated); 2 for wrong input.
+    Exit code: 0 when done; 1 if the study is not to be trusted: it rests on a surrogate that fits badly, or the chosen
+    design, when simulated, is not what was predicted, does not keep its limits, or has no numbers that may be used; 2
+    for wrong input.
     """
     kind_of_input(study)
     plan = trainmj.load_study(study)
@@ -166,7 +167,7 @@ def study(
         screen.print_study(result)
     if with_report:
         write(out, silent=as_json)
-    if not result.summary["check"]["kept"]:
+    if not result.summary["trusted"]:
         sys.exit(1)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -24,7 +25,7 @@ from trainmj.errors import InputError
 from trainmj.study import figures_front as figures
 from trainmj.study.designs import Designs
 from trainmj.study.file import DecisionPart, EntropyWeights, KneePoint, OwnWeights, Topsis, WeightedSum
-from trainmj.study.folder import Output
+from trainmj.study.folder import Output, Tables
 from trainmj.study.plan import Study
 from trainmj.study.simulator import Simulator
 
@@ -35,6 +36,27 @@ _METHODS: dict[str, DecisionPart] = {
     "knee point": KneePoint(method="knee"),
 }
 """The methods by name, as they rank where the study states nothing else."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A front with the design that was chosen from it, and those that other methods would choose."""
+
+    front: Designs
+    picked: Designs  # the chosen one first
+    methods: Sequence[str]  # of each that was picked
+
+    @property
+    def chosen(self) -> Designs:
+        """The chosen design."""
+        picked = self.picked
+        return Designs(picked.study, picked.points[:1], picked.responses[:1])
+
+    @classmethod
+    def read(cls, study: Study, tables: Tables) -> Choice:
+        """What the tables of a decision say."""
+        picked, ranking = tables["09_decision"], tables["09_ranking"]
+        return cls(Designs.read(study, ranking), Designs.read(study, picked), picked["method"].tolist())
 
 
 def weights(study: Study, simulated: Designs, front: Designs) -> Output[FloatArray]:
@@ -66,7 +88,7 @@ def _rank(part: DecisionPart, values: FloatArray, weights: FloatArray, *, maximi
     return rank(values, weights, normalisation=part.normalisation, maximise=maximise)
 
 
-def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Designs]:
+def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Choice]:
     """Choose one design of the front, and see whether other methods and weights nearby (m,) choose it too."""
     part, maximise, values = study.spec.decision, study.maximise, study.criteria(front.responses)
     chosen = _rank(part, values, weight, maximise=maximise)
@@ -103,27 +125,33 @@ def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Designs
     picked.insert(1, "picked_for", [chosen.description, *("comparison" for _ in picks)])
     ranked = front.table().assign(score=chosen.score, share_of_near_weights=share).iloc[chosen.order]
     ranked.insert(0, "rank", np.arange(1, len(ranked) + 1))
-    one = slice(chosen.best, chosen.best + 1)
-    draw = partial(figures.decision, study, values, chosen.best, picks, said)
-    return Output(
-        Designs(study, front.points[one], front.responses[one]),
-        {"09_decision": picked, "09_ranking": ranked},
-        facts,
-        {"09_decision": draw} if len(weight) > 1 else {},
-    )
+    tables = {"09_decision": picked, "09_ranking": ranked}
+    return Output(Choice.read(study, tables), tables, facts, {})
 
 
-def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Simulator) -> Output[None]:
-    """Simulate the chosen design and compare it with the prediction, and with the responses as they stand (r,)."""
+def check(
+    study: Study, choice: Choice, as_it_stands: FloatArray, of_design: Designs, simulator: Simulator
+) -> Output[None]:
+    """Simulate the chosen design and compare it with the prediction, and with the responses as they stand (r,).
+
+    An error is measured by the response's range over the design. The picture of the decision is drawn here, because it
+    shows the chosen design as simulated.
+    """
     import pandas as pd
 
+    chosen = choice.chosen
     found = simulator.at(chosen.points, study.scenario.with_values(study.spec.check.set))
     (status,), (reason,) = found.status, found.reason
     usable = status not in UNUSABLE
     simulated = found.responses[0] if usable else np.full(len(study.responses), np.nan)
-    values = np.stack([as_it_stands, chosen.responses[0], simulated], axis=1).tolist()
+    as_simulated = study.criteria(simulated[None])[0]
+    extent = np.ptp(of_design.usable()[1], axis=0)
+    values = np.stack([as_it_stands, chosen.responses[0], simulated, extent], axis=1).tolist()
+    quality = study.spec.quality
     rows: list[dict[str, Any]] = []
-    for response, (before, predicted, simulated) in zip(study.responses, values, strict=True):
+    for response, (before, predicted, simulated, extent) in zip(study.responses, values, strict=True):
+        error = predicted - simulated
+        noticed = abs(error) > quality.negligible_percent / 100 * abs(simulated)
         limits = [limit for limit in study.limits if limit.response == response]
         rows.append(
             {
@@ -132,7 +160,9 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
                 "as_it_stands": before,
                 "predicted": predicted,
                 "simulated": simulated,
-                "error_percent": 100.0 * (predicted - simulated) / simulated if simulated else np.nan,
+                "error_percent": 100.0 * error / simulated if simulated else np.nan,
+                "error_of_range_percent": 100.0 * error / extent if extent else np.nan,
+                "missed": noticed and abs(error) > quality.largest_error_percent / 100 * extent,
                 "limit": "; ".join(limit.text for limit in limits),
                 "limits": [limit.value for limit in limits],
                 "kept": all(limit.excess(simulated) <= 0 for limit in limits) if limits else None,
@@ -142,4 +172,10 @@ def check(study: Study, chosen: Designs, as_it_stands: FloatArray, simulator: Si
     kept = usable and all(row["kept"] is not False for row in rows)
     changed = study.spec.set | study.spec.check.set
     facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed}
-    return Output(None, {"10_check": table}, facts, {"10_check": partial(figures.check, study, table)})
+    pictures = {"10_check": partial(figures.check, study, table)}
+    if len(study.objectives) > 1:
+        others = dict(zip(choice.methods, study.criteria(choice.picked.responses), strict=True))
+        pictures["09_decision"] = partial(
+            figures.decision, study, study.criteria(choice.front.responses), others, as_simulated
+        )
+    return Output(None, {"10_check": table}, facts, pictures)

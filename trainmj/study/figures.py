@@ -6,7 +6,7 @@ Draw them under :func:`trainmj.output.style.styled`.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -97,17 +97,22 @@ def _cell(axes: Axes, k: int, i: int, c: Correlation) -> None:
         axes.text(k, i + 0.24, f"{low:.2f} … {high:.2f}", fontsize=5, **centred)
 
 
-def parity(study: Study, values: FloatArray, predicted: FloatArray) -> Figure:
-    """Each point as the surrogate fitted without it predicts it, against its simulation; both (n, r)."""
+def parity(study: Study, values: FloatArray, predicted: FloatArray, found: Mapping[str, Any]) -> Figure:
+    """Each point as the surrogate fitted without it predicts it, against its simulation; both (n, r).
+
+    A surrogate that was found poor is drawn in another colour.
+    """
     picture, panels = grid(len(study.responses), 56.0)
     for k, (axes, response) in enumerate(zip(panels, study.responses, strict=True)):
         both = np.concatenate([values[:, k], predicted[:, k]])
         ends = np.array([both.min(), both.max()])
         ends += np.array([-0.05, 0.05]) * (np.ptp(ends) or 1.0)
         axes.plot(ends, ends, color=GREY, linewidth=0.8, zorder=2)
-        axes.scatter(values[:, k], predicted[:, k], s=14, color=BLUE, zorder=3)
-        axes.set(xlim=ends, ylim=ends, title=response.label, xlabel="simulated", ylabel="predicted")
-        axes.locator_params(nbins=5)
+        row = found[response.name]
+        axes.scatter(values[:, k], predicted[:, k], s=14, color=ORANGE if row["poor"] else BLUE, zorder=3)
+        said = ("" if np.isnan(row["r2"]) else f"\nR² {row['r2']:.3f}") + (": poor" if row["poor"] else "")
+        axes.set(xlim=ends, ylim=ends, title=response.label + said, xlabel="simulated", ylabel="predicted")
+        axes.locator_params(nbins=4)
         axes.set_aspect("equal")
     picture.suptitle("Surrogates: points predicted from the others", x=0.01, ha="left")
     return picture

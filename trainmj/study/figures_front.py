@@ -70,25 +70,35 @@ def weights(found: Weights) -> Figure:
     return figure
 
 
-def decision(study: Study, values: FloatArray, best: int, others: Mapping[str, int], method: str) -> Figure:
-    """The front (n, m) with the chosen design and what other methods would choose."""
+def decision(study: Study, values: FloatArray, picked: Mapping[str, FloatArray], simulated: FloatArray) -> Figure:
+    """The front (n, m), what the study's method, the first, and others choose, and the chosen design simulated (m,).
+
+    A line joins the chosen design as it stands on the front with its simulation.
+    """
     figure, panels = _pairs(study)
+    (method, chosen), *others = picked.items()
+    searched = "surrogates" if study.on_surrogates else "simulator"
     for axes, i, j in panels:
-        axes.plot(values[:, i], values[:, j], ".", ms=5, color=GREY, label="front", zorder=2)
-        axes.plot(*values[best, [i, j]], "o", ms=8, color=ORANGE, label=f"chosen: {method}", zorder=4)
-        for (name, k), marker in zip(others.items(), ("s", "^"), strict=False):
-            axes.plot(*values[k, [i, j]], marker, ms=11, mfc="none", mec=BLUE, mew=1.2, ls="none", label=name, zorder=5)
+        pair = [i, j]
+        axes.plot(values[:, i], values[:, j], ".", ms=5, color=GREY, label=f"front found on the {searched}", zorder=2)
+        axes.plot(*np.stack([chosen, simulated])[:, pair].T, "-", color=ORANGE, lw=1.2, zorder=3)
+        axes.plot(*chosen[pair], "o", ms=8, mfc="none", mec=ORANGE, ls="none", label=f"chosen: {method}", zorder=4)
+        axes.plot(*simulated[pair], "o", ms=5, color=ORANGE, ls="none", label="the same, simulated", zorder=6)
+        for (name, values_of), marker in zip(others, ("s", "^"), strict=False):
+            axes.plot(*values_of[pair], marker, ms=11, mfc="none", mec=BLUE, mew=1.2, ls="none", label=name, zorder=5)
     _legend(figure, panels)
     return figure
 
 
 def check(study: Study, table: pd.DataFrame) -> Figure:
-    """Errors of the prediction at the chosen design, and how much of each limit it uses."""
+    """Errors of the prediction at the chosen design, those too large in another colour, and what it uses of limits."""
     limited = [limit for limit in study.limits if limit.value != 0]
     height = 18.0 + 6 * max(len(table), len(limited))
     figure, panels = grid(2 if limited else 1, height, narrowest=80.0)
-    _bars(panels[0], table["response"].tolist(), table["error_percent"].to_numpy(), BLUE, "{:+.2f}".format)
-    panels[0].set(title="Predicted less simulated", xlabel="part of the simulated value (%)")
+    colours = [ORANGE if missed else BLUE for missed in table["missed"]]
+    errors = table["error_of_range_percent"].to_numpy()
+    _bars(panels[0], table["response"].tolist(), errors, colours, "{:+z.2f}".format)
+    panels[0].set(title="Predicted less simulated", xlabel="part of the range over the design (%)")
     if limited:
         simulated = table.set_index("response")["simulated"]
         used = np.array([100 * simulated[limit.response.name] / limit.value for limit in limited])
@@ -107,10 +117,13 @@ def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _bars(axes: Axes, names: Sequence[str], values: FloatArray, colour: str, said: Callable[[float], str]) -> None:
+def _bars(
+    axes: Axes, names: Sequence[str], values: FloatArray, colour: str | Sequence[str], said: Callable[[float], str]
+) -> None:
     place = np.arange(len(names))[::-1]
     bars = axes.barh(place, np.nan_to_num(values), height=0.6, color=colour)
-    axes.bar_label(bars, [said(v) if np.isfinite(v) else "-" for v in values], padding=3, fontsize=7)
+    for text in axes.bar_label(bars, [said(v) if np.isfinite(v) else "-" for v in values], padding=3, fontsize=7):
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})  # it may lie on a line
     axes.set_yticks(place, names)
     axes.margins(x=0.2)
     axes.locator_params(axis="x", nbins=5)

@@ -291,6 +291,30 @@ class CheckPart(Part):
     set: dict[str, Any] = Field(default_factory=dict, description="values changed for the check, such as a finer step")
 
 
+Share = Annotated[float, Field(ge=0, le=1)]
+Percent = Annotated[float, Field(ge=0, le=100)]
+
+
+class QualityPart(Part):
+    """What a study asks of itself before it is trusted; see Remarks in Studies."""
+
+    least_r2: Share = Field(default=0.8, description="R² of points left out, below which a surrogate is poor")
+    largest_error_percent: Percent = Field(
+        default=10.0,
+        description="error of a prediction that the check may find, of the response's range over the design",
+    )
+    negligible_percent: Percent = Field(
+        default=0.5,
+        description="of a response's largest value: a range below it is none, and an error below it is no fault",
+    )
+    strong_correlation: Share = Field(
+        default=0.5, description="|r| of a factor and a response from which a surrogate must have the factor"
+    )
+    confounding_correlation: Share = Field(
+        default=0.3, description="|r| of two factors in the design above which their effects cannot be told apart"
+    )
+
+
 class StudyFile(Part, title="study file"):
     """A study file: from a scenario with free values to one chosen and verified design."""
 
@@ -321,3 +345,4 @@ class StudyFile(Part, title="study file"):
     weights: WeightsPart = Field(default=EntropyWeights(), description="how much each objective counts")
     decision: DecisionPart = Field(default=Topsis(), description="how one design of the front is chosen")
     check: CheckPart = Field(default=CheckPart(), description="how the chosen design is simulated again")
+    quality: QualityPart = Field(default=QualityPart(), description="what is asked of a study before it is trusted")

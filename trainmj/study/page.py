@@ -23,7 +23,7 @@ from trainmj.study import tables
 from trainmj.study.fronts import FILES
 from trainmj.study.run import SUMMARY
 from trainmj.study.tables import Summary, columns, number, table_of
-from trainmj.units import label
+from trainmj.units import head, label
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -92,7 +92,7 @@ def _pairs(columns: Mapping[str, Column], most: int) -> Iterable[tuple[tuple[str
 
 def _add_outcome(section: Section, summary: Summary) -> None:
     chosen, check = summary["decision"]["chosen"], summary["check"]
-    cards = [Card(c.name, number(chosen[head]), c.unit, "chosen") for head, c in columns(summary, "factors").items()]
+    cards = [Card(c.name, number(chosen[key]), c.unit, "chosen") for key, c in columns(summary, "factors").items()]
     rows = {row["response"]: row for row in check["rows"]}
     for name, row in ((name, rows[name]) for name in summary["objectives"]):
         note = f"simulated; predicted {number(row['predicted'])}"
@@ -100,7 +100,9 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     limited = [row["kept"] for row in check["rows"] if row["kept"] is not None]
     verdict = judged(bool(check["kept"]), "kept when simulated", "not kept when simulated")
     kept = Card("Limits", str(sum(limited)), f"of {len(limited)} kept", f"check: {check['status']}", verdict)
-    section.cards(*cards, kept)
+    section.cards(Card("Study", "", verdict=tables.verdict(summary)), *cards, kept)
+    if summary["remarks"]:
+        section.table(tables.remarks(summary))
     section.table(tables.check(summary))
 
 
@@ -166,7 +168,7 @@ def _add_surrogates(section: Section, summary: Summary, files: Tables) -> None:
     }
     for table, title in ((files[name], title) for name, title in folded.items() if name in files):
         numeric = table.select_dtypes("number").columns
-        shown = {head: Column(str(head).replace("_", " "), text=head not in numeric) for head in table.columns}
+        shown = {key: Column(str(key).replace("_", " "), text=key not in numeric) for key in table.columns}
         section.table(table_of(table.to_dict("records"), shown, title), folded=True)
 
 
@@ -204,22 +206,27 @@ def _add_fronts(section: Section, summary: Summary, files: Tables) -> None:
     section.notes(tables.notes_on_fronts(summary))
     section.table(tables.fronts(summary))
     chosen, named = summary["decision"]["chosen"], columns(summary, "factors", "responses")
+    simulated = chosen | {head(row["response"], row["unit"]): row["simulated"] for row in summary["check"]["rows"]}
+    method = summary["decision"]["method"]
+    ends = {f"chosen ({method})": (chosen, "star-open"), "the same, simulated": (simulated, "star")}
 
     def read_out(row: Mapping[Any, Any]) -> str:
-        return ", ".join(f"{c.name} {number(row[head])} {c.unit}".rstrip() for head, c in named.items())
+        return ", ".join(f"{c.name} {number(row[key])} {c.unit}".rstrip() for key, c in named.items())
 
     for (x, a), (y, b) in _pairs(columns(summary, "objectives"), _MOST_OBJECTIVES):
         traces = []
         for where, table in there.items():
             texts = [read_out(row) for row in table.to_dict("records")]
             traces.append(dots(f"found on the {where}", table[x], table[y], *_LOOKS[where], 7, texts))
-        said = f"chosen ({summary['decision']['method']})"
-        traces.append(dots(said, [chosen[x]], [chosen[y]], ORANGE, "star", 16, [read_out(chosen)]))
+        joined: dict[str, Any] = {"showlegend": False, "hoverinfo": "skip"}
+        traces.append(line("", [chosen[x], simulated[x]], [chosen[y], simulated[y]], "", ORANGE, **joined))
+        for said, (row, sign) in ends.items():
+            traces.append(dots(said, [row[x]], [row[y]], ORANGE, sign, 16, [read_out(row)]))
         section.plot(
             traces,
             axes(a.name, a.unit, b.name, b.unit),
             title=f"Front: {a.name} and {b.name}",
-            note="The read-out names each design.",
+            note="The read-out names each design. A line joins the chosen design with its simulation.",
             height=460,
         )
     for where in there:

@@ -104,6 +104,11 @@ class Study:
         return tuple(named[name] for name in self.spec.objectives)
 
     @property
+    def on_surrogates(self) -> bool:
+        """Whether the choice is made among designs as the surrogates predict them."""
+        return self.spec.optimiser.on != "simulator" and self.spec.decision.front != "simulator"
+
+    @property
     def maximise(self) -> tuple[bool, ...]:
         """For each objective whether more is better, (m,)."""
         return tuple(direction == "maximise" for direction in self.spec.objectives.values())

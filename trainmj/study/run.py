@@ -19,6 +19,7 @@ from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs
 from trainmj.study.folder import OF_STEPS, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
+from trainmj.study.remarks import of_result
 from trainmj.study.simulator import FILE, Simulator
 
 if TYPE_CHECKING:
@@ -118,9 +119,10 @@ def run_study(
             summary = _summary(study, files.steps, simulator.changes)
             files.write(SUMMARY, json.dumps(summary, indent=2).encode())
             simulator.finish()
-        tables = {name: table for step in files.steps for name, table in step.tables.items()}
         computed = tuple(step.name for step in files.steps if step.seconds is not None)
-        return StudyResult(study, path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
+        return StudyResult(
+            study, path, _tables(files.steps), summary, computed, simulator.computed, tuple(simulator.changes)
+        )
 
 
 def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> None:
@@ -164,7 +166,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     step("correlation", [data, asked["correlation"]], lambda: steps.correlation(study, simulations.value()), nothing)
     models = step(
         "surrogates",
-        [data, asked["surrogates"], asked["cross_validation"], asked["constraints"]],
+        [data, asked["surrogates"], asked["cross_validation"], asked["constraints"], asked["quality"]],
         lambda: surrogates.surrogates(study, simulations.value()),
         lambda _: surrogates.fit_all(study, simulations.value()),
     )
@@ -203,12 +205,13 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
         "decision",
         [goals, asked["decision"], weights.digest],
         lambda: choice.decision(study, front.value(), weights.value()),
-        lambda tables: Designs.read(study, tables["09_decision"].iloc[[0]]),
+        lambda tables: choice.Choice.read(study, tables),
     )
+    digests = [done.digest for done in (decision, stands, simulations)]
     step(
         "check",
-        [names, scenario, asked["check"], asked["constraints"], decision.digest, stands.digest],
-        lambda: choice.check(study, decision.value(), stands.value(), simulator),
+        [goals, scenario, *(asked[part] for part in ("check", "constraints", "quality")), *digests],
+        lambda: choice.check(study, decision.value(), stands.value(), simulations.value(), simulator),
         nothing,
     )
 
@@ -228,5 +231,13 @@ def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[st
         "versions": identity(),
         "changes": changes,
     }
-    result: dict[str, Any] = finite(about | {step.name.replace(" ", "_"): dict(step.facts) for step in done})
+    facts = {step.name.replace(" ", "_"): dict(step.facts) for step in done}
+    found = of_result(study, facts, _tables(done))
+    judged = {"trusted": all(remark.kind != "fail" for remark in found), "remarks": [asdict(r) for r in found]}
+    result: dict[str, Any] = finite(about | facts | judged)
     return result
+
+
+def _tables(done: list[Step[Any]]) -> dict[str, pd.DataFrame]:
+    """The tables of steps, by file name without ending."""
+    return {name: table for step in done for name, table in step.tables.items()}

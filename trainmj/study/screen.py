@@ -10,13 +10,13 @@ from rich.console import Console
 from rich.status import Status
 from rich.text import Text
 
-from trainmj.collision.status import UNUSABLE
 from trainmj.output.console import new_console, print_table
 from trainmj.output.table import Table, Verdict
 from trainmj.study import tables
 from trainmj.study.file import LatinHypercube, SobolSequence
 from trainmj.study.folder import Step
 from trainmj.study.plan import Study
+from trainmj.study.remarks import of_plan
 from trainmj.study.run import StudyResult, Watch
 from trainmj.study.steps import design_of
 
@@ -73,7 +73,8 @@ def print_plan(study: Study) -> None:
     n = part.n if isinstance(part, (LatinHypercube, SobolSequence)) else len(design_of(study).points)
     where = _SEARCHED[study.spec.optimiser.on]
     console.print(f"Study: {n} points ({part.kind}), then a search on the {where}")
-    for table in (tables.factors_of(study), tables.responses_of(study)):
+    found = of_plan(study)
+    for table in (tables.factors_of(study), tables.responses_of(study), *[tables.remarks_of(found)] * bool(found)):
         console.print()
         print_table(console, table)
 
@@ -98,13 +99,11 @@ def print_study(result: StudyResult) -> None:
     show(tables.weights(summary))
     show(tables.decision(summary), tables.notes_on_decision(summary))
     show(tables.check(summary))
-    if summary["check"]["status"] in UNUSABLE:
-        console.print("The chosen design has no numbers that may be used when simulated: see the status of the check.")
-    elif not summary["check"]["kept"] and summary["constraints"]:
-        console.print(
-            "The chosen design does not keep its limits when simulated: give the constraint a margin, add points to "
-            "the design, or decide on the simulator's front."
-        )
+    if summary["remarks"]:
+        show(tables.remarks(summary))
+    verdict = tables.verdict(summary)
+    console.print()
+    console.print(Text(f"Verdict: {verdict.text}", style="bold red" if verdict.kind == "fail" else "bold"))
     console.print(
         f"Written to {result.folder}; {result.simulated} collisions computed now, steps done now: "
         f"{', '.join(result.computed) or 'none'}",

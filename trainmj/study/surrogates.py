@@ -98,16 +98,18 @@ def surrogates(study: Study, simulated: Designs) -> Output[Models]:
             anova[response.name] = model.anova()
         if np.ptp(y[:, k]) > 0:
             sensitivity[response.name] = sobol_sensitivity(study.space, model.predict, n=_SAMPLE, seed=0).table()
-    tables = {"04_surrogates": pd.DataFrame(rows), "04_cross_validation": _compare(study, x, y)}
+    compared = _compare(study, x, y)
+    tables = {"04_surrogates": pd.DataFrame(rows), "04_cross_validation": compared}
+    facts = {row["response"]: row | _judged(study, row, y[:, k], compared) for k, row in enumerate(rows)}
     for name, parts in (("coefficients", coefficients), ("anova", anova), ("sensitivity", sensitivity)):
         if parts:
             tables[f"04_{name}"] = pd.concat(parts, names=["response"]).reset_index()
     return Output(
         models,
         tables,
-        {"n": len(x), "responses": {row["response"]: row for row in rows}},
+        {"n": len(x), "responses": facts},
         {
-            "04_surrogates": partial(figures.parity, study, y, left_out),
+            "04_surrogates": partial(figures.parity, study, y, left_out, facts),
             "04_surfaces": partial(figures.surfaces, study, models, x),
         },
     )
@@ -128,6 +130,29 @@ def _accuracy(
         for key in ("are", "rmse", "r2"):
             row[f"{key}_{name}"] = getattr(found, key) if found else np.nan
     return row
+
+
+def _judged(study: Study, row: dict[str, Any], y: FloatArray, compared: pd.DataFrame) -> dict[str, Any]:
+    """Whether the surrogate of a response (n,) is poor: by the worse of its errors of points left out.
+
+    Those of the table are of the terms, or lengths, that all points chose; a cross-validation chooses afresh.
+    """
+    part, largest = study.spec.quality, float(np.abs(y).max())
+    found = [(row["r2_loo"], row["rmse_loo"])]
+    if "r2" in compared:
+        own = compared[(compared["response"] == row["response"]) & (compared["surrogate"] == "chosen")]
+        found += zip(own["r2"].tolist(), own["rmse_over_range"].tolist(), strict=True)
+    r2, error = min(pair for pair in found if np.isfinite(pair[0])) if row["range"] else (np.nan, 0.0)
+    error *= row["range"]
+    negligible = part.negligible_percent / 100 * largest
+    return {
+        "low": float(y.min()),
+        "high": float(y.max()),
+        "r2": float(r2),
+        "error": float(error),
+        "negligible": bool(row["range"] <= negligible),
+        "poor": bool(r2 < part.least_r2 and error > negligible),
+    }
 
 
 def _compare(study: Study, x: FloatArray, y: FloatArray) -> pd.DataFrame:

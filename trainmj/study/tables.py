@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from trainmj.output.table import Column, Table, judged, passed, warned, worded
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.study.file import ChoiceFactor
 from trainmj.study.plan import Study
+from trainmj.study.remarks import Remark
 from trainmj.units import against, head
 
 Summary = Mapping[str, Any]
@@ -56,11 +57,32 @@ def responses_of(study: Study) -> Table:
     return Table([_NAME, *worded("column", "wanted")], rows)
 
 
+def remarks_of(found: Iterable[Remark]) -> Table:
+    """What there is to know before a study is believed."""
+    rows = [[failed() if r.kind == "fail" else warned("warning"), r.about, r.text] for r in found]
+    return Table(worded("Remark", "about", "what was found"), rows, "Remarks")
+
+
+def remarks(summary: Summary) -> Table:
+    """The remarks of a finished study."""
+    return remarks_of(Remark(**remark) for remark in summary["remarks"])
+
+
+def verdict(summary: Summary) -> Verdict:
+    """Whether the study is to be trusted."""
+    reasons = sum(remark["kind"] == "fail" for remark in summary["remarks"])
+    warnings = len(summary["remarks"]) - reasons
+    counted = f"{warnings} warning{'s' * (warnings != 1)}"
+    if reasons:
+        return failed(f"not to be trusted, for {reasons} reason{'s' * (reasons != 1)}")
+    return warned(f"verified by simulation, with {counted}") if warnings else passed("verified by simulation")
+
+
 def design(summary: Summary) -> dict[str, Any]:
     """How the design was made, how well it fills the space, and how its simulations went."""
     made, done = summary["design"], summary["simulations"]
-    n, failed, invalid = done["n"], done["failed"], done["not_valid"]
-    left_out = f"{failed} of {n} are left out, {failed - invalid} failed and {invalid} not valid; the first is "
+    n, lost, invalid = done["n"], done["failed"], done["not_valid"]
+    left_out = f"{lost} of {n} are left out, {lost - invalid} failed and {invalid} not valid; the first is "
     return {
         "Design": made["method"],
         "Points": f"{made['n']}" + ("" if made["seed"] is None else f", seed {made['seed']}"),
@@ -68,7 +90,7 @@ def design(summary: Summary) -> dict[str, Any]:
         "phi_p": number(made["phi_p"]),
         "Centred discrepancy": number(made["centred_discrepancy"]),
         "Distinct values": ", ".join(f"{k} of {f}" for f, k in zip(summary["factors"], made["levels"], strict=True)),
-        "Simulated": judged(failed == 0, f"all {n}", f"{left_out}{done['first_failure']}"),
+        "Simulated": judged(lost == 0, f"all {n}", f"{left_out}{done['first_failure']}"),
         "Past a limit": warned(f"{done['past_limits']} of {n}") if done["past_limits"] else passed("none"),
     }
 
@@ -83,10 +105,19 @@ def surrogates(summary: Summary) -> Table:
         "are_loo": Column("mean error, left out", "% of range", 2, head="left out:\nmean error"),
         "rmse_loo": Column("RMSE, left out", "% of range", 2, head="left out:\nRMSE"),
         "r2_loo": Column("R², left out", "", _FRACTION, head="left out:\nR²"),
+        "judged": Column("verdict", text=True),
         "surrogate": Column("surrogate", text=True),
     }
     rows = [
-        row | {key: None if row[key] is None else 100 * row[key] for key in ("are_loo", "rmse_loo")}
+        row
+        | {key: None if row[key] is None else 100 * row[key] for key in ("are_loo", "rmse_loo")}
+        | {
+            "judged": warned("poor")
+            if row["poor"]
+            else Verdict("none", "constant")
+            if row["r2"] is None
+            else passed("good")
+        }
         for row in summary["surrogates"]["responses"].values()
     ]
     note = "Left out: each point predicted by a surrogate that was fitted to the others."
@@ -169,6 +200,7 @@ def check(summary: Summary) -> Table:
         "predicted": Column("predicted", digits=_DIGITS),
         "simulated": Column("simulated", digits=_DIGITS),
         "error_percent": Column("error", "%", "+z.2f"),
+        "error_of_range_percent": Column("error over range", "%", "+z.1f", head="over\nrange"),
         "limit": Column("limit", text=True),
         "kept": Column("verdict", text=True),
     }
@@ -183,7 +215,8 @@ def check(summary: Summary) -> Table:
     apart = " trainmj run on the scenario sets none of this, so its numbers differ." if as_it_stands else ""
     note = (
         f"As it stands: the scenario{_with(as_it_stands)}. Simulated: the chosen design{_with(simulated)}.{apart} "
-        f"Error: predicted less simulated. Status as it stands: {stands}; of the check: {status}."
+        "Error: predicted less simulated, over the simulated value and over the range of the design. "
+        f"Status as it stands: {stands}; of the check: {status}."
     )
     return table_of(rows, shown, "The chosen design, simulated", note)
 
