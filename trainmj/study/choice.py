@@ -140,38 +140,42 @@ def check(
     import pandas as pd
 
     chosen = choice.chosen
-    found = simulator.at(chosen.points, study.scenario.with_values(study.spec.check.set))
+    found = simulator.at(chosen.points, study.spec.check.set)
     (status,), (reason,) = found.status, found.reason
     usable = status not in UNUSABLE
     simulated = found.responses[0] if usable else np.full(len(study.responses), np.nan)
     as_simulated = study.criteria(simulated[None])[0]
-    extent = np.ptp(of_design.usable()[1], axis=0)
-    values = np.stack([as_it_stands, chosen.responses[0], simulated, extent], axis=1).tolist()
+    extents = np.ptp(study.with_worst(of_design.usable()[1]), axis=0).tolist()
+    values = study.with_worst(np.stack([as_it_stands, chosen.responses[0], simulated]))
+    governing = study.governing(np.nan_to_num(simulated)[None])[0] if usable else {}
     quality = study.spec.quality
     rows: list[dict[str, Any]] = []
-    for response, (before, predicted, simulated, extent) in zip(study.responses, values, strict=True):
-        error = predicted - simulated
-        noticed = abs(error) > quality.negligible_percent / 100 * abs(simulated)
+    for response, (before, predicted, now), extent in zip(
+        (*study.responses, *study.worst_of_cases), values.T.tolist(), extents, strict=True
+    ):
+        error = predicted - now
+        noticed = abs(error) > quality.negligible_percent / 100 * abs(now)
         limits = [limit for limit in study.limits if limit.response == response]
-        rows.append(
-            {
-                "response": response.name,
-                "unit": response.unit,
-                "as_it_stands": before,
-                "predicted": predicted,
-                "simulated": simulated,
-                "error_percent": 100.0 * error / simulated if simulated else np.nan,
-                "error_of_range_percent": 100.0 * error / extent if extent else np.nan,
-                "missed": noticed and abs(error) > quality.largest_error_percent / 100 * extent,
-                "limit": "; ".join(limit.text for limit in limits),
-                "limits": [limit.value for limit in limits],
-                "kept": all(limit.excess(simulated) <= 0 for limit in limits) if limits else None,
-            }
-        )
+        row = {
+            "response": response.name,
+            "unit": response.unit,
+            "as_it_stands": before,
+            "predicted": predicted,
+            "simulated": now,
+            "error_percent": 100.0 * error / now if now else np.nan,
+            "error_of_range_percent": 100.0 * error / extent if extent else np.nan,
+            "missed": noticed and abs(error) > quality.largest_error_percent / 100 * extent,
+            "limit": "; ".join(limit.text for limit in limits),
+            "limits": [limit.value for limit in limits],
+            "kept": all(limit.excess(now) <= 0 for limit in limits) if limits else None,
+        }
+        if study.spec.cases:
+            row |= {"stated": response.stated, "load_case": response.case or governing.get(response.name, "")}
+        rows.append(row)
     table = pd.DataFrame(rows).drop(columns="limits")
     kept = usable and all(row["kept"] is not False for row in rows)
     changed = study.spec.set | study.spec.check.set
-    facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed}
+    facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed, "governing": governing}
     pictures = {"10_check": partial(figures.check, study, table)}
     if len(study.objectives) > 1:
         others = dict(zip(choice.methods, study.criteria(choice.picked.responses), strict=True))

@@ -13,10 +13,15 @@ from trainmj.cases.table import STATUS
 from trainmj.collision.status import UNUSABLE
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
-from trainmj.study.plan import Study
+from trainmj.study.plan import LIMITS, Study
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+def governs(name: str) -> str:
+    """Head of the column that says which load case an objective is of, or which limit is nearest."""
+    return "nearest_limit" if name == LIMITS else f"{name}_governed_by"
 
 
 @dataclass(frozen=True)
@@ -73,7 +78,19 @@ class Designs:
         if len(self.status):
             parts.append(pd.DataFrame(dict(zip(STATUS, (self.status, self.reason), strict=True))))
         parts.append(pd.DataFrame(self.responses, columns=[r.head for r in self.study.responses]))
+        if self.study.spec.cases:
+            worst = self.study.with_worst(self.responses)[:, len(self.study.responses) :]
+            parts.append(pd.DataFrame(worst, columns=[r.head for r in self.study.worst_of_cases]))
+            rows = [{governs(name): case for name, case in row.items()} for row in self._governing()]
+            parts.append(pd.DataFrame(rows))
         return pd.concat(parts, axis=1)
+
+    def _governing(self) -> list[dict[str, str]]:
+        """The load cases that govern each design; nothing of one that failed."""
+        found = self.study.governing(np.nan_to_num(self.responses))
+        return [
+            row if usable else {} for row, usable in zip(found, np.isfinite(self.responses).all(axis=1), strict=True)
+        ]
 
     @classmethod
     def read(cls, study: Study, table: pd.DataFrame) -> Designs:

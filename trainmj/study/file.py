@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from trainmj.cases.load_cases import LoadCase
 from trainmj.doe.decision import Normalisation
 from trainmj.doe.weights import Transform
 from trainmj.files.parts import WHOLE, Bounds, Either, Name, Notes, Number, Part, Seed, Title
@@ -285,6 +286,21 @@ class KneePoint(_Decision):
 DecisionPart = Annotated[WeightedSum | Topsis | KneePoint, Either(by="method")]
 
 
+class ResponsePart(Part):
+    """A response of some load cases only."""
+
+    column: str = Field(description="column of the results")
+    cases: Annotated[list[Name], Field(min_length=1)] = Field(description="load cases in which it is asked")
+
+
+class StudyCase(LoadCase):
+    """A load case with limits of its own."""
+
+    constraints: dict[str, ConstraintPart] = Field(
+        default_factory=dict, description="limits in this case, by response, in place of those of all cases"
+    )
+
+
 class CheckPart(Part):
     """How the chosen design is simulated again."""
 
@@ -324,8 +340,13 @@ class StudyFile(Part, title="study file"):
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
     factors: Annotated[dict[Name, FactorPart], Field(min_length=1, max_length=20, description="what is varied")]
     responses: Annotated[
-        dict[Name, str], Field(min_length=1, max_length=200, description="short name: column of the results")
+        dict[Name, Annotated[str | ResponsePart, Either()]],
+        Field(min_length=1, max_length=200, description="short name: column of the results, of every load case"),
     ]
+    cases: Annotated[dict[Name, StudyCase], Field(min_length=1, max_length=20)] | None = Field(
+        default=None,
+        description="load cases that one design must pass, by name; an objective is then the worst of all cases",
+    )
     design: DesignPart = Field(description="where to simulate")
     correlation: CorrelationPart = Field(
         default=CorrelationPart(), description="how factors and responses are correlated"
@@ -345,4 +366,24 @@ class StudyFile(Part, title="study file"):
     weights: WeightsPart = Field(default=EntropyWeights(), description="how much each objective counts")
     decision: DecisionPart = Field(default=Topsis(), description="how one design of the front is chosen")
     check: CheckPart = Field(default=CheckPart(), description="how the chosen design is simulated again")
+
+    def column(self, response: str) -> str:
+        """The column of the results that a response is."""
+        part = self.responses[response]
+        return part if isinstance(part, str) else part.column
+
+    def cases_of(self, response: str) -> list[str]:
+        """The load cases in which a response is asked; one without a name, "", if there are none."""
+        part = self.responses[response]
+        return list(self.cases or [""]) if isinstance(part, str) else part.cases
+
+    def constraints_in(self, case: str) -> dict[str, ConstraintPart]:
+        """The limits in a load case, by response."""
+        return self.constraints | (self.cases[case].constraints if self.cases and case else {})
+
     quality: QualityPart = Field(default=QualityPart(), description="what is asked of a study before it is trusted")
+
+
+def name_in(response: str, case: str) -> str:
+    """The name of a response in a load case, under which the study's tables have it."""
+    return f"{response}_{case}" if case else response

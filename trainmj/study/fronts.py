@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from typing import Any, Literal
@@ -86,6 +87,7 @@ def _search(
         "seed": front.seed,
         "extent": {name: [low, high] for name, low, high in ends},
         "hypervolume": front.hypervolume,
+        "governing": _counted(study.governing(found.responses)),
     }
     progress = pd.DataFrame([vars(p) for p in front.history])
     name = FILES[where]
@@ -95,6 +97,12 @@ def _search(
         facts,
         {f"{name}_progress": partial(figures.progress, progress, where)},
     )
+
+
+def _counted(governing: list[dict[str, str]]) -> dict[str, dict[str, int]]:
+    """For how many designs each load case governs an objective, or a limit is the nearest."""
+    names = dict.fromkeys(name for row in governing for name in row)
+    return {name: dict(Counter(row[name] for row in governing).most_common()) for name in names}
 
 
 def _broken(nearest: Designs, where: str) -> str:

@@ -54,7 +54,7 @@ def page_of_folder(folder: Path) -> Page:
         f"Study: {summary['title']}",
         subtitle=f"{factors}: {' and '.join(f'{goal} {name}' for name, goal in summary['objectives'].items())}",
         command=f"trainmj report {quote(folder.resolve().name)}\n\n"
-        "# the study again: save the files above as again.study.yaml and scenario.yaml\n"
+        f"# the study again: save the files above as again.study.yaml and {' and '.join(_scenarios(summary))}\n"
         "trainmj study again.study.yaml --out again --report",
         versions=summary["versions"],
     )
@@ -66,8 +66,14 @@ def page_of_folder(folder: Path) -> Page:
     _add_decision(page.section("Weights and decision"), summary, files["09_ranking"])
     section = page.section("Files")
     section.code(as_yaml(summary["study"]), "The study as it was read")
-    section.code(summary["scenario"], "Its scenario: scenario.yaml")
+    for name, text in _scenarios(summary).items():
+        section.code(text, f"Its scenario: {name}")
     return page
+
+
+def _scenarios(summary: Summary) -> dict[str, str]:
+    """The scenarios of a study, by file."""
+    return {"scenario.yaml": summary["scenario"], **summary["scenarios"]}
 
 
 def _read(folder: Path) -> tuple[Summary, Tables]:

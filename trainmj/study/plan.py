@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from trainmj.cases.load_cases import scenarios_of
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.doe import Space
@@ -21,18 +22,31 @@ from trainmj.files.tables import read_beside
 from trainmj.files.yaml import read_yaml
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
-from trainmj.study.file import GivenPoints, StudyFile
+from trainmj.study.file import GivenPoints, StudyFile, name_in
 from trainmj.study.rules import broken_rules, factor_of
 from trainmj.units import ROUND_OFF, head, label
+
+LIMITS = "limits"
+"""The key of the nearest limit beside those of objectives."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """A response: short name, column of :func:`trainmj.run_cases`, unit."""
+    """A response: short name, column of :func:`trainmj.run_cases`, unit.
+
+    Attributes:
+        name: in the study's tables: that of the file, with the load case behind it if there are any (TS_fast).
+        column: of the results.
+        unit: of it.
+        case: load case of which it is; empty if the study has none, or for the worst of all.
+        stated: its name in the file.
+    """
 
     name: str
     column: str
     unit: str
+    case: str = ""
+    stated: str = ""
 
     @property
     def head(self) -> str:
@@ -72,6 +86,7 @@ class Study:
     Attributes:
         spec: the parts of its file.
         scenario: what is studied, with the changes of ``set``.
+        scenarios: by load case, each with its changes; the same one under no name, "", if there are none.
         space: the factors.
         targets: what each factor sets, one tuple for each.
         responses: in the order of the file.
@@ -81,6 +96,7 @@ class Study:
 
     spec: StudyFile
     scenario: Scenario
+    scenarios: Mapping[str, Scenario]
     space: Space
     targets: tuple[tuple[str, ...], ...]
     responses: tuple[Response, ...]
@@ -95,13 +111,16 @@ class Study:
     @property
     def files(self) -> frozenset[Path]:
         """The files that it was read from."""
-        return self.source.files | self.scenario.files
+        return self.source.files.union(self.scenario.files, *(each.files for each in self.scenarios.values()))
 
     @property
     def objectives(self) -> tuple[Response, ...]:
-        """The responses that are minimised or maximised, (m,)."""
-        named = self._named()
-        return tuple(named[name] for name in self.spec.objectives)
+        """The responses that are minimised or maximised, (m,); of several load cases the worst."""
+        found = []
+        for name in self.spec.objectives:
+            first, *others = (self.responses[k] for k in self._places(name))
+            found.append(replace(first, name=name, case="") if others else first)
+        return tuple(found)
 
     @property
     def on_surrogates(self) -> bool:
@@ -115,19 +134,51 @@ class Study:
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """The constraints, each side by itself, (c,)."""
-        named = self._named()
+        """The constraints, each side and load case by itself, (c,)."""
         return tuple(
-            Limit(named[name], sign, value, part.margin)
-            for name, part in self.spec.constraints.items()
+            Limit(response, sign, value, part.margin)
+            for response in self.responses
+            for name, part in self.spec.constraints_in(response.case).items()
             for sign, value in ((1, part.at_most), (-1, part.at_least))
-            if value is not None
+            if name == response.stated and value is not None
         )
 
     def criteria(self, values: FloatArray) -> FloatArray:
-        """The objectives (n, m) among the responses (n, r)."""
-        chosen = values[:, [self.responses.index(r) for r in self.objectives]]
-        return np.asfortranarray(chosen)  # columns in one piece are added up most accurately
+        """The objectives (n, m) among the responses (n, r), of several load cases the worst."""
+        found = np.empty((len(values), len(self.spec.objectives)), order="F")  # added up most accurately
+        for k, (name, more) in enumerate(zip(self.spec.objectives, self.maximise, strict=True)):
+            of_cases = values[:, self._places(name)]
+            found[:, k] = of_cases.min(axis=1) if more else of_cases.max(axis=1)
+        return found
+
+    @property
+    def worst_of_cases(self) -> tuple[Response, ...]:
+        """The objectives of several load cases, which are no response of any single one."""
+        return tuple(objective for objective in self.objectives if objective not in self.responses)
+
+    def with_worst(self, values: FloatArray) -> FloatArray:
+        """The responses (n, r), then the objectives that are the worst of several load cases."""
+        places = [k for k, objective in enumerate(self.objectives) if objective not in self.responses]
+        return np.concatenate([values, self.criteria(values)[:, places]], axis=1)
+
+    def governing(self, values: FloatArray) -> list[dict[str, str]]:
+        """The load case that each objective of several is of, by objective, for n designs with responses (n, r).
+
+        Under LIMITS stands the limit that is nearest, or passed by most, as a part of it.
+        """
+        found: list[dict[str, str]] = [{} for _ in values]
+        for (name, goal), first in zip(self.spec.objectives.items(), self.objectives, strict=True):
+            if first in self.responses:
+                continue
+            places = self._places(name)
+            of_cases = values[:, places] * (-1.0 if goal == "maximise" else 1.0)
+            for row, k in zip(found, np.argmax(of_cases, axis=1), strict=True):
+                row[name] = self.responses[places[k]].case
+        if self.spec.cases and self.limits:
+            scale = np.array([abs(limit.value) or 1.0 for limit in self.limits])
+            for row, k in zip(found, np.argmax(self.excess(values) / scale, axis=1), strict=True):
+                row[LIMITS] = self.limits[k].text
+        return found
 
     def minimised(self, values: FloatArray) -> FloatArray:
         """The objectives (n, m) among the responses (n, r), negative where they are maximised."""
@@ -141,8 +192,9 @@ class Study:
         ]
         return np.stack(found, axis=1) if found else np.zeros((len(values), 0))
 
-    def _named(self) -> dict[str, Response]:
-        return {response.name: response for response in self.responses}
+    def _places(self, name: str) -> list[int]:
+        """Of a response of the file, in every load case, among the responses."""
+        return [k for k, response in enumerate(self.responses) if response.stated == name]
 
 
 def load_study(file: str | Path) -> Study:
@@ -173,18 +225,26 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
 def _checked(source: Source) -> Study:
     spec = source.checked(StudyFile)
     scenario = scenario_of(source, spec.scenario, spec.set)
-    try:
-        chain = line_up(scenario)
-    except InputError as error:
-        raise source.error(str(error), "scenario") from None
-    source.refuse(broken_rules(spec, scenario, chain))
-    columns = columns_of(chain)
+    scenarios = scenarios_of(source, spec) if spec.cases else {"": scenario}
+    chains = {}
+    for name, each in scenarios.items():
+        try:
+            chains[name] = line_up(each)
+        except InputError as error:
+            raise source.error(str(error), *(("cases", name) if name else ("scenario",))) from None
+    source.refuse(broken_rules(spec, scenarios, chains))
+    columns = {name: columns_of(chain) for name, chain in chains.items()}
     study = Study(
         spec,
         scenario,
+        scenarios,
         Space(tuple(factor_of(name, part) for name, part in spec.factors.items())),
         tuple(part.targets for part in spec.factors.values()),
-        tuple(Response(name, column, columns[column].unit) for name, column in spec.responses.items()),
+        tuple(
+            Response(name_in(name, case), column, columns[case][column].unit, case, name)
+            for name, column in ((name, spec.column(name)) for name in spec.responses)
+            for case in spec.cases_of(name)
+        ),
         source,
     )
     if not isinstance(spec.design, GivenPoints):

@@ -79,7 +79,12 @@ def _in_reach(limit: Limit, row: Facts) -> bool:
 
 def _decides(study: Study, name: str, row: Facts) -> bool:
     """Whether the search rests on a response: an objective, or a limit in reach."""
-    return name in study.spec.objectives or any(_in_reach(o, row) for o in study.limits if o.response.name == name)
+    return _is_objective(study, name) or any(_in_reach(o, row) for o in study.limits if o.response.name == name)
+
+
+def _is_objective(study: Study, name: str) -> bool:
+    """Whether a response is an objective, or one of the load cases of which the worst is one."""
+    return any(r.stated in study.spec.objectives for r in study.responses if r.name == name)
 
 
 def _surrogates(study: Study, facts: Facts) -> Iterator[Remark]:
@@ -90,7 +95,7 @@ def _surrogates(study: Study, facts: Facts) -> Iterator[Remark]:
         said = f"R² of points left out is {row['r2']:.3f}, below {least:g}"
         cure = "add points, change its terms or take kriging"
         if not _decides(study, name, row):
-            limited = " (its limit is out of reach)" if name in study.spec.constraints else ""
+            limited = " (its limit is out of reach)" if any(o.response.name == name for o in study.limits) else ""
             yield Remark("warn", name, f"{said}: do not rely on its predictions{limited}; {cure}.")
         elif study.on_surrogates:
             text = f"{said}: the search rests on this surrogate; {cure}, or decide on the simulator's front."
@@ -120,7 +125,9 @@ def _check(study: Study, facts: Facts) -> Iterator[Remark]:
                 "add points to the design, or decide on the simulator's front."
             )
             yield Remark("fail", name, text)
-        of = facts["surrogates"]["responses"][name]
+        of = facts["surrogates"]["responses"].get(name)
+        if of is None:
+            continue  # the worst of load cases, each of which is judged
         if row["missed"] and _decides(study, name, of):
             text = (
                 f"the prediction, {row['predicted']:.5g}, misses the simulation, {row['simulated']:.5g}, by "
@@ -174,9 +181,8 @@ def _freedom(tables: Tables) -> Iterator[Remark]:
 
 
 def _nothing_to_gain(study: Study, facts: Facts) -> Iterator[Remark]:
-    for name in study.spec.objectives:
-        row = facts["surrogates"]["responses"][name]
-        if row["negligible"]:
+    for name, row in facts["surrogates"]["responses"].items():
+        if _is_objective(study, name) and row["negligible"]:
             text = (
                 f"hardly varies over the design ({row['low']:.6g} to {row['high']:.6g} {row['unit']}): there is "
                 "nothing to gain, and what tells designs apart in it may be noise."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from trainmj.collision.chain import Chain
@@ -11,7 +12,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, in_place_of, no_number
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
-from trainmj.files.source import Path, Problem
+from trainmj.files.source import Path, Problem, dotted
 from trainmj.files.text import FORMULA
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import nowhere, refusal, refused
@@ -19,6 +20,7 @@ from trainmj.study.file import (
     MAX_POINTS,
     CentralComposite,
     ChoiceFactor,
+    ConstraintPart,
     ContinuousFactor,
     FactorPart,
     FullFactorial,
@@ -27,7 +29,9 @@ from trainmj.study.file import (
     IntegerFactor,
     OwnWeights,
     PolynomialOfTerms,
+    ResponsePart,
     StudyFile,
+    name_in,
 )
 from trainmj.units import head
 
@@ -43,26 +47,48 @@ _MOST_COMBINATIONS = 100_000  # of exponents, among which the terms up to an ord
 _MOST_EVALUATIONS = {"surrogate": 10_000_000, "simulator": 1_000_000}
 
 
-def broken_rules(spec: StudyFile, scenario: Scenario, chain: Chain) -> Iterator[Problem]:
+def broken_rules(spec: StudyFile, scenarios: Mapping[str, Scenario], chains: Mapping[str, Chain]) -> Iterator[Problem]:
     """Every rule that the parts of a study file break between them.
 
     Args:
         spec: the parts.
-        scenario: with the values under ``set``.
-        chain: of the scenario, which has the responses.
+        scenarios: by load case, with the values under ``set``; one under no name, "", if there are none.
+        chains: of the scenarios, which have the responses.
     """
-    columns = columns_of(chain)
-    yield from _factors(spec, scenario)
-    yield from _responses(spec, chain)
-    yield from _everywhere(spec, scenario, chain)
-    yield from _heads(spec, columns)
+    yield from _cases(spec)
+    said: set[Path] = set()
+    for case, scenario in scenarios.items():
+        for problem in _in_case(spec, case, scenario, chains[case]):
+            if problem.path not in said:
+                yield replace(problem, rule=f"in load case {case}, it {problem.rule}") if case else problem
+            said.add(problem.path)
+    yield from _heads(spec, {case: columns_of(chain) for case, chain in chains.items()})
     yield from _design(spec)
     yield from _surrogates(spec)
     yield from _criteria(spec)
     yield from _optimiser(spec)
     yield from _weights(spec)
+
+
+def _in_case(spec: StudyFile, case: str, scenario: Scenario, chain: Chain) -> Iterator[Problem]:
+    """The rules that the scenario of a load case, or of the whole study, is asked for."""
+    yield from _factors(spec, case, scenario)
+    yield from _responses(spec, case, chain)
+    yield from _everywhere(spec, case, scenario, chain)
     yield from _check(spec, scenario)
     yield from refused(("check", "set"), {name: {name: value} for name, value in spec.check.set.items()}, scenario)
+
+
+def _cases(spec: StudyFile) -> Iterator[Problem]:
+    """Load cases that responses and limits name."""
+    for name, part in spec.responses.items():
+        if isinstance(part, ResponsePart):
+            yield from _names(("responses", name, "cases"), part.cases, spec.cases or (), "load case")
+    for case, of in (spec.cases or {}).items():
+        yield from _limits(("cases", case, "constraints"), of.constraints, spec)
+        for name in of.constraints.keys() & spec.responses.keys():
+            if case not in spec.cases_of(name):
+                yield Problem(("cases", case, "constraints", name), "is not asked in this load case")
 
 
 def factor_of(name: str, part: FactorPart) -> Factor:
@@ -77,7 +103,8 @@ def factor_of(name: str, part: FactorPart) -> Factor:
     return Factor(name, lower, upper, unit=part.stated_unit, kind=part.kind)
 
 
-def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
+def _factors(spec: StudyFile, case: str, scenario: Scenario) -> Iterator[Problem]:
+    fixed_in = {("set",): spec.set} | ({("cases", case, "set"): spec.cases[case].set} if spec.cases else {})
     owner: dict[str, str] = {}
     for name, part in spec.factors.items():
         at: Path = ("factors", name)
@@ -96,8 +123,9 @@ def _factors(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
             if twice is not None:
                 yield Problem(sets, f"is already set by the factor {twice}")
             owner[target] = name
-            if any(scenario.overlap(target, fixed) for fixed in spec.set):
-                yield Problem(sets, "is fixed under set: leave it out there")
+            for group, stated in fixed_in.items():
+                if any(scenario.overlap(target, fixed) for fixed in stated):
+                    yield Problem(sets, f"is fixed under {dotted(group)}: leave it out there")
 
 
 def _check(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
@@ -110,8 +138,8 @@ def _check(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 )
 
 
-def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
-    for name, reason in _without_number(spec, chain):
+def _responses(spec: StudyFile, case: str, chain: Chain) -> Iterator[Problem]:
+    for name, reason in _without_number(spec, case, chain):
         yield Problem(("responses", name), reason)
     for name in spec.responses:
         at: Path = ("responses", name)
@@ -121,7 +149,7 @@ def _responses(spec: StudyFile, chain: Chain) -> Iterator[Problem]:
             yield Problem(at, "is reserved for the surrogate of all others: choose another")
 
 
-def _everywhere(spec: StudyFile, scenario: Scenario, as_it_stands: Chain) -> Iterator[Problem]:
+def _everywhere(spec: StudyFile, case: str, scenario: Scenario, as_it_stands: Chain) -> Iterator[Problem]:
     """Factors of values that the scenario refuses; responses that a value, or the check, leaves without a number."""
     ends = []
     for name, part in spec.factors.items():
@@ -132,35 +160,42 @@ def _everywhere(spec: StudyFile, scenario: Scenario, as_it_stands: Chain) -> Ite
         if all(reasons) and not any(nowhere((((), target) for target in part.targets), scenario)):
             said = ", ".join(f"{value!r}" for value in tried[:3])
             yield Problem(("factors", name), f"the scenario takes none of {said}: {reasons[0]}")
-    lost = {name for name, _ in _without_number(spec, as_it_stands)}  # said already
+    lost = {name for name, _ in _without_number(spec, case, as_it_stands)}  # said already
     for changes, where in (*ends, (spec.check.set, "in the check")):
         try:
             chain = line_up(scenario.with_values(changes))
         except InputError:
             continue  # said elsewhere, or the row of the case says why
-        for name, reason in _without_number(spec, chain):
+        for name, reason in _without_number(spec, case, chain):
             if name not in lost:
                 lost.add(name)
                 yield Problem(("responses", name), f"{where}: {reason}")
 
 
-def _without_number(spec: StudyFile, chain: Chain) -> Iterator[tuple[str, str]]:
-    """The responses that a chain does not have, or not as numbers, and why."""
+def _without_number(spec: StudyFile, case: str, chain: Chain) -> Iterator[tuple[str, str]]:
+    """The responses of a load case that its chain does not have, or not as numbers, and why."""
     columns = columns_of(chain)
-    for name, column in spec.responses.items():
+    for name in spec.responses:
+        column = spec.column(name)
+        if case not in spec.cases_of(name):
+            continue
         if column not in columns:
             yield name, f"the scenario has no response of this name{in_place_of(column, columns)}"
         elif reason := no_number(columns[column], chain):
             yield name, reason
 
 
-def _heads(spec: StudyFile, columns: Mapping[str, Column]) -> Iterator[Problem]:
+def _heads(spec: StudyFile, columns: Mapping[str, Mapping[str, Column]]) -> Iterator[Problem]:
     """Factors and responses that would share the name of a column in the study's tables."""
     taken = set(_TAKEN)
-    units = {("factors", name): part.stated_unit for name, part in spec.factors.items()}
-    units |= {("responses", name): columns[c].unit for name, c in spec.responses.items() if c in columns}
-    for (group, name), unit in units.items():
-        column = head(name, unit)
+    made = [(("factors", name), head(name, part.stated_unit)) for name, part in spec.factors.items()]
+    for name in spec.responses:
+        units = {case: of[spec.column(name)].unit for case, of in columns.items() if spec.column(name) in of}
+        names = [(name_in(name, case), units[case]) for case in spec.cases_of(name) if case in units]
+        if len(names) > 1:  # the worst of them, too
+            names.append((name, names[0][1]))
+        made += [(("responses", name), head(*each)) for each in names]
+    for (group, name), column in made:
         if column in taken and name not in spec.factors.keys() & spec.responses.keys():
             yield Problem((group, name), f"makes a second column {column!r} in the study's tables: choose another name")
         taken.add(column)
@@ -227,12 +262,16 @@ def _surrogates(spec: StudyFile) -> Iterator[Problem]:
 
 def _criteria(spec: StudyFile) -> Iterator[Problem]:
     yield from _names(("objectives",), spec.objectives, spec.responses, "response")
-    yield from _names(("constraints",), spec.constraints, spec.responses, "response")
-    for name, limit in spec.constraints.items():
+    yield from _limits(("constraints",), spec.constraints, spec)
+
+
+def _limits(at: Path, constraints: Mapping[str, ConstraintPart], spec: StudyFile) -> Iterator[Problem]:
+    yield from _names(at, constraints, spec.responses, "response")
+    for name, limit in constraints.items():
         if limit.at_most is None and limit.at_least is None:
-            yield Problem(("constraints", name), "needs at_most, at_least or both")
+            yield Problem((*at, name), "needs at_most, at_least or both")
         elif limit.at_most is not None and limit.at_least is not None and limit.at_least > limit.at_most:
-            yield Problem(("constraints", name, "at_least"), f"must not exceed at_most ({limit.at_most:g})")
+            yield Problem((*at, name, "at_least"), f"must not exceed at_most ({limit.at_most:g})")
 
 
 def _optimiser(spec: StudyFile) -> Iterator[Problem]:

@@ -129,8 +129,8 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     """All steps, each with what it depends on."""
     spec, asked = study.spec, study.spec.model_dump()
     names = [[asdict(r) for r in study.responses], [asdict(f) for f in study.space.factors]]
-    limits = [spec.objectives, asked["constraints"], asked["optimiser"]]
-    scenario = [to_yaml(study.scenario), study.targets]
+    limits = [spec.objectives, asked["constraints"], asked["cases"], asked["optimiser"]]
+    scenario = [{case: to_yaml(scenario) for case, scenario in study.scenarios.items()}, study.targets]
 
     def step(name: str, inputs: list[Any], make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
         watch.begin(name)
@@ -210,7 +210,7 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
     digests = [done.digest for done in (decision, stands, simulations)]
     step(
         "check",
-        [goals, scenario, *(asked[part] for part in ("check", "constraints", "quality")), *digests],
+        [goals, scenario, *(asked[part] for part in ("check", "constraints", "cases", "quality")), *digests],
         lambda: choice.check(study, decision.value(), stands.value(), simulations.value(), simulator),
         nothing,
     )
@@ -219,15 +219,15 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
 def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[str, Any]:
     """What was asked, in full, and the facts of all steps; null where JSON has no number."""
     factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
-    responses = {r.name: {"unit": r.unit, "column": r.column} for r in study.responses}
+    responses = {r.name: {"unit": r.unit, "column": r.column} for r in (*study.responses, *study.worst_of_cases)}
     about = {
         "title": study.title,
         "factors": factors,
         "responses": responses,
         "objectives": dict(study.spec.objectives),
         "constraints": [limit.text for limit in study.limits],
-        "study": dict(study.source.values, scenario="scenario.yaml"),
-        "scenario": to_yaml(study.scenario),
+        "cases": {name: scenario.subject for name, scenario in study.scenarios.items() if name},
+        **_again(study),
         "versions": identity(),
         "changes": changes,
     }
@@ -236,6 +236,16 @@ def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[st
     judged = {"trusted": all(remark.kind != "fail" for remark in found), "remarks": [asdict(r) for r in found]}
     result: dict[str, Any] = finite(about | facts | judged)
     return result
+
+
+def _again(study: Study) -> dict[str, Any]:
+    """The study as it was read, its scenario, and those that load cases name, as files beside each other."""
+    again = dict(study.source.values, scenario="scenario.yaml")
+    others = {f"{name}.yaml": name for name, case in (study.spec.cases or {}).items() if case.scenario is not None}
+    for file, name in others.items():
+        again["cases"] = again["cases"] | {name: again["cases"][name] | {"scenario": file}}
+    scenarios = {file: to_yaml(study.scenarios[name]) for file, name in others.items()}
+    return {"study": again, "scenario": to_yaml(study.scenario), "scenarios": scenarios}
 
 
 def _tables(done: list[Step[Any]]) -> dict[str, pd.DataFrame]:

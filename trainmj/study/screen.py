@@ -74,7 +74,9 @@ def print_plan(study: Study) -> None:
     where = _SEARCHED[study.spec.optimiser.on]
     console.print(f"Study: {n} points ({part.kind}), then a search on the {where}")
     found = of_plan(study)
-    for table in (tables.factors_of(study), tables.responses_of(study), *[tables.remarks_of(found)] * bool(found)):
+    shown = [tables.cases_of(study)] if study.spec.cases else []
+    shown += [tables.factors_of(study), tables.responses_of(study), *[tables.remarks_of(found)] * bool(found)]
+    for table in shown:
         console.print()
         print_table(console, table)
 

@@ -7,7 +7,7 @@ finds there what it has computed before; a swarm with the same seed asks for the
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,13 +19,17 @@ from trainmj.cases.store import MOST_COLUMNS, Store, key_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
+from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
 from trainmj.doe.arrays import FloatArray
-from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario import to_yaml
 from trainmj.study.designs import Designs
 from trainmj.study.plan import Study
 
 FILE = "simulations.sqlite"
 _CHANGES = "changes"
+_WORST = (*UNUSABLE, *PAST_LIMITS, Kind.TIME_LIMIT, Kind.NO_CONTACT, Kind.OVER)
+"""Kinds of status, the worst first."""
+
 _DIGITS = 12  # significant digits of a factor's value: nearer points are the same case
 
 
@@ -47,41 +51,49 @@ class Simulator:
         """Remove from the store what other versions or another machine computed."""
         self.study, self.computed = study, 0
         self._store, self._threads, self._progress = store, threads, progress
-        self._scenario = key_of(to_yaml(study.scenario))
-        self._columns = columns_of(line_up(study.scenario))
-        wide = len(self._columns) > MOST_COLUMNS - len(STATUS)
-        self._only = tuple(response.column for response in study.responses) if wide else ()
+        self._texts = {name: key_of(to_yaml(scenario)) for name, scenario in study.scenarios.items()}
+        self._columns = {name: columns_of(line_up(scenario)) for name, scenario in study.scenarios.items()}
+        wide = max(map(len, self._columns.values())) > MOST_COLUMNS - len(STATUS)
+        self._only = tuple(dict.fromkeys(response.column for response in study.responses)) if wide else ()
         self.changes = _renewed(
             store, Origin("study", study.scenario, {"study": study.source.values, "points": study.given})
         )
 
-    def at(self, points: FloatArray, scenario: Scenario | None = None) -> Designs:
-        """Simulate points (n, d) of the space, each once.
+    def at(self, points: FloatArray, changes: Mapping[str, Any] | None = None) -> Designs:
+        """Simulate points (n, d) of the space in every load case, each once.
 
         Args:
             points: natural values.
-            scenario: another one than the study's, for a check.
+            changes: of every scenario besides those of the study, for a check.
         """
-        rows = self._rows([self._case(point) for point in points], scenario)
-        values = [[row.get(r.column, np.nan) for r in self.study.responses] for row in rows]
-        status, reason = ([row[name] for row in rows] for name in STATUS)
+        designs = [self._case(point) for point in points]
+        rows = {case: self._rows(designs, case, changes or {}) for case in self.study.scenarios}
+        values = [[rows[r.case][n].get(r.column, np.nan) for r in self.study.responses] for n in range(len(points))]
+        ended = [together({case: of_case[n] for case, of_case in rows.items()}) for n in range(len(points))]
+        status, reason = zip(*ended, strict=True)
         return Designs(self.study, points, np.array(values, dtype=np.float64), status, reason)
 
-    def as_it_stands(self) -> Row:
-        """Status, reason and every response of the study's scenario, unchanged."""
+    def as_it_stands(self) -> dict[str, Row]:
+        """Status, reason and every response of each load case, without the factors of the study."""
         if self._only:  # more responses than the store keeps
-            (computed,) = Local(self.study.scenario, self._threads)([("", {})])
-            return computed.row
-        (row,) = self._rows([{}])
-        return {name: row.get(name, np.nan) for name in (*STATUS, *self._columns)}
+            computed = {case: Local(of, self._threads)([("", {})]) for case, of in self.study.scenarios.items()}
+            return {case: next(iter(found)).row for case, found in computed.items()}
+        found = {case: self._rows([{}], case)[0] for case in self.study.scenarios}
+        return {
+            case: {name: row.get(name, np.nan) for name in (*STATUS, *self._columns[case])}
+            for case, row in found.items()
+        }
 
     def finish(self) -> None:
         """Record that the results of the study include all changes so far."""
         self._store.describe({_CHANGES: "[]"})
 
-    def _rows(self, cases: Sequence[Case], scenario: Scenario | None = None) -> list[Row]:
-        """The rows of cases, in their order."""
-        text = key_of(to_yaml(scenario)) if scenario else self._scenario  # takes long to write
+    def _rows(self, cases: Sequence[Case], of: str, changes: Mapping[str, Any] | None = None) -> list[Row]:
+        """The rows of cases of a load case, in their order."""
+        scenario, text = self.study.scenarios[of], self._texts[of]
+        if changes:
+            scenario = scenario.with_values(changes)
+            text = key_of(to_yaml(scenario))
         keys = [key_of(text, case, *self._only) for case in cases]
         before = self.computed
 
@@ -89,7 +101,7 @@ class Simulator:
             self.computed = before + finished
             self._progress(self.computed)
 
-        engine = Local(scenario or self.study.scenario, self._threads)
+        engine = Local(scenario, self._threads)
         rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), self._keep, progress)
         return [rows[key] for key in keys]
 
@@ -106,6 +118,21 @@ class Simulator:
             plain = float(f"{value:.{_DIGITS}g}") if isinstance(value, float) else value
             case |= dict.fromkeys(targets, plain)
         return case
+
+
+def together(rows: Mapping[str, Row]) -> tuple[str, str]:
+    """Status and reason of a design in all load cases: the worst, and why in each that is not simply over."""
+    if len(rows) == 1:
+        ((row,),) = (rows.values(),)
+        return row["status"], row["reason"]
+    ended = sorted(rows.items(), key=lambda end: _WORST.index(end[1]["status"]))
+    worst = ended[0][1]["status"]
+    said = (
+        f"{case}: {row['reason'] if row['status'] == worst else ' '.join((row['status'], row['reason']))}".rstrip(": ")
+        for case, row in ended
+        if row["status"] != Kind.OVER
+    )
+    return worst, "; ".join(said)
 
 
 def _renewed(store: Store, origin: Origin) -> list[str]:

@@ -25,7 +25,7 @@ from trainmj.study.designs import Designs
 from trainmj.study.file import CentralComposite, FullFactorial, GivenPoints, LatinHypercube, SobolSequence
 from trainmj.study.folder import Output, Tables
 from trainmj.study.plan import Study
-from trainmj.study.simulator import Simulator
+from trainmj.study.simulator import Simulator, together
 
 
 def as_it_stands(study: Study, simulator: Simulator) -> Output[FloatArray]:
@@ -36,21 +36,30 @@ def as_it_stands(study: Study, simulator: Simulator) -> Output[FloatArray]:
     """
     import pandas as pd
 
-    row = simulator.as_it_stands()
-    if row["status"] in FAILED:
-        raise InputError(f"the scenario as it stands is {row['status']}: {row['reason']}")
-    table = pd.DataFrame({"response": list(row), "value": [str(value) for value in row.values()]})
+    rows = simulator.as_it_stands()
+    for case, row in rows.items():
+        if row["status"] in FAILED:
+            where = f"the load case {case}" if case else "the scenario"
+            raise InputError(f"{where} as it stands is {row['status']}: {row['reason']}")
+    table = pd.concat(
+        pd.DataFrame({"response": list(row), "value": [str(value) for value in row.values()]}).assign(
+            **({"load_case": case} if case else {})
+        )
+        for case, row in rows.items()
+    )
     tables = {"00_as_it_stands": table}
-    facts = {"status": row["status"], "reason": row["reason"], "set": study.spec.set}
+    status, reason = together(rows)
+    facts = {"status": status, "reason": reason, "set": study.spec.set}
     return Output(read_as_it_stands(study, tables), tables, facts, {})
 
 
 def read_as_it_stands(study: Study, tables: Tables) -> FloatArray:
-    """The study's responses (r,) among all of those of the scenario; nan where they are not valid."""
+    """The study's responses (r,) among all of those of the scenarios; nan where they are not valid."""
     table = tables["00_as_it_stands"]
-    found = dict(zip(table["response"], table["value"], strict=True))
-    usable = found["status"] not in UNUSABLE
-    return np.array([float(found[r.column]) if usable else np.nan for r in study.responses])
+    cases = table["load_case"] if study.spec.cases else [""] * len(table)
+    found = dict(zip(zip(cases, table["response"], strict=True), table["value"], strict=True))
+    usable = {case: found[case, "status"] not in UNUSABLE for case in study.scenarios}
+    return np.array([float(found[r.case, r.column]) if usable[r.case] else np.nan for r in study.responses])
 
 
 def design(study: Study) -> Output[FloatArray]:

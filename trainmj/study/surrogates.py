@@ -52,7 +52,7 @@ def fit_all(study: Study, simulated: Designs) -> Models:
         try:
             models.append(_fit(study, response)(x, values))
         except InputError as error:
-            stated = [key for key in (response.name, DEFAULT) if key in study.spec.surrogates]
+            stated = [key for key in (response.stated, DEFAULT) if key in study.spec.surrogates]
             raise study.source.error(f"response {response.name}: {error}", "surrogates", *stated[:1]) from None
     return models
 
@@ -60,7 +60,7 @@ def fit_all(study: Study, simulated: Designs) -> Models:
 def _fit(study: Study, response: Response) -> Fit:
     """How the surrogate of a response is fitted, choice of terms included."""
     stated = study.spec.surrogates
-    part = stated.get(response.name) or stated.get(DEFAULT) or FullPolynomial()
+    part = stated.get(response.stated) or stated.get(DEFAULT) or FullPolynomial()
     space = study.space
 
     def fit(x: FloatArray, y: FloatArray) -> Surrogate:

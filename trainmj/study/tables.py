@@ -7,7 +7,7 @@ from typing import Any
 
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.study.file import ChoiceFactor
-from trainmj.study.plan import Study
+from trainmj.study.plan import LIMITS, Study
 from trainmj.study.remarks import Remark
 from trainmj.units import against, head
 
@@ -50,11 +50,18 @@ def factors_of(study: Study) -> Table:
 
 def responses_of(study: Study) -> Table:
     """What a study asks of its responses."""
-    asked: dict[str, list[str]] = {r.name: [study.spec.objectives[r.name]] for r in study.objectives}
+    asked: dict[str, list[str]] = {r.name: [study.spec.objectives[r.stated]] for r in study.objectives}
     for limit in study.limits:
         asked.setdefault(limit.response.name, []).append(limit.text.removeprefix(f"{limit.response.name} "))
     rows = [[r.name, r.column, ", ".join(asked.get(r.name, ["-"]))] for r in study.responses]
+    rows += [[r.name, f"{r.column}, worst of all load cases", ", ".join(asked[r.name])] for r in study.worst_of_cases]
     return Table([_NAME, *worded("column", "wanted")], rows)
+
+
+def cases_of(study: Study) -> Table:
+    """The load cases of a study."""
+    rows = [[name, scenario.subject] for name, scenario in study.scenarios.items()]
+    return Table(worded("Load case", "collision"), rows)
 
 
 def remarks_of(found: Iterable[Remark]) -> Table:
@@ -152,6 +159,9 @@ def notes_on_fronts(summary: Summary) -> Iterator[str]:
             f"Search on the {where}: {front['evaluations']} evaluations{left_out}, {front['points']} on the front; "
             f"{front['status']}."
         )
+        for name, counts in front["governing"].items():
+            said = ", ".join(f"{what} for {n}" for what, n in counts.items())
+            yield f"{'Nearest limit' if name == LIMITS else f'{name} is governed by'}: {said} of its designs."
     if "fronts_compared" in summary:
         c = summary["fronts_compared"]
         predicted, simulated = (number(c[f"ratio_{key}"], _FRACTION) for key in ("predicted", "simulated"))
@@ -193,8 +203,10 @@ def notes_on_decision(summary: Summary) -> Iterator[str]:
 def check(summary: Summary) -> Table:
     """The chosen design, predicted and simulated, and its limits."""
     found = summary["check"]
+    cases = {"load_case": Column("load case", text=True, head="load\ncase")} if summary.get("cases") else {}
     shown = {
-        "response": _NAME,
+        "stated" if cases else "response": _NAME,
+        **cases,
         "unit": _UNIT,
         "as_it_stands": Column("as it stands", digits=_DIGITS, head="as it\nstands"),
         "predicted": Column("predicted", digits=_DIGITS),
@@ -205,7 +217,10 @@ def check(summary: Summary) -> Table:
         "kept": Column("verdict", text=True),
     }
     rows = []
+    worst = {row["stated"] for row in found["rows"] if row["response"] == row.get("stated")}
     for row in found["rows"]:
+        if row["response"] in worst:
+            row = row | {"stated": f"{row['stated']}, worst"}
         limit = row["limit"].replace(f"{row['response']} ", "").replace("<=", "≤").replace(">=", "≥")
         rows.append(row | {"limit": limit, "kept": judged(row["kept"])})
         if row.get("limits") and row["simulated"] is not None:
@@ -218,6 +233,12 @@ def check(summary: Summary) -> Table:
         "Error: predicted less simulated, over the simulated value and over the range of the design. "
         f"Status as it stands: {stands}; of the check: {status}."
     )
+    governing = dict(found["governing"])
+    if nearest := governing.pop(LIMITS, ""):
+        note = f"The limit that is nearest, or passed by most, is {nearest}. {note}"
+    if governing:
+        said = ", ".join(f"{name} by {case}" for name, case in governing.items())
+        note = f"Governed: {said}. {note}"
     return table_of(rows, shown, "The chosen design, simulated", note)
 
 
