@@ -87,10 +87,9 @@ class Designs:
 
     def _governing(self) -> list[dict[str, str]]:
         """The load cases that govern each design; nothing of one that failed."""
+        usable: list[bool] = np.asarray(np.isfinite(self.responses).all(axis=1)).tolist()
         found = self.study.governing(np.nan_to_num(self.responses))
-        return [
-            row if usable else {} for row, usable in zip(found, np.isfinite(self.responses).all(axis=1), strict=True)
-        ]
+        return [row if whole else {} for row, whole in zip(found, usable, strict=True)]
 
     @classmethod
     def read(cls, study: Study, table: pd.DataFrame) -> Designs:

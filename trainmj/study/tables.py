@@ -159,7 +159,7 @@ def notes_on_fronts(summary: Summary) -> Iterator[str]:
             f"Search on the {where}: {front['evaluations']} evaluations{left_out}, {front['points']} on the front; "
             f"{front['status']}."
         )
-        for name, counts in front["governing"].items():
+        for name, counts in front.get("governing", {}).items():
             said = ", ".join(f"{what} for {n}" for what, n in counts.items())
             yield f"{'Nearest limit' if name == LIMITS else f'{name} is governed by'}: {said} of its designs."
     if "fronts_compared" in summary:
@@ -233,7 +233,7 @@ def check(summary: Summary) -> Table:
         "Error: predicted less simulated, over the simulated value and over the range of the design. "
         f"Status as it stands: {stands}; of the check: {status}."
     )
-    governing = dict(found["governing"])
+    governing = dict(found.get("governing", {}))
     if nearest := governing.pop(LIMITS, ""):
         note = f"The limit that is nearest, or passed by most, is {nearest}. {note}"
     if governing:
