@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri, stdtr
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_names, as_vector, check_choice, check_level, frozen
+from trainmj.doe.arrays import FloatArray, as_matrix, as_names, as_vector, check_choice, check_level, frozen, varies
 from trainmj.doe.space import Space
 from trainmj.errors import InputError
 
@@ -116,15 +116,16 @@ def correlate(
 
 
 def _standardised(a: FloatArray, method: Method) -> FloatArray:
-    """Columns (n, k), or their ranks, centred and of length 1; nan where the column is constant."""
+    """Columns (n, k), or their ranks, centred and of length 1; nan where the column varies by round-off at most."""
+    constant = ~varies(a)
     if method == "spearman":
         from scipy.stats import rankdata
 
         a = rankdata(a, axis=0)
     centred = a - a.mean(axis=0)
     length = np.linalg.norm(centred, axis=0)
-    constant = np.ptp(a, axis=0) == 0.0  # the mean's round-off would give a constant column a length
-    return np.asarray(centred / np.where(constant, np.nan, length), dtype=np.float64)
+    length[constant] = np.nan
+    return np.asarray(centred / length, dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,7 @@ def sobol_sensitivity(
     mixed[np.arange(d), :, np.arange(d)] = b.T
     points = np.concatenate([a, b, mixed.reshape(-1, d)])
     y = as_vector("response", predict(space.from_quantile(points)), len(points)).reshape(d + 2, n)
-    if np.ptp(y) == 0.0:
+    if not varies(y.ravel()):
         raise InputError("the response must vary over the space (it is the same at every point): its shares are 0/0")
     y = y - y[:2].mean()  # the estimators' errors grow with the mean
     first, total = _indices(y)
