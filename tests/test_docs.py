@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
@@ -26,6 +27,7 @@ from pages import PAGES, ROOT, blocks, read, script, without_blocks
 
 import trainmj
 from trainmj.cli import main
+from trainmj.doe import accuracy, cross_validate, fit_kriging, optimal_latin_hypercube
 from trainmj.files.yaml import parse
 from trainmj.paper.reproduce import reproduce
 from trainmj.verification import kinds
@@ -137,7 +139,10 @@ def test_the_study_of_the_docs_is_sensible_and_ends_as_told(tmp_path):
     assert check["status"] == "over"
     assert found["simulations"]["failed"] == 0
     assert (found["simulations"]["past_limits"], found["simulations"]["n"]) == (3, 20)
-    assert all(row["r2_loo"] > 0.98 for row in found["surrogates"]["responses"].values())
+    assert all(row["r2"] > 0.97 for row in found["surrogates"]["responses"].values())
+    assert found["trusted"]
+    assert [(r["kind"], r["about"]) for r in found["remarks"]] == [("warn", "D")]
+    assert not any(row["missed"] for row in check["rows"])
     assert found["fronts_compared"]["ratio_simulated"] == pytest.approx(1, abs=0.02)
     assert found["fronts_compared"]["kept"] == found["fronts_compared"]["points"] > 30
     assert f"D = {chosen['D_mm']:g} mm, M = {chosen['M_t']:g} t and F = {chosen['F_kN']} kN" in told
@@ -145,6 +150,30 @@ def test_the_study_of_the_docs_is_sensible_and_ends_as_told(tmp_path):
     assert f"{strokes['S_anti']} of the 265 mm" in told
     assert f"{strokes['S12']} of the 418 mm" in told
     assert f"only {100 * found['decision']['share']:.0f} % of weights nearby" in told
+
+
+@pytest.mark.thorough
+def test_the_remarks_of_the_shipped_study_are_those_that_the_docs_read(tmp_path):
+    """Breaks if the page explains a warning that is not there, or leaves one out."""
+    study = trainmj.load_study("b_type")
+    found = trainmj.run_study(study, tmp_path / "out", figures=())
+    told = " ".join(read("docs/studies.md").split())
+    about = [r["about"] for r in found.summary["remarks"]]
+    assert found.summary["trusted"]
+    assert about == ["S_anti", "S12", "TS", "TAMA", "D and M", "D"]
+    assert f"*verified by simulation, with {len(about)} warnings*" in told
+    surrogates = found.summary["surrogates"]["responses"]
+    (row,) = (row for row in found.summary["check"]["rows"] if row["response"] == "S_anti")
+    assert f"S_anti comes to {265 - row['simulated']:.3g} mm of its 265 mm" in told
+    assert f"off by {abs(row['predicted'] - row['simulated']):.3g} mm" in told
+    assert f"S12 has an R² of {surrogates['S12']['r2']:.3f}" in told
+    assert f"S34 varies by {surrogates['S34']['range']:.2f} mm" in told
+    assert f"Its R² of {surrogates['S34']['r2']:.3f} is no fault" in told
+    points = optimal_latin_hypercube(study.space, 20, seed=1).points
+    table = study.space.table(points).set_axis(["empty_stroke_mm", "mass_t"], axis=1)
+    stroke = trainmj.run_cases(study.scenario, table)["stroke_M1_M2_mm"].to_numpy()
+    left_out = cross_validate(partial(fit_kriging, space=study.space, seed=0), points, stroke)
+    assert f"kriging reaches {accuracy(stroke, left_out).r2:.3f}" in told
 
 
 @pytest.mark.thorough

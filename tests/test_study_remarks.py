@@ -143,6 +143,8 @@ def test_what_the_check_finds_decides(good):
     assert "S_anti <= 265 mm is not kept when simulated (266)" in found(good, **beyond)["fail", "S_anti"]
     close = {f"{at}predicted": 262.0, f"{at}simulated": 264.0}
     assert "comes to 1 mm of S_anti <= 265 mm" in found(good, **close)["warn", "S_anti"]
+    exact = {f"{at}predicted": 265 + 1e-12, f"{at}simulated": 265.0}
+    assert ("warn", "S_anti") not in found(good, **exact)
     unusable = {"check__status": "unstable", "check__reason": "energy"}
     assert "no numbers that may be used" in found(good, **unusable)["fail", "chosen design"]
     assert "came to no number" in found(good, **{f"{at}simulated": np.nan})["fail", "S_anti"]

@@ -9,6 +9,7 @@ The numerical methods are in :mod:`trainmj.doe`; this package applies them to tr
     surrogates                what stands in for the simulation
     fronts                    searches on the surrogates and on the simulator, and their comparison
     choice                    weights, decision, check
+    remarks                   what there is to know before the study is believed
     run                       all steps, in order
     tables                    what was found, told once for terminal and page
     screen, page, figures     terminal, report, pictures

@@ -19,6 +19,7 @@ from trainmj.scenario import Scenario
 from trainmj.study.designs import Designs
 from trainmj.study.folder import Tables
 from trainmj.study.plan import Limit, Study
+from trainmj.units import ROUND_OFF
 
 Facts = Mapping[str, Any]
 """The facts of each step by its name, as in summary.json."""
@@ -140,7 +141,7 @@ def _check(study: Study, facts: Facts) -> Iterator[Remark]:
                 yield Remark("warn", name, f"{text}what check changes (set) moves it; choose with the finer values.")
         for limit in (o for o in study.limits if o.response.name == name and row["kept"]):
             left, unit = -float(limit.excess(np.array(row["simulated"]))), row["unit"]
-            if error > left:
+            if error > max(left, ROUND_OFF * abs(limit.value)):
                 text = (
                     f"comes to {left:.3g} {unit} of {limit.text} when simulated, less than the prediction was off by "
                     f"({error:.3g} {unit}): a design nearby may pass it. Give the constraint a larger margin."
@@ -183,10 +184,8 @@ def _freedom(tables: Tables) -> Iterator[Remark]:
 def _nothing_to_gain(study: Study, facts: Facts) -> Iterator[Remark]:
     for name, row in facts["surrogates"]["responses"].items():
         if _is_objective(study, name) and row["negligible"]:
-            text = (
-                f"hardly varies over the design ({row['low']:.6g} to {row['high']:.6g} {row['unit']}): there is "
-                "nothing to gain, and what tells designs apart in it may be noise."
-            )
+            said = f"hardly varies over the design ({row['low']:.6g} to {row['high']:.6g} {row['unit']})"
+            text = f"{said}: there is nothing to gain, and what tells designs apart in it may be noise."
             yield Remark("warn", name, text)
 
 
