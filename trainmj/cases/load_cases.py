@@ -62,3 +62,18 @@ def scenarios_of(source: Source, spec: _WithCases) -> dict[str, Scenario]:
             scenario = scenario.with_values(changes) if changes else scenario
         found[name] = scenario
     return found
+
+
+def with_tolerances(source: Source, scenarios: Mapping[str, Scenario]) -> dict[str, Scenario]:
+    """The scenarios of a file by load case with the tolerances that it states, name by name, over those of each.
+
+    Raises:
+        InputError: if a tolerance breaks a rule.
+    """
+    stated = {name: {f"tolerances.{name}": value} for name, value in (source.values.get("tolerances") or {}).items()}
+    changes = {path: value for one in stated.values() for path, value in one.items()}
+    found: dict[str, Scenario] = {}
+    for name, scenario in scenarios.items():
+        source.refuse(refused(("tolerances",), stated, scenario))
+        found[name] = scenario.with_values(changes) if changes else scenario
+    return found

@@ -23,11 +23,10 @@ from trainmj.doe import (
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.study import figures_front as figures
-from trainmj.study.designs import Designs
+from trainmj.study.designs import Designs, Simulates
 from trainmj.study.file import DecisionPart, EntropyWeights, KneePoint, OwnWeights, Topsis, WeightedSum
 from trainmj.study.folder import Output, Tables
 from trainmj.study.plan import Study
-from trainmj.study.simulator import Simulator
 
 _SAMPLES = 500  # of weights near the given ones
 _METHODS: dict[str, DecisionPart] = {
@@ -130,7 +129,7 @@ def decision(study: Study, front: Designs, weight: FloatArray) -> Output[Choice]
 
 
 def check(
-    study: Study, choice: Choice, as_it_stands: FloatArray, of_design: Designs, simulator: Simulator
+    study: Study, choice: Choice, as_it_stands: FloatArray, of_design: Designs, simulator: Simulates
 ) -> Output[None]:
     """Simulate the chosen design and compare it with the prediction, and with the responses as they stand (r,).
 
@@ -140,7 +139,7 @@ def check(
     import pandas as pd
 
     chosen = choice.chosen
-    found = simulator.at(chosen.points, study.spec.check.set)
+    found = simulator.check(chosen.points)
     (status,), (reason,) = found.status, found.reason
     usable = status not in UNUSABLE
     simulated = found.responses[0] if usable else np.full(len(study.responses), np.nan)

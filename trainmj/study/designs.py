@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from trainmj.cases.engine import Row
 from trainmj.cases.table import STATUS
 from trainmj.collision.status import UNUSABLE
 from trainmj.doe.arrays import FloatArray
@@ -17,6 +18,23 @@ from trainmj.study.plan import LIMITS, Study
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+class Simulates(Protocol):
+    """What gives the responses of designs: a simulator, or statistics of many simulations of each."""
+
+    @property
+    def asks(self) -> list[Any]:
+        """What its numbers depend on besides the scenarios and points, as JSON can hold it."""
+
+    def at(self, points: FloatArray) -> Designs:
+        """Simulate points (n, d) of the space."""
+
+    def check(self, points: FloatArray) -> Designs:
+        """Simulate points (n, d) as the check of the study asks."""
+
+    def as_it_stands(self) -> dict[str, Row]:
+        """Status, reason and responses by column of each load case, without the factors of the study."""
 
 
 def governs(name: str) -> str:

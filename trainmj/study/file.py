@@ -13,7 +13,8 @@ from pydantic import Field
 from trainmj.cases.load_cases import LoadCase
 from trainmj.doe.decision import Normalisation
 from trainmj.doe.weights import Transform
-from trainmj.files.parts import WHOLE, Bounds, Either, Name, Notes, Number, Part, Seed, Title
+from trainmj.files.parts import WHOLE, Bounds, Either, Name, Notes, Number, Part, Positive, Seed, Title
+from trainmj.scenario.tolerances import Tolerance
 from trainmj.units import unit_of
 
 MAX_POINTS = 5000
@@ -188,7 +189,7 @@ Particles = Annotated[int, Field(ge=4, le=100_000, description="designs that mov
 Iterations = Annotated[int, Field(ge=1, le=100_000, description="moves at most"), WHOLE]
 Archive = Annotated[int, Field(ge=4, le=5000, description="most designs of the front that are kept"), WHOLE]
 Patience = Annotated[int, Field(ge=1, le=100_000, description="moves without progress after which it ends"), WHOLE]
-Tolerance = Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")]
+Growth = Annotated[float, Field(ge=0, lt=1, description="growth of the hypervolume that counts as progress")]
 
 
 class SurrogateSwarm(Part):
@@ -198,7 +199,7 @@ class SurrogateSwarm(Part):
     iterations: Iterations = 250
     archive: Archive = 100
     patience: Patience = 25
-    tolerance: Tolerance = 1e-4
+    tolerance: Growth = 1e-4
 
 
 class SimulatorSwarm(Part):
@@ -208,7 +209,7 @@ class SimulatorSwarm(Part):
     iterations: Iterations = 30
     archive: Archive = 60
     patience: Patience = 8
-    tolerance: Tolerance = 1e-3
+    tolerance: Growth = 1e-3
 
 
 class OptimiserPart(Part):
@@ -331,6 +332,50 @@ class QualityPart(Part):
     )
 
 
+class AtQuantile(Part):
+    """A quantile over many trains as built."""
+
+    quantile: Annotated[float, Field(gt=0, lt=1)] = Field(
+        description="between 0 and 1; 0.95 is the value that 5 % of the trains exceed"
+    )
+
+
+class MeanAndSigmas(Part):
+    """The mean over many trains as built, and some standard deviations towards what is worse."""
+
+    sigmas: Positive = Field(description="how many standard deviations")
+
+
+StatisticPart = Annotated[
+    Literal["mean"] | AtQuantile | MeanAndSigmas, Either(said="mean, or a group with quantile or with sigmas")
+]
+Probability = Annotated[float, Field(gt=0, lt=0.5)]
+
+
+class RobustPart(Part):
+    """A second search for designs that hold under the tolerances of the scenario: many trains as built of each."""
+
+    draws: Annotated[int, Field(ge=16, le=100_000), WHOLE] = Field(
+        default=256, description="trains as built of each design; a multiple of 8 times a power of two is spread best"
+    )
+    seed: Seed = Field(default=0, description="of the trains as built; every design has the same draws")
+    objectives: dict[str, StatisticPart] = Field(
+        default_factory=dict, description="what of each objective is minimised or maximised; the mean by default"
+    )
+    probability: Probability = Field(
+        default=0.01, description="share of the trains as built that may pass a limit, at most; of each limit"
+    )
+    probabilities: dict[str, Probability] = Field(default_factory=dict, description="other ones, by response")
+    on: Literal["surrogate", "simulator", "both"] = Field(
+        default="surrogate",
+        description="what is searched: surrogates of the statistics, or the simulator, each point of which costs as "
+        "many collisions as there are draws",
+    )
+    check_draws: Annotated[int, Field(ge=100, le=1_000_000), WHOLE] = Field(
+        default=10_000, description="trains as built of the chosen designs, by which they are checked"
+    )
+
+
 class StudyFile(Part, title="study file"):
     """A study file: from a scenario with free values to one chosen and verified design."""
 
@@ -366,6 +411,14 @@ class StudyFile(Part, title="study file"):
     weights: WeightsPart = Field(default=EntropyWeights(), description="how much each objective counts")
     decision: DecisionPart = Field(default=Topsis(), description="how one design of the front is chosen")
     check: CheckPart = Field(default=CheckPart(), description="how the chosen design is simulated again")
+    tolerances: dict[Name, Tolerance | None] = Field(
+        default_factory=dict,
+        max_length=200,
+        description="what scatters from train to train, by a name each, over those of the scenario; null takes one out",
+    )
+    robust: RobustPart | None = Field(
+        default=None, description="search for designs that hold under the tolerances, beside the nominal one"
+    )
 
     def column(self, response: str) -> str:
         """The column of the results that a response is."""

@@ -12,6 +12,7 @@ import re
 import time
 from collections.abc import Callable, Container, Mapping, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
@@ -38,7 +39,7 @@ Tables = Mapping[str, "pd.DataFrame"]
 """Tables of a step by file name without ending."""
 
 STATE = "steps.json"
-OF_STEPS = rf"\d\d_\w+\.(csv|{ENDINGS})"
+OF_STEPS = rf"(robust_)?\d\d_\w+\.(csv|{ENDINGS})"
 """The files of steps, as a pattern of their names."""
 
 _MOST_BYTES = 500_000_000  # of a table; of the record
@@ -80,15 +81,27 @@ _RECORDS = TypeAdapter(dict[str, _Record])
 
 
 class Folder:
-    """The files of a study, with figures in the given formats and width."""
+    """The files of a study, with figures in the given formats and width.
+
+    Attributes:
+        steps: that are done, in their order.
+    """
 
     def __init__(self, path: Path, figures: Sequence[Format], width: Width) -> None:
         """Read what it records."""
         self.path = path
+        self._prefix = ""  # of the names of steps and files
+        self._all: list[str] = []  # full names of the steps that are done
         self._figures, self._width = figures, width
         self._drawn: list[str] = [width, *figures] if figures else []
         self.steps: list[Step[Any]] = []
         self._state = self._read_state()
+
+    def part(self, prefix: str) -> Folder:
+        """The files of further steps, whose names begin with a prefix."""
+        part = copy(self)
+        part._prefix, part.steps = prefix, []
+        return part
 
     def step(self, name: str, inputs: Any, make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
         """Take a step from the folder if it was made from these inputs there; make it otherwise.
@@ -101,21 +114,27 @@ class Folder:
         """
         began = time.monotonic()
         fingerprint = key_of(name, identity(), _further(), inputs)
-        output = None if self._has(name, fingerprint) else make()
+        full = f"{self._prefix}{name}"
+        output = None if self._has(full, fingerprint) else make()
         if output:
             remove(self.path / REPORT)  # it would stand beside other numbers
             files = self._write(output)
-            self._forget(name, kept=files)
-            self._state[name] = _Record(fingerprint, files, dict(output.facts), self._drawn)
+            self._forget(full, kept=files)
+            self._state[full] = _Record(fingerprint, files, dict(output.facts), self._drawn)
             self._write_state()
-        record = self._state[name]
+        record = self._state[full]
         digests = {file: digest for file, digest in record.files.items() if file.endswith(".csv")}
-        tables = output.tables if output else {f.removesuffix(".csv"): read_back(self.path / f) for f in digests}
+        tables = output.tables if output else {self._named(f): read_back(self.path / f) for f in digests}
         value = (lambda: output.value) if output else cache(partial(read, tables))
         seconds = time.monotonic() - began if output else None
         done = Step(name, tables, record.facts, key_of(*digests.values()), seconds, value)
         self.steps.append(done)
+        self._all.append(full)
         return done
+
+    def _named(self, file: str) -> str:
+        """The name of a table without ending, as its step calls it."""
+        return file.removesuffix(".csv").removeprefix(self._prefix)
 
     def start_over(self) -> None:
         """Remove the files of all steps, except those that somebody has changed."""
@@ -124,7 +143,7 @@ class Folder:
 
     def finish(self) -> None:
         """Remove the files of steps that the study no longer has, except those that somebody has changed."""
-        for name in self._state.keys() - {step.name for step in self.steps}:
+        for name in self._state.keys() - set(self._all):
             self._forget(name)
         self._write_state()
 
@@ -150,14 +169,15 @@ class Folder:
 
     def _write(self, output: Output[V]) -> dict[str, str]:
         files = {
-            f"{name}.csv": self.write(f"{name}.csv", table.to_csv(index=False).encode())
+            (file := f"{self._prefix}{name}.csv"): self.write(file, table.to_csv(index=False).encode())
             for name, table in output.tables.items()
         }
         for name, draw in output.figures.items() if self._figures else ():
             with styled(self._width):
                 picture = draw()
             for form in self._figures:
-                files[f"{name}.{form}"] = self.write(f"{name}.{form}", encode(picture, form))
+                file = f"{self._prefix}{name}.{form}"
+                files[file] = self.write(file, encode(picture, form))
         return files
 
     def _forget(self, name: str, kept: Container[str] = ()) -> None:

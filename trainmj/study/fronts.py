@@ -15,10 +15,9 @@ from trainmj.doe.optimiser import InfeasibleError
 from trainmj.doe.pareto import default_reference
 from trainmj.errors import InputError
 from trainmj.study import figures_front as figures
-from trainmj.study.designs import Designs
+from trainmj.study.designs import Designs, Simulates
 from trainmj.study.folder import Output
 from trainmj.study.plan import Study
-from trainmj.study.simulator import Simulator
 from trainmj.study.surrogates import Models
 from trainmj.units import against, head
 
@@ -35,7 +34,7 @@ def on_surrogates(study: Study, models: Models) -> Output[Designs]:
     return _search(study, "surrogate", values)
 
 
-def on_simulator(study: Study, simulator: Simulator) -> Output[Designs]:
+def on_simulator(study: Study, simulator: Simulates) -> Output[Designs]:
     """Search the front on the simulator: each step of the swarm is one batch of collisions."""
 
     def values(points: FloatArray) -> FloatArray:
@@ -124,7 +123,7 @@ def _short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def compared(study: Study, predicted: Designs, direct: Designs, simulator: Simulator) -> Output[None]:
+def compared(study: Study, predicted: Designs, direct: Designs, simulator: Simulates) -> Output[None]:
     """Simulate the surrogates' front and compare it with the one found on the simulator.
 
     The hypervolumes share one reference, a tenth of the range beyond the direct front. A point of the surrogates' front

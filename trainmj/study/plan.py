@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.cases.load_cases import scenarios_of
+from trainmj.cases.load_cases import scenarios_of, with_tolerances
+from trainmj.cases.scatter import scatter_of, together
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.doe import Space
@@ -225,7 +226,7 @@ def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
 def _checked(source: Source) -> Study:
     spec = source.checked(StudyFile)
     scenario = scenario_of(source, spec.scenario, spec.set)
-    scenarios = scenarios_of(source, spec) if spec.cases else {"": scenario}
+    scenarios = with_tolerances(source, scenarios_of(source, spec) if spec.cases else {"": scenario})
     chains = {}
     for name, each in scenarios.items():
         try:
@@ -233,6 +234,11 @@ def _checked(source: Source) -> Study:
         except InputError as error:
             raise source.error(str(error), *(("cases", name) if name else ("scenario",))) from None
     source.refuse(broken_rules(spec, scenarios, chains))
+    if spec.robust is not None:
+        try:
+            together({name: scatter_of(each) for name, each in scenarios.items()})
+        except InputError as error:
+            raise source.error(str(error), "robust") from None
     columns = {name: columns_of(chain) for name, chain in chains.items()}
     study = Study(
         spec,

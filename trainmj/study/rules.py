@@ -68,6 +68,7 @@ def broken_rules(spec: StudyFile, scenarios: Mapping[str, Scenario], chains: Map
     yield from _criteria(spec)
     yield from _optimiser(spec)
     yield from _weights(spec)
+    yield from _robust(spec)
 
 
 def _in_case(spec: StudyFile, case: str, scenario: Scenario, chain: Chain) -> Iterator[Problem]:
@@ -297,6 +298,17 @@ def _weights(spec: StudyFile) -> Iterator[Problem]:
         yield Problem(("weights", "own"), f"needs a weight for {', '.join(missing)}")
     elif sum(own.values()) == 0:
         yield Problem(("weights", "own"), "must not all be 0")
+
+
+def _robust(spec: StudyFile) -> Iterator[Problem]:
+    if spec.robust is None:
+        return
+    at: Path = ("robust",)
+    yield from _names((*at, "objectives"), spec.robust.objectives, spec.objectives, "objective")
+    limited = {*spec.constraints, *(name for case in (spec.cases or {}).values() for name in case.constraints)}
+    yield from _names((*at, "probabilities"), spec.robust.probabilities, limited, "constraint")
+    if not limited:
+        yield Problem(at, "has nothing to hold: state constraints")
 
 
 def _names(at: Path, names: Iterable[str], known: Iterable[str], what: str) -> Iterator[Problem]:

@@ -9,18 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trainmj.cases.store import KEY, Store
-from trainmj.collision.identity import identity
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, remove_own
-from trainmj.files.written import finite, remove
+from trainmj.files.written import remove
 from trainmj.output.style import Format, Width, formats_given
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
-from trainmj.study.designs import Designs
+from trainmj.study.designs import Designs, Simulates
 from trainmj.study.folder import OF_STEPS, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
-from trainmj.study.remarks import of_result
+from trainmj.study.robust import Sampler, held, robust_of
 from trainmj.study.simulator import FILE, Simulator
+from trainmj.study.summary import summary_of, tables_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -114,26 +114,47 @@ def run_study(
         with Store(path / FILE, KEY) as store:
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)
-            _steps(study, files, simulator, watch)
+            chosen = _steps(study, files, simulator, watch)
+            robust = _robust_steps(study, files, simulator, watch, chosen) if study.spec.robust else None
             files.finish()
-            summary = _summary(study, files.steps, simulator.changes)
+            summary = summary_of(study, files.steps, robust, simulator.changes)
             files.write(SUMMARY, json.dumps(summary, indent=2).encode())
             simulator.finish()
-        computed = tuple(step.name for step in files.steps if step.seconds is not None)
-        return StudyResult(
-            study, path, _tables(files.steps), summary, computed, simulator.computed, tuple(simulator.changes)
-        )
+        further = list(robust[1]) if robust else []
+        tables = tables_of(files.steps) | {f"robust_{name}": of for name, of in tables_of(further).items()}
+        computed = tuple(step.name for step in (*files.steps, *further) if step.seconds is not None)
+        return StudyResult(study, path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
 
 
-def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> None:
-    """All steps, each with what it depends on."""
+def _robust_steps(
+    study: Study, files: Folder, simulator: Simulator, watch: Watch, nominal: Step[choice.Choice]
+) -> tuple[Study, list[Step[Any]]]:
+    """The steps of the search for designs that hold under tolerances: of which study, and what was done."""
+    robust = robust_of(study)
+    sampler, part = Sampler(robust, simulator), files.part("robust_")
+    chosen = _steps(robust.study, part, sampler, watch, "robust: ")
+    watch.begin("how the designs hold")
+    scenarios = [{case: to_yaml(scenario) for case, scenario in study.scenarios.items()}, study.targets]
+    done = part.step(
+        "held",
+        [scenarios, sampler.asks, study.spec.check.model_dump(), nominal.digest, chosen.digest],
+        lambda: held(sampler, nominal.value(), chosen.value()),
+        lambda _: None,
+    )
+    watch.done(done)
+    return robust.study, part.steps
+
+
+def _steps(study: Study, files: Folder, simulator: Simulates, watch: Watch, of: str = "") -> Step[choice.Choice]:
+    """All steps, each with what it depends on; the decision is returned."""
     spec, asked = study.spec, study.spec.model_dump()
     names = [[asdict(r) for r in study.responses], [asdict(f) for f in study.space.factors]]
     limits = [spec.objectives, asked["constraints"], asked["cases"], asked["optimiser"]]
-    scenario = [{case: to_yaml(scenario) for case, scenario in study.scenarios.items()}, study.targets]
+    scenarios = {case: to_yaml(scenario) for case, scenario in study.scenarios.items()}
+    scenario = [scenarios, study.targets, simulator.asks]
 
     def step(name: str, inputs: list[Any], make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:
-        watch.begin(name)
+        watch.begin(f"{of}{name}")
         done = files.step(name, inputs, make, read)
         watch.done(done)
         return done
@@ -214,40 +235,4 @@ def _steps(study: Study, files: Folder, simulator: Simulator, watch: Watch) -> N
         lambda: choice.check(study, decision.value(), stands.value(), simulations.value(), simulator),
         nothing,
     )
-
-
-def _summary(study: Study, done: list[Step[Any]], changes: list[str]) -> dict[str, Any]:
-    """What was asked, in full, and the facts of all steps; null where JSON has no number."""
-    factors = {f.name: {"unit": f.unit, "lower": f.lower, "upper": f.upper} for f in study.space.factors}
-    responses = {r.name: {"unit": r.unit, "column": r.column} for r in (*study.responses, *study.worst_of_cases)}
-    about = {
-        "title": study.title,
-        "factors": factors,
-        "responses": responses,
-        "objectives": dict(study.spec.objectives),
-        "constraints": [limit.text for limit in study.limits],
-        "cases": {name: scenario.subject for name, scenario in study.scenarios.items() if name},
-        **_again(study),
-        "versions": identity(),
-        "changes": changes,
-    }
-    facts = {step.name.replace(" ", "_"): dict(step.facts) for step in done}
-    found = of_result(study, facts, _tables(done))
-    judged = {"trusted": all(remark.kind != "fail" for remark in found), "remarks": [asdict(r) for r in found]}
-    result: dict[str, Any] = finite(about | facts | judged)
-    return result
-
-
-def _again(study: Study) -> dict[str, Any]:
-    """The study as it was read, its scenario, and those that load cases name, as files beside each other."""
-    again = dict(study.source.values, scenario="scenario.yaml")
-    others = {f"{name}.yaml": name for name, case in (study.spec.cases or {}).items() if case.scenario is not None}
-    for file, name in others.items():
-        again["cases"] = again["cases"] | {name: again["cases"][name] | {"scenario": file}}
-    scenarios = {file: to_yaml(study.scenarios[name]) for file, name in others.items()}
-    return {"study": again, "scenario": to_yaml(study.scenario), "scenarios": scenarios}
-
-
-def _tables(done: list[Step[Any]]) -> dict[str, pd.DataFrame]:
-    """The tables of steps, by file name without ending."""
-    return {name: table for step in done for name, table in step.tables.items()}
+    return decision

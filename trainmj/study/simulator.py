@@ -21,7 +21,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
 from trainmj.doe.arrays import FloatArray
-from trainmj.scenario import to_yaml
+from trainmj.scenario import Scenario, to_yaml
 from trainmj.study.designs import Designs
 from trainmj.study.plan import Study
 
@@ -59,15 +59,24 @@ class Simulator:
             store, Origin("study", study.scenario, {"study": study.source.values, "points": study.given})
         )
 
-    def at(self, points: FloatArray, changes: Mapping[str, Any] | None = None) -> Designs:
-        """Simulate points (n, d) of the space in every load case, each once.
+    @property
+    def asks(self) -> list[Any]:
+        """What its numbers depend on besides the scenarios and points: nothing."""
+        return []
 
-        Args:
-            points: natural values.
-            changes: of every scenario besides those of the study, for a check.
-        """
-        designs = [self._case(point) for point in points]
-        rows = {case: self._rows(designs, case, changes or {}) for case in self.study.scenarios}
+    def at(self, points: FloatArray) -> Designs:
+        """Simulate points (n, d) of the space in every load case, each once."""
+        return self._designs(points, self.study.scenarios, self._texts)
+
+    def check(self, points: FloatArray) -> Designs:
+        """Simulate points (n, d) as the check asks."""
+        changes = self.study.spec.check.set
+        scenarios = {case: scenario.with_values(changes) for case, scenario in self.study.scenarios.items()}
+        return self._designs(points, scenarios, {})
+
+    def _designs(self, points: FloatArray, scenarios: Mapping[str, Scenario], texts: Mapping[str, str]) -> Designs:
+        designs = [self.case(point) for point in points]
+        rows = {case: self._rows(designs, of, self._only, texts.get(case)) for case, of in scenarios.items()}
         values = [[rows[r.case][n].get(r.column, np.nan) for r in self.study.responses] for n in range(len(points))]
         ended = [together({case: of_case[n] for case, of_case in rows.items()}) for n in range(len(points))]
         status, reason = zip(*ended, strict=True)
@@ -78,7 +87,7 @@ class Simulator:
         if self._only:  # more responses than the store keeps
             computed = {case: Local(of, self._threads)([("", {})]) for case, of in self.study.scenarios.items()}
             return {case: next(iter(found)).row for case, found in computed.items()}
-        found = {case: self._rows([{}], case)[0] for case in self.study.scenarios}
+        found = {case: self._rows([{}], of, (), self._texts[case])[0] for case, of in self.study.scenarios.items()}
         return {
             case: {name: row.get(name, np.nan) for name in (*STATUS, *self._columns[case])}
             for case, row in found.items()
@@ -88,30 +97,31 @@ class Simulator:
         """Record that the results of the study include all changes so far."""
         self._store.describe({_CHANGES: "[]"})
 
-    def _rows(self, cases: Sequence[Case], of: str, changes: Mapping[str, Any] | None = None) -> list[Row]:
-        """The rows of cases of a load case, in their order."""
-        scenario, text = self.study.scenarios[of], self._texts[of]
-        if changes:
-            scenario = scenario.with_values(changes)
-            text = key_of(to_yaml(scenario))
-        keys = [key_of(text, case, *self._only) for case in cases]
+    def rows(self, cases: Sequence[Case], scenario: Scenario, columns: tuple[str, ...]) -> list[Row]:
+        """Status, reason and some responses of cases of any scenario, in their order, each computed once."""
+        return self._rows(cases, scenario, columns, None)
+
+    def _rows(self, cases: Sequence[Case], scenario: Scenario, only: tuple[str, ...], text: str | None) -> list[Row]:
+        """The rows of cases of a scenario, in their order; with all responses, or only some."""
+        text = text or key_of(to_yaml(scenario))  # takes long to write
+        keys = [key_of(text, case, *only) for case in cases]
         before = self.computed
+
+        def keep(computed: Computed) -> Row:
+            if not only:
+                return computed.row
+            return {name: computed.row[name] for name in (*STATUS, *only) if name in computed.row}
 
         def progress(finished: int) -> None:
             self.computed = before + finished
             self._progress(self.computed)
 
         engine = Local(scenario, self._threads)
-        rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), self._keep, progress)
+        rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), keep, progress)
         return [rows[key] for key in keys]
 
-    def _keep(self, computed: Computed) -> Row:
-        """All responses of a case, or only those of the study where the store cannot hold all."""
-        if not self._only:
-            return computed.row
-        return {name: computed.row[name] for name in (*STATUS, *self._only) if name in computed.row}
-
-    def _case(self, point: FloatArray) -> dict[str, Any]:
+    def case(self, point: FloatArray) -> dict[str, Any]:
+        """The changes of the scenario that a design (d,) is."""
         values = self.study.space.decode(point)
         case: dict[str, Any] = {}
         for value, targets in zip(values.values(), self.study.targets, strict=True):

@@ -21,14 +21,14 @@ from trainmj.doe import (
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.study import figures
-from trainmj.study.designs import Designs
+from trainmj.study.designs import Designs, Simulates
 from trainmj.study.file import CentralComposite, FullFactorial, GivenPoints, LatinHypercube, SobolSequence
 from trainmj.study.folder import Output, Tables
 from trainmj.study.plan import Study
-from trainmj.study.simulator import Simulator, together
+from trainmj.study.simulator import together
 
 
-def as_it_stands(study: Study, simulator: Simulator) -> Output[FloatArray]:
+def as_it_stands(study: Study, simulator: Simulates) -> Output[FloatArray]:
     """Simulate the scenario as it stands; the value is the study's responses, (r,).
 
     Raises:
@@ -101,7 +101,7 @@ def _spread(space: Space, part: LatinHypercube | SobolSequence | FullFactorial |
             return central_composite(space, kind=part.form)
 
 
-def simulations(study: Study, points: FloatArray, simulator: Simulator) -> Output[Designs]:
+def simulations(study: Study, points: FloatArray, simulator: Simulates) -> Output[Designs]:
     """Simulate the points (n, d) of the design."""
     found = simulator.at(points)
     table = found.table()

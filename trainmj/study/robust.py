@@ -1,0 +1,304 @@
+"""Robust designs: statistics of many trains as built take the place of the responses of one.
+
+A limit that a share p of the trains may pass is one on a quantile: at most p of them pass it where the quantile 1 - p
+keeps it. So a robust study is a study of the same factors whose responses are means and quantiles, each over the same
+draws of what scatters, and all its steps are those of any study.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trainmj.cases.engine import Row
+from trainmj.cases.scatter import scatter_of, together
+from trainmj.collision.status import UNUSABLE, Kind
+from trainmj.doe import normal_draws, proportion
+from trainmj.doe.arrays import FloatArray
+from trainmj.errors import InputError
+from trainmj.study.choice import Choice
+from trainmj.study.designs import Designs
+from trainmj.study.file import (
+    AtQuantile,
+    ConstraintPart,
+    MeanAndSigmas,
+    OwnWeights,
+    ResponsePart,
+    StatisticPart,
+    name_in,
+)
+from trainmj.study.folder import Output
+from trainmj.study.plan import Response, Study
+from trainmj.study.rules import DEFAULT
+from trainmj.study.simulator import Simulator
+
+ANY = "any of them"
+_CHUNK = 2048  # trains at a time
+_LEAST_USABLE = 0.99  # share of the trains as built that must have numbers for a mean
+
+
+@dataclass(frozen=True)
+class Statistic:
+    """What many trains as built come to.
+
+    Attributes:
+        name: in the names of responses: mean, q99, mean_2s.
+        quantile: of the trains, from the better to the worse; None for a mean.
+        sigmas: standard deviations that are added to a mean.
+        worse: 1 if more is worse, -1 if less is.
+    """
+
+    name: str
+    worse: int
+    quantile: float | None = None
+    sigmas: float = 0.0
+
+    def of(self, values: FloatArray) -> float:
+        """The statistic of values (n,), nan for a train without numbers; nan if it has none itself.
+
+        A train without numbers counts as worse than any other for a quantile; a mean leaves it out, and there is none
+        if more than 1 % are without.
+        """
+        known = values[np.isfinite(values)]
+        if self.quantile is not None:
+            found = self.worse * np.sort(np.where(np.isfinite(values), self.worse * values, np.inf))
+            place = min(max(int(np.ceil(len(values) * self.quantile - 1e-9)), 1), len(values))
+            return float(found[place - 1]) if np.isfinite(found[place - 1]) else np.nan
+        if len(known) < max(2, _LEAST_USABLE * len(values)):
+            return np.nan
+        return float(known.mean() + self.worse * self.sigmas * known.std(ddof=1))
+
+
+def _objective(part: StatisticPart, worse: int) -> Statistic:
+    match part:
+        case AtQuantile(quantile=q):
+            return _quantile(q if worse > 0 else 1.0 - q, worse)
+        case MeanAndSigmas(sigmas=k):
+            return Statistic(f"mean_{k:g}s".replace(".", "_"), worse, sigmas=k)
+    return Statistic("mean", worse)
+
+
+def _quantile(worst: float, worse: int) -> Statistic:
+    """The value that all but the worst share keep; named by the share that lies below it."""
+    below = worst if worse > 0 else 1.0 - worst
+    return Statistic(f"q{100 * below:.10g}".replace(".", "_"), worse, quantile=worst)
+
+
+@dataclass(frozen=True)
+class Robust:
+    """A study, and that of the statistics of its responses.
+
+    Attributes:
+        nominal: of the train as designed.
+        study: the same, whose responses are statistics.
+        statistics: of each of its responses, with the column of which it is one, (r,).
+    """
+
+    nominal: Study
+    study: Study
+    statistics: tuple[tuple[str, Statistic], ...]
+
+
+def robust_of(study: Study) -> Robust:
+    """The study of the statistics that a study asks for under ``robust``."""
+    spec, part = study.spec, study.spec.robust
+    assert part is not None
+    asked: dict[str, tuple[str, Statistic]] = {}  # by new name: name of the response, and what of it
+
+    def named(name: str, statistic: Statistic) -> str:
+        new = f"{name}_{statistic.name}"
+        asked[new] = name, statistic
+        return new
+
+    def limited(constraints: Mapping[str, ConstraintPart]) -> dict[str, ConstraintPart]:
+        found = {}
+        for name, limit in constraints.items():
+            share = part.probabilities.get(name, part.probability)
+            if limit.at_most is not None:
+                new = named(name, _quantile(1.0 - share, 1))
+                found[new] = ConstraintPart(at_most=limit.at_most, margin=limit.margin)
+            if limit.at_least is not None:
+                new = named(name, _quantile(1.0 - share, -1))
+                found[new] = ConstraintPart(at_least=limit.at_least, margin=limit.margin)
+        return found
+
+    goals = {
+        named(name, _objective(part.objectives.get(name, "mean"), -1 if goal == "maximise" else 1)): goal
+        for name, goal in spec.objectives.items()
+    }
+    changed: dict[str, Any] = {"objectives": goals, "constraints": limited(spec.constraints), "robust": None}
+    if spec.cases:
+        changed["cases"] = {
+            case: of.model_copy(update={"constraints": limited(of.constraints)}) for case, of in spec.cases.items()
+        }
+    responses: list[Response] = []
+    statistics: list[tuple[str, Statistic]] = []
+    for new, (name, statistic) in asked.items():
+        for response in (r for r in study.responses if r.stated == name):
+            column = f"{response.column}, {statistic.name}"
+            responses.append(Response(name_in(new, response.case), column, response.unit, response.case, new))
+            statistics.append((response.column, statistic))
+    changed["responses"] = {
+        new: ResponsePart(column=spec.column(name), cases=spec.cases_of(name)) if spec.cases else spec.column(name)
+        for new, (name, _) in asked.items()
+    }
+    changed["surrogates"] = {key: value for key, value in spec.surrogates.items() if key == DEFAULT} | {
+        new: spec.surrogates[name] for new, (name, _) in asked.items() if name in spec.surrogates
+    }
+    if isinstance(spec.weights, OwnWeights):
+        own = {new: spec.weights.own[asked[new][0]] for new in goals}
+        changed["weights"] = spec.weights.model_copy(update={"own": own})
+    changed["optimiser"] = spec.optimiser.model_copy(update={"on": part.on})
+    if spec.decision.front not in (None, part.on) and part.on != "both":
+        changed["decision"] = spec.decision.model_copy(update={"front": None})
+    derived = replace(study, spec=spec.model_copy(update=changed), responses=tuple(responses))
+    return Robust(study, derived, tuple(statistics))
+
+
+class Sampler:
+    """Simulates many trains as built of each design, as a :class:`Simulator` does one as designed.
+
+    Attributes:
+        nominal: the study of the train as designed.
+        part: what is asked of robust designs.
+    """
+
+    def __init__(self, robust: Robust, simulator: Simulator) -> None:
+        """Simulate by the simulator of the nominal study."""
+        self._robust, self._simulator, self.nominal = robust, simulator, robust.nominal
+        spec = self.nominal.spec.robust
+        assert spec is not None
+        self.part = spec
+        self._columns = tuple(dict.fromkeys(response.column for response in self.nominal.responses))
+
+    @property
+    def study(self) -> Study:
+        """Of the statistics."""
+        return self._robust.study
+
+    @property
+    def asks(self) -> list[Any]:
+        """What its numbers depend on besides the scenarios and points."""
+        return [self.part.model_dump(), [[column, vars(of)] for column, of in self._robust.statistics]]
+
+    def at(self, points: FloatArray) -> Designs:
+        """Simulate points (n, d) of the space, as many trains of each as the study states."""
+        return self._designs(points, {}, self.part.draws)
+
+    def check(self, points: FloatArray) -> Designs:
+        """Simulate points (n, d) as the check asks, with its draws."""
+        return self._designs(points, self.study.spec.check.set, self.part.check_draws)
+
+    def as_it_stands(self) -> dict[str, Row]:
+        """Status, reason and statistics of the trains of each load case, without the factors of the study."""
+        rows = self.trains(None, {}, self.part.draws)
+        values = self._statistics(rows).tolist()
+        found: dict[str, Row] = {case: {"status": Kind.OVER.value, "reason": ""} for case in rows}
+        for response, value in zip(self.study.responses, values, strict=True):
+            found[response.case][response.column] = value
+        return found
+
+    def trains(self, point: FloatArray | None, changes: Mapping[str, Any], draws: int) -> dict[str, list[Row]]:
+        """The rows of the trains as built of a design (d,), or of the scenario as it stands, by load case.
+
+        Raises:
+            InputError: if a tolerance does not fit the design.
+        """
+        simulator = self._simulator
+        design = {} if point is None else simulator.case(point)
+        scenarios = {
+            case: scenario.with_values({**changes, **design}) for case, scenario in simulator.study.scenarios.items()
+        }
+        fleet = together({case: scatter_of(scenario) for case, scenario in scenarios.items()})
+        found: dict[str, list[Row]] = {case: [] for case in scenarios}
+        for first in range(0, draws, _CHUNK):
+            z = normal_draws(fleet.d, min(_CHUNK, draws - first), seed=self.part.seed, first=first)
+            for case, scenario in scenarios.items():
+                found[case] += simulator.rows(fleet.cases(case, z), scenario, self._columns)
+        return found
+
+    def _statistics(self, rows: Mapping[str, Sequence[Row]]) -> FloatArray:
+        """The statistics of the trains, (r,)."""
+        pairs = zip(self.study.responses, self._robust.statistics, strict=True)
+        return np.array([of.of(values_of(rows[response.case], column)) for response, (column, of) in pairs])
+
+    def _designs(self, points: FloatArray, changes: Mapping[str, Any], draws: int) -> Designs:
+        found: list[FloatArray] = []
+        ended: list[tuple[str, str]] = []
+        for point in points:
+            try:
+                rows = self.trains(point, changes, draws)
+            except InputError as error:  # the design breaks a rule
+                found.append(np.full(len(self.study.responses), np.nan))
+                ended.append((Kind.REFUSED, str(error)))
+                continue
+            found.append(self._statistics(rows))
+            ended.append(self._ended(rows, found[-1]))
+        status, reason = zip(*ended, strict=True)
+        return Designs(self.study, points, np.array(found), status, reason)
+
+    def _ended(self, rows: Mapping[str, Sequence[Row]], values: FloatArray) -> tuple[str, str]:
+        """Status and reason of a design: whether it keeps its limits, and how many trains have no numbers."""
+        without = sum(row["status"] in UNUSABLE for of_case in rows.values() for row in of_case)
+        said = [f"{without} of {sum(map(len, rows.values()))} trains have no numbers that may be used"] * bool(without)
+        broken = [
+            limit.text
+            for limit, by in zip(self.study.limits, self.study.excess(values[None])[0], strict=True)
+            if by > 0
+        ]
+        return Kind.LIMIT if broken else Kind.OVER, "; ".join((*broken, *said))
+
+
+def values_of(rows: Sequence[Row], column: str) -> FloatArray:
+    """A response of trains, (n,); nan where it has no number that may be used."""
+    found = [np.nan if row["status"] in UNUSABLE else row.get(column, np.nan) for row in rows]
+    return np.array(found, dtype=np.float64)
+
+
+def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
+    """How the nominal and the robust design hold: the share of trains that pass each limit, and what that costs."""
+    import pandas as pd
+
+    study, part = sampler.nominal, sampler.part
+    rows: list[dict[str, Any]] = []
+    cost: list[dict[str, Any]] = []
+    for name, choice in (("nominal", nominal), ("robust", robust)):
+        trains = sampler.trains(choice.chosen.points[0], study.spec.check.set, part.check_draws)
+        found = {r: values_of(trains[r.case], r.column) for r in study.responses}
+        passed = np.zeros(part.check_draws, dtype=bool)
+        without = np.zeros(part.check_draws, dtype=bool)
+        for limit in study.limits:
+            values = found[limit.response]
+            beyond, unknown = limit.excess(values) > 0, ~np.isfinite(values)
+            passed, without = passed | beyond, without | unknown
+            wanted = part.probabilities.get(limit.response.stated, part.probability)
+            rows.append({"design": name, "limit": limit.text} | _share(beyond, unknown, wanted))
+        rows.append({"design": name, "limit": ANY} | _share(passed, without & ~passed, None))
+        for response in study.responses:
+            if response.stated in study.spec.objectives:
+                known = found[response][np.isfinite(found[response])]
+                quantiles = dict(zip(("q5", "q50", "q95"), np.quantile(known, (0.05, 0.5, 0.95)).tolist(), strict=True))
+                spread = {"mean": float(known.mean()), "sd": float(known.std(ddof=1)), **quantiles}
+                cost.append({"design": name, "response": response.name, "unit": response.unit} | spread)
+    tables = {"11_probabilities": pd.DataFrame(rows), "11_objectives": pd.DataFrame(cost)}
+    designs = {name: of.front.table().iloc[0].to_dict() for name, of in (("nominal", nominal), ("robust", robust))}
+    facts = {"trains": part.check_draws, "limits": rows, "objectives": cost, "designs": designs}
+    return Output(None, tables, facts, {})
+
+
+def _share(passed: NDArray[np.bool_], unknown: NDArray[np.bool_], wanted: float | None) -> dict[str, Any]:
+    """The share of trains that pass a limit, with its interval; those without numbers count as such that do."""
+    found = proportion(int(passed.sum()), len(passed), failed=int(unknown.sum()))
+    return {
+        "passed": int(passed.sum()),
+        "without_numbers": int(unknown.sum()),
+        "probability": found.value,
+        "lower": found.lower,
+        "upper": found.upper,
+        "wanted": wanted,
+        "kept": None if wanted is None else found.value <= wanted,
+    }
