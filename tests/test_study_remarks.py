@@ -17,7 +17,7 @@ from trainmj.study import figures_front
 from trainmj.study.designs import Designs
 from trainmj.study.page import page_of_folder
 from trainmj.study.remarks import of_plan, of_result
-from trainmj.study.screen import print_study
+from trainmj.study.screen import print_plan, print_study
 
 
 @pytest.fixture(scope="module")
@@ -186,9 +186,12 @@ def test_a_choice_at_a_bound_and_few_degrees_of_freedom_are_said(good):
         ("trains.b_type.mass_t", None),  # of the train under test, and of its twin
     ],
 )
-def test_a_load_that_is_optimised_as_a_design_is_warned_of_before_anything_runs(sets, said):
+def test_a_load_that_is_optimised_as_a_design_is_warned_of_before_anything_runs(sets, said, capsys):
     factors = {"L": {"sets": sets, "bounds": [20, 40] if said is None else [0.01, 0.9]}}
-    remarks = of_plan(small(factors=factors, design={"n": 10}))
+    study = small(factors=factors, design={"n": 10})
+    print_plan(study)
+    assert ("warning  L" in capsys.readouterr().out) == (said is not None)
+    remarks = of_plan(study)
     assert [(r.kind, r.about) for r in remarks] == [("warn", "L")] * (said is not None)
     for remark in remarks:
         assert said in remark.text
