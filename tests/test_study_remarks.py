@@ -1,6 +1,7 @@
 """What a study says of itself: what makes it not to be trusted, what it warns of, and of what it does not."""
 
 import copy
+import json
 from dataclasses import asdict
 
 import numpy as np
@@ -11,9 +12,12 @@ from studies import SMALL, changed, run, small
 
 import trainmj
 from trainmj.cli import main
+from trainmj.output.style import styled
+from trainmj.study import figures_front
+from trainmj.study.designs import Designs
 from trainmj.study.page import page_of_folder
 from trainmj.study.remarks import of_plan, of_result
-from trainmj.study.screen import print_study
+from trainmj.study.screen import print_plan, print_study
 
 
 @pytest.fixture(scope="module")
@@ -182,9 +186,12 @@ def test_a_choice_at_a_bound_and_few_degrees_of_freedom_are_said(good):
         ("trains.b_type.mass_t", None),  # of the train under test, and of its twin
     ],
 )
-def test_a_load_that_is_optimised_as_a_design_is_warned_of_before_anything_runs(sets, said):
+def test_a_load_that_is_optimised_as_a_design_is_warned_of_before_anything_runs(sets, said, capsys):
     factors = {"L": {"sets": sets, "bounds": [20, 40] if said is None else [0.01, 0.9]}}
-    remarks = of_plan(small(factors=factors, design={"n": 10}))
+    study = small(factors=factors, design={"n": 10})
+    print_plan(study)
+    assert ("warning  L" in capsys.readouterr().out) == (said is not None)
+    remarks = of_plan(study)
     assert [(r.kind, r.about) for r in remarks] == [("warn", "L")] * (said is not None)
     for remark in remarks:
         assert said in remark.text
@@ -204,3 +211,21 @@ def test_what_is_only_the_partners_is_no_design_of_the_train(sets):
     assert _not_of_the_train(scenario, place) == "a value of the partner"
     assert _not_of_the_train(scenario, ("devices", "front", "stiffness_kN_per_mm")) == ""
     assert _not_of_the_train(scenario, ("trains", "b_type", "mass_t")) == ""
+
+
+def test_pictures_and_page_show_the_chosen_design_where_it_was_simulated(blind):
+    """Breaks if the chosen design is drawn only where the surrogates believe it is."""
+    rows = {row["response"]: row for row in blind.summary["check"]["rows"]}
+    predicted, simulated = (np.array([rows[n][key] for n in ("TS", "TAMA")]) for key in ("predicted", "simulated"))
+    front = blind.study.criteria(Designs.read(blind.study, blind.tables["09_ranking"]).responses)
+    with styled():
+        (axes,) = figures_front.decision(blind.study, front, {"TOPSIS": predicted}, simulated).axes
+    drawn = {line.get_label(): line.get_xydata() for line in axes.lines}
+    assert drawn["the same, simulated"].tolist() == [simulated.tolist()]
+    assert drawn["chosen: TOPSIS"].tolist() == [predicted.tolist()]
+    assert any(line.get_xydata().tolist() == [predicted.tolist(), simulated.tolist()] for line in axes.lines)
+    plots = [block.content for s in page_of_folder(blind.folder).sections for block in s.blocks if block.kind == "plot"]
+    (plot,) = (json.loads(plot["figure"]) for plot in plots if plot["title"] == "Front: TS and TAMA")
+    (star,) = (trace for trace in plot["data"] if trace["name"] == "the same, simulated")
+    assert [*star["x"], *star["y"]] == pytest.approx(simulated.tolist(), rel=1e-3)
+    assert star["x"] != pytest.approx(predicted[:1].tolist(), rel=1e-2)

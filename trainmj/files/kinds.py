@@ -36,7 +36,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
         "study file",
         ".study.yaml",
         "trainmj study or trainmj.load_study",
-        "factors design correlation surrogates cross_validation objectives optimiser weights decision check",
+        "factors design correlation surrogates cross_validation objectives optimiser weights decision check quality",
     ),
     _kind(
         "targets file",

@@ -109,12 +109,9 @@ def check(study: Study, table: pd.DataFrame) -> Figure:
 
 
 def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
-    """One legend: within a single panel, below several."""
-    axes = panels[0][0]
-    if len(panels) == 1:
-        axes.legend(loc="best", labelspacing=0.9)
-    else:
-        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    """One legend, below all panels: within one, its signs could be taken for designs of the front."""
+    entries = panels[0][0].get_legend_handles_labels()
+    figure.legend(*entries, loc="outside lower center", ncols=2 if len(panels) == 1 else 4, labelspacing=0.9)
 
 
 def _bars(
@@ -136,7 +133,7 @@ def _pairs(study: Study) -> tuple[Figure, list[tuple[Axes, int, int]]]:
     """A panel for each pair of objectives, with the indices of the two."""
     labels = [r.label for r in study.objectives]
     pairs = list(itertools.combinations(range(len(labels)), 2))
-    figure, panels = grid(len(pairs), 66.0)
+    figure, panels = grid(len(pairs), 80.0 if len(pairs) == 1 else 66.0)  # a single one has more lines of legend
     for axes, (i, j) in zip(panels, pairs, strict=True):
         axes.set(xlabel=labels[i], ylabel=labels[j])
     return figure, [(axes, i, j) for axes, (i, j) in zip(panels, pairs, strict=True)]

@@ -121,10 +121,10 @@ def _check(study: Study, facts: Facts) -> Iterator[Remark]:
             yield Remark("fail", name, "came to no number when simulated.")
             continue
         if row["kept"] is False:
-            text = (
-                f"{row['limit']} is not kept when simulated ({row['simulated']:.6g}): give the constraint a margin, "
-                "add points to the design, or decide on the simulator's front."
-            )
+            cure = "what check changes (set) moves it; set the same in the whole study"
+            if study.on_surrogates:
+                cure = "give the constraint a margin, add points to the design, or decide on the simulator's front"
+            text = f"{row['limit']} is not kept when simulated ({row['simulated']:.6g}): {cure}."
             yield Remark("fail", name, text)
         of = facts["surrogates"]["responses"].get(name)
         if of is None:
@@ -138,7 +138,7 @@ def _check(study: Study, facts: Facts) -> Iterator[Remark]:
             if study.on_surrogates:
                 yield Remark("fail", name, f"{text}add points there, or decide on the simulator's front.")
             else:
-                yield Remark("warn", name, f"{text}what check changes (set) moves it; choose with the finer values.")
+                yield Remark("warn", name, f"{text}what check changes (set) moves it; set the same in the whole study.")
         for limit in (o for o in study.limits if o.response.name == name and row["kept"]):
             left, unit = -float(limit.excess(np.array(row["simulated"]))), row["unit"]
             if error > max(left, ROUND_OFF * abs(limit.value)):
