@@ -108,6 +108,36 @@ def check(study: Study, table: pd.DataFrame) -> Figure:
     return figure
 
 
+def held(used: Mapping[str, FloatArray]) -> Figure:
+    """Of trains as built (n,) of each design, the part of them that use more than a share of their limits [%]."""
+    figure, (axes,) = grid(1, 78.0)
+    colours = dict(zip(used, itertools.cycle((BLUE, ORANGE, GREEN, SKY, GREY))))
+    for name, values in used.items():
+        known = np.sort(values[np.isfinite(values)])
+        part = 1.0 - np.arange(1, len(known) + 1) / (len(values) + 1)
+        axes.step(known, 100 * part, where="post", color=colours[name], label=name)
+    axes.axvline(100, color="0.3", linewidth=1.0)
+    axes.set(
+        title="Trains as built that use more than that of their nearest limit",
+        xlabel="part of the limit (%)",
+        ylabel="trains (%)",
+        yscale="log",
+    )
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.legend()
+    return figure
+
+
+def both_fronts(study: Study, nominal: FloatArray, robust: FloatArray) -> Figure:
+    """The front of the train as designed and that of designs that hold, objectives (n, m) each."""
+    figure, panels = _pairs(study)
+    for axes, i, j in panels:
+        axes.plot(nominal[:, i], nominal[:, j], ".", ms=5, color=GREY, label="nominal, of the train as designed")
+        axes.plot(robust[:, i], robust[:, j], "o", ms=4, mfc="none", mec=ORANGE, label="robust, over trains as built")
+    _legend(figure, panels)
+    return figure
+
+
 def _legend(figure: Figure, panels: list[tuple[Axes, int, int]]) -> None:
     """One legend, below all panels: within one, its signs could be taken for designs of the front."""
     entries = panels[0][0].get_legend_handles_labels()

@@ -371,6 +371,11 @@ class RobustPart(Part):
         description="what is searched: surrogates of the statistics, or the simulator, each point of which costs as "
         "many collisions as there are draws",
     )
+    also: dict[Name, dict[str, Any]] = Field(
+        default_factory=dict,
+        max_length=10,
+        description="further designs that are checked in the same way, such as today's: values of all factors, by name",
+    )
     check_draws: Annotated[int, Field(ge=100, le=1_000_000), WHOLE] = Field(
         default=10_000, description="trains as built of the chosen designs, by which they are checked"
     )

@@ -36,6 +36,7 @@ _MOST_BYTES = 50_000_000  # of the summary
 _LOOKS = {"surrogate": (YELLOW, "square-open"), "simulator": (BLUE, "circle")}
 """Colour and sign of each search."""
 
+_ROBUST = "robust_"
 _MOST_FACTORS = 4  # pairs of factors over which the design is drawn
 _MOST_OBJECTIVES = 6  # pairs of objectives over which the front is drawn
 _MOST_ROWS = 20  # of simulations that are shown unfolded
@@ -64,11 +65,29 @@ def page_of_folder(folder: Path) -> Page:
     _add_surrogates(page.section("Surrogates"), summary, files)
     _add_fronts(page.section("Pareto front"), summary, files)
     _add_decision(page.section("Weights and decision"), summary, files["09_ranking"])
+    if "robust" in summary:
+        _add_robust(page, summary, files)
     section = page.section("Files")
     section.code(as_yaml(summary["study"]), "The study as it was read")
     for name, text in _scenarios(summary).items():
         section.code(text, f"Its scenario: {name}")
     return page
+
+
+def _add_robust(page: Page, summary: Summary, files: Tables) -> None:
+    """The search for designs that hold under the tolerances, and how they do."""
+    found = summary["robust"]
+    own = {name.removeprefix(_ROBUST): table for name, table in files.items() if name.startswith(_ROBUST)}
+    section = page.section("Robust designs")
+    section.cards(Card("Robust design", "", verdict=tables.verdict(found)))
+    for table in tables.held(summary):
+        section.table(table)
+    section.table(tables.check(found))
+    if found["remarks"]:
+        section.table(tables.remarks(found))
+    _add_surrogates(page.section("Robust: surrogates"), found, own)
+    _add_fronts(page.section("Robust: Pareto front"), found, own)
+    _add_decision(page.section("Robust: weights and decision"), found, own["09_ranking"])
 
 
 def _scenarios(summary: Summary) -> dict[str, str]:
@@ -83,7 +102,7 @@ def _read(folder: Path) -> tuple[Summary, Tables]:
         raise unfinished
     try:
         summary = from_json(read_bytes(folder / SUMMARY, _MOST_BYTES, follow=False))
-        files = {file.stem: read_back(file) for file in sorted(folder.glob("[0-9][0-9]_*.csv"))}
+        files = {file.stem: read_back(file) for file in sorted(folder.glob("*[0-9][0-9]_*.csv"))}
     except ValueError as error:
         raise InputError(f"{folder}: a file of the study cannot be read ({error}): run it again") from None
     if not isinstance(summary, dict) or "check" not in summary:

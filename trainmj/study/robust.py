@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from trainmj.collision.status import UNUSABLE, Kind
 from trainmj.doe import normal_draws, proportion
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
+from trainmj.study import figures_front as figures
 from trainmj.study.choice import Choice
 from trainmj.study.designs import Designs
 from trainmj.study.file import (
@@ -33,7 +35,7 @@ from trainmj.study.file import (
 )
 from trainmj.study.folder import Output
 from trainmj.study.plan import Response, Study
-from trainmj.study.rules import DEFAULT
+from trainmj.study.rules import DEFAULT, NOMINAL, ROBUST
 from trainmj.study.simulator import Simulator
 
 ANY = "any of them"
@@ -260,34 +262,49 @@ def values_of(rows: Sequence[Row], column: str) -> FloatArray:
 
 
 def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
-    """How the nominal and the robust design hold: the share of trains that pass each limit, and what that costs."""
+    """How designs hold: the share of trains as built that pass each limit, and what that costs of the objectives."""
     import pandas as pd
 
     study, part = sampler.nominal, sampler.part
+    designs = {NOMINAL: nominal.chosen.points[0], ROBUST: robust.chosen.points[0]}
+    for name, design in part.also.items():
+        designs[name] = np.array([factor.encode([design[factor.name]])[0] for factor in study.space.factors])
     rows: list[dict[str, Any]] = []
-    cost: list[dict[str, Any]] = []
-    for name, choice in (("nominal", nominal), ("robust", robust)):
-        trains = sampler.trains(choice.chosen.points[0], study.spec.check.set, part.check_draws)
+    spread: list[dict[str, Any]] = []
+    used: dict[str, FloatArray] = {}
+    for name, point in designs.items():
+        trains = sampler.trains(point, study.spec.check.set, part.check_draws)
         found = {r: values_of(trains[r.case], r.column) for r in study.responses}
-        passed = np.zeros(part.check_draws, dtype=bool)
-        without = np.zeros(part.check_draws, dtype=bool)
-        for limit in study.limits:
-            values = found[limit.response]
-            beyond, unknown = limit.excess(values) > 0, ~np.isfinite(values)
-            passed, without = passed | beyond, without | unknown
+        beyond = np.stack([limit.excess(found[limit.response]) for limit in study.limits])
+        unknown = np.isnan(beyond)
+        for limit, over, lost in zip(study.limits, [*(beyond > 0)], [*unknown], strict=True):
             wanted = part.probabilities.get(limit.response.stated, part.probability)
-            rows.append({"design": name, "limit": limit.text} | _share(beyond, unknown, wanted))
-        rows.append({"design": name, "limit": ANY} | _share(passed, without & ~passed, None))
-        for response in study.responses:
-            if response.stated in study.spec.objectives:
-                known = found[response][np.isfinite(found[response])]
-                quantiles = dict(zip(("q5", "q50", "q95"), np.quantile(known, (0.05, 0.5, 0.95)).tolist(), strict=True))
-                spread = {"mean": float(known.mean()), "sd": float(known.std(ddof=1)), **quantiles}
-                cost.append({"design": name, "response": response.name, "unit": response.unit} | spread)
-    tables = {"11_probabilities": pd.DataFrame(rows), "11_objectives": pd.DataFrame(cost)}
-    designs = {name: of.front.table().iloc[0].to_dict() for name, of in (("nominal", nominal), ("robust", robust))}
-    facts = {"trains": part.check_draws, "limits": rows, "objectives": cost, "designs": designs}
-    return Output(None, tables, facts, {})
+            rows.append({"design": name, "limit": limit.text} | _share(over, lost, wanted))
+        passed = (beyond > 0).any(axis=0)
+        rows.append({"design": name, "limit": ANY} | _share(passed, unknown.any(axis=0) & ~passed, None))
+        scale = np.array([abs(limit.value) or 1.0 for limit in study.limits])
+        used[name] = 100.0 * (1.0 + (beyond / scale[:, None]).max(axis=0))
+        for response in (r for r in study.responses if r.stated in study.spec.objectives):
+            known = found[response][np.isfinite(found[response])]
+            quantiles = zip(("q5", "q50", "q95"), np.quantile(known, (0.05, 0.5, 0.95)).tolist(), strict=True)
+            about = {"design": name, "response": response.name, "unit": response.unit}
+            spread.append(about | {"mean": float(known.mean()), "sd": float(known.std(ddof=1)), **dict(quantiles)})
+    chosen = study.space.table(np.stack(list(designs.values()))).to_dict("records")
+    fronts = [study.criteria(nominal.front.responses), robust.front.study.criteria(robust.front.responses)]
+    return Output(
+        None,
+        {"11_probabilities": pd.DataFrame(rows), "11_objectives": pd.DataFrame(spread)},
+        {
+            "trains": part.check_draws,
+            "limits": rows,
+            "objectives": spread,
+            "designs": dict(zip(designs, chosen, strict=True)),
+        },
+        {
+            "11_probabilities": partial(figures.held, used),
+            **({"11_fronts": partial(figures.both_fronts, study, *fronts)} if len(study.objectives) > 1 else {}),
+        },
+    )
 
 
 def _share(passed: NDArray[np.bool_], unknown: NDArray[np.bool_], wanted: float | None) -> dict[str, Any]:

@@ -36,6 +36,8 @@ from trainmj.study.file import (
 from trainmj.units import head
 
 DEFAULT = "default"
+NOMINAL, ROBUST = "nominal", "robust"
+"""The designs that are chosen for the train as designed, and for the trains as built."""
 
 _TAKEN = ("test", "status", "reason", "method", "picked_for", "rank", "score", "share_of_near_weights", "kept")
 """Columns that the study's tables have beside factors and responses."""
@@ -309,6 +311,18 @@ def _robust(spec: StudyFile) -> Iterator[Problem]:
     yield from _names((*at, "probabilities"), spec.robust.probabilities, limited, "constraint")
     if not limited:
         yield Problem(at, "has nothing to hold: state constraints")
+    for name, design in spec.robust.also.items():
+        there = (*at, "also", name)
+        yield from _names(there, design, spec.factors, "factor")
+        if missing := [factor for factor in spec.factors if factor not in design]:
+            yield Problem(there, f"needs a value for {', '.join(missing)}")
+        if name in (NOMINAL, ROBUST):
+            yield Problem(there, "is the name of a design that is chosen: choose another")
+        for factor, value in design.items():
+            try:
+                factor_of(factor, spec.factors[factor]).encode([value]) if factor in spec.factors else None
+            except InputError as error:
+                yield Problem((*there, factor), str(error).removeprefix(f"factor {factor!r}: "))
 
 
 def _names(at: Path, names: Iterable[str], known: Iterable[str], what: str) -> Iterator[Problem]:

@@ -96,16 +96,27 @@ def print_study(result: StudyResult) -> None:
     for name, value in tables.design(summary).items():
         said = value.text if isinstance(value, Verdict) else value
         console.print(f"{name}: {said}", markup=False)
-    show(tables.surrogates(summary))
-    show(tables.fronts(summary), tables.notes_on_fronts(summary))
-    show(tables.weights(summary))
-    show(tables.decision(summary), tables.notes_on_decision(summary))
-    show(tables.check(summary))
-    if summary["remarks"]:
-        show(tables.remarks(summary))
-    verdict = tables.verdict(summary)
-    console.print()
-    console.print(Text(f"Verdict: {verdict.text}", style="bold red" if verdict.kind == "fail" else "bold"))
+
+    def show_search(found: tables.Summary) -> None:
+        show(tables.surrogates(found))
+        show(tables.fronts(found), tables.notes_on_fronts(found))
+        show(tables.weights(found))
+        show(tables.decision(found), tables.notes_on_decision(found))
+        show(tables.check(found))
+        if found["remarks"]:
+            show(tables.remarks(found))
+        verdict = tables.verdict(found)
+        console.print()
+        console.print(Text(f"Verdict: {verdict.text}", style="bold red" if verdict.kind == "fail" else "bold"))
+
+    show_search(summary)
+    if "robust" in summary:
+        console.print()
+        console.print(Text("Robust: the same search on statistics of trains as built", style="bold"))
+        show_search(summary["robust"])
+        for table in tables.held(summary):
+            show(table)
+        console.print()
     console.print(
         f"Written to {result.folder}; {result.simulated} collisions computed now, steps done now: "
         f"{', '.join(result.computed) or 'none'}",

@@ -9,6 +9,8 @@ from trainmj.output.table import Column, Table, Verdict, failed, judged, passed,
 from trainmj.study.file import ChoiceFactor
 from trainmj.study.plan import LIMITS, Study
 from trainmj.study.remarks import Remark
+from trainmj.study.robust import ANY
+from trainmj.study.rules import NOMINAL, ROBUST
 from trainmj.units import against, head
 
 Summary = Mapping[str, Any]
@@ -240,6 +242,63 @@ def check(summary: Summary) -> Table:
         said = ", ".join(f"{name} by {case}" for name, case in governing.items())
         note = f"Governed: {said}. {note}"
     return table_of(rows, shown, "The chosen design, simulated", note)
+
+
+def held(summary: Summary) -> Iterator[Table]:
+    """How the designs hold under the tolerances, each a column: shares of trains past each limit, and objectives."""
+    found = summary["robust"]["held"]
+    names = list(found["designs"])
+    shares = {name: Column(name, "%", text=True) for name in names}
+    rows = []
+    by_limit: dict[str, dict[str, Any]] = {}
+    for row in found["limits"]:
+        by_limit.setdefault(row["limit"], {})[row["design"]] = row
+    for limit, of in by_limit.items():
+        wanted, robust = of[ROBUST]["wanted"], of[ROBUST]
+        asked = "-" if wanted is None else f"≤ {100 * wanted:g}"
+        kept = "-" if robust["kept"] is None else judged(robust["kept"])
+        shown = limit.replace("<=", "≤").replace(">=", "≥")
+        rows.append([shown, *(_share(of[name]) for name in names), asked, kept])
+    without = sum(row["without_numbers"] for row in found["limits"] if row["limit"] != ANY)
+    note = (
+        f"{found['trains']} trains as built of each design, with the 95 % interval. "
+        + (f"{without} results without numbers that may be used count as passed. " if without else "")
+        + "; ".join(f"{name}: {_design(summary, design)}" for name, design in found["designs"].items())
+        + "."
+    )
+    yield Table(
+        [Column("Limit", text=True), *shares.values(), Column("wanted", "%", text=True), Column("robust", text=True)],
+        rows,
+        "Trains as built that pass a limit",
+        note,
+    )
+    of_response: dict[tuple[str, str], dict[str, Any]] = {}
+    for row in found["objectives"]:
+        of_response.setdefault((row["response"], row["unit"]), {})[row["design"]] = row
+    yield Table(
+        [_NAME, _UNIT, *(Column(name, text=True) for name in names), Column("robust - nominal", "%", "+z.2f")],
+        [
+            [
+                response,
+                unit,
+                *(f"{number(of[name]['mean'])} ± {number(of[name]['sd'], '.2g')}" for name in names),
+                100.0 * (of[ROBUST]["mean"] - of[NOMINAL]["mean"]) / of[NOMINAL]["mean"],
+            ]
+            for (response, unit), of in of_response.items()
+        ],
+        "What it costs: mean and standard deviation over the trains",
+    )
+
+
+def _share(row: Mapping[str, Any]) -> str:
+    """A probability in % with its interval."""
+    p, low, high = (f"{100 * row[key]:.3g}" for key in ("probability", "lower", "upper"))
+    return f"{p} ({low} to {high})"
+
+
+def _design(summary: Summary, design: Mapping[str, Any]) -> str:
+    shown = columns(summary, "factors")
+    return ", ".join(f"{c.name} = {number(design[key])} {c.unit}".rstrip() for key, c in shown.items())
 
 
 def _with(changes: Mapping[str, Any]) -> str:
