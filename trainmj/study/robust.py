@@ -276,12 +276,13 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
         trains = sampler.trains(point, study.spec.check.set, part.check_draws)
         found = {r: values_of(trains[r.case], r.column) for r in study.responses}
         beyond = np.stack([limit.excess(found[limit.response]) for limit in study.limits])
-        unknown = np.isnan(beyond)
-        for limit, over, lost in zip(study.limits, [*(beyond > 0)], [*unknown], strict=True):
+        unknown = np.asarray(np.isnan(beyond))
+        for k, limit in enumerate(study.limits):
             wanted = part.probabilities.get(limit.response.stated, part.probability)
-            rows.append({"design": name, "limit": limit.text} | _share(over, lost, wanted))
-        passed = (beyond > 0).any(axis=0)
-        rows.append({"design": name, "limit": ANY} | _share(passed, unknown.any(axis=0) & ~passed, None))
+            rows.append({"design": name, "limit": limit.text} | _share(beyond[k] > 0, unknown[k], wanted))
+        passed = np.asarray((beyond > 0).any(axis=0))
+        lost = np.asarray(unknown.any(axis=0)) & ~passed
+        rows.append({"design": name, "limit": ANY} | _share(passed, lost, None))
         scale = np.array([abs(limit.value) or 1.0 for limit in study.limits])
         used[name] = 100.0 * (1.0 + (beyond / scale[:, None]).max(axis=0))
         for response in (r for r in study.responses if r.stated in study.spec.objectives):
