@@ -178,7 +178,7 @@ def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenar
     if together:
         partner = {path: value for path, value in every.items() if names_partner(path, scenario.parameters)}
         partner = {} if refusal(partner, scenario) else partner
-        alone = {key: refusal(partner | part, scenario) for key, part in changes.items()}
+        alone = {key: refusal({**partner, **part}, scenario) for key, part in changes.items()}
         for key, part in changes.items():
             if key in part:  # the place that the rule is said of names the path already
                 alone[key] = alone[key].removeprefix(f"change: {Source(part).said(key)}: ").removeprefix(f"{key}: ")

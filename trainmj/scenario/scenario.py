@@ -229,8 +229,8 @@ def marked(source: Source, names: set[str]) -> Source:
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
     """The values of a scenario with changes by path, or by a short name from its parameters; it says which are new.
 
-    What is not on the way to a changed value is shared, not copied. A new partner comes first: if it is in a file, other
-    changes may be of what that file states.
+    What is not on the way to a changed value is shared, not copied. A new partner comes first: other changes may be of
+    what its file states.
 
     Raises:
         InputError: if a path leads nowhere.
