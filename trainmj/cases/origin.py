@@ -58,14 +58,12 @@ class Origin:
         now = self.about()
         found: list[str] = []
         for name, scenario in self._scenarios().items():
-            case = name.removeprefix(_SCENARIO).removeprefix("_")
-            if case and name not in about:
-                found.append(f"cases.{case} not stated then")
-            elif about.get(name) != now[name]:
+            case = name.removeprefix(_SCENARIO).replace("_", "cases.", 1)
+            if name not in about:
+                found.append(f"{case or name} not stated then")
+            elif about[name] != now[name]:
                 try:
-                    found += _differences(
-                        parse(about.get(name, "{}"), name).values, scenario.values(), case and f"cases.{case}"
-                    )
+                    found += _differences(parse(about[name], name).values, scenario.values(), case)
                 except InputError as error:
                     found.append(f"the {error}, then")
         for name in self.inputs:

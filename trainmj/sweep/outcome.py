@@ -141,10 +141,7 @@ def tables_of(outcome: Outcome) -> list[Table]:
     tables = [Table(heads, rows)]
     if outcome.governing:
         heads = [*worded("Limit", "governed by"), Column("in case"), Column("used", "%"), *worded("verdict")]
-        found = [
-            (g.limit, g.load_case, g.case, against(g.used, 100.0, 1), judged(g.kept, "kept", "passed"))
-            for g in outcome.governing
-        ]
+        found = [(g.limit, g.load_case, g.case, against(g.used, 100.0, 1), judged(g.kept)) for g in outcome.governing]
         tables.append(Table(heads, found))
     return tables
 

@@ -254,9 +254,9 @@ LOOK = {
 
 
 def add_map(section: Section, table: pd.DataFrame, factors: Sequence[Factor]) -> None:
-    """How the cases ended, over the two factors with most levels."""
+    """How the cases ended, over the two factors with most levels, or one of them and the load cases."""
     x, *others = _most_levels_first(factors)
-    y = others[0] if others else None
+    y = next((f for f in others if f.name == LOAD_CASE), others[0] if others else None)
     traces = []
     for kind, part in _thinned(table).groupby("status", sort=False):
         colour, symbol = LOOK[Kind(str(kind))]
