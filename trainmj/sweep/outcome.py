@@ -148,4 +148,6 @@ def tables_of(outcome: Outcome) -> list[Table]:
 
 def said_of(outcome: Outcome) -> str:
     """How many combinations pass in every load case."""
+    if outcome.combinations == 1:
+        return f"{'All' if outcome.passed else 'Not all'} load cases pass"
     return f"{len(outcome.passed)} of {outcome.combinations} combinations pass in every load case"

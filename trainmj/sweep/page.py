@@ -153,7 +153,7 @@ def _add_load_cases(section: Section, sweep: Swept, scenarios: Mapping[str, Scen
         section.table(replace(table, title=title))
     if not (factors := [f for f in sweep.factors if f.name != LOAD_CASE]):
         return
-    section.text(f"{said_of(outcome)}: neither failed, nor not valid, nor past a limit.")
+    section.text(f"{said_of(outcome)}: none of their cases failed, is not valid, or passed a limit.")
     each, rows = sweep.planned // len(sweep.titles), sweep.table
     shown = sorted(set(rows.index % each))[:_MOST_ROWS]
     cells = []

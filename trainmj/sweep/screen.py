@@ -54,9 +54,8 @@ def print_plan(sweep: Sweep) -> None:
 def _load_cases(sweep: Sweep) -> Table:
     """The load cases of a sweep, each with what collides there."""
     rows = [(name, sweep.titles.get(name, ""), scenario.subject) for name, scenario in sweep.load_cases.items()]
-    return Table(
-        worded("Load case", "what it is", "what collides"), rows, note="All that varies is combined with each."
-    )
+    note = "All that varies is combined with each." if sweep.blocks else ""
+    return Table(worded("Load case", "what it is", "what collides"), rows, note=note)
 
 
 def _varied(sweep: Sweep) -> Table:
