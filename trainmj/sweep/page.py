@@ -162,7 +162,7 @@ def _add_load_cases(section: Section, sweep: Swept, scenarios: Mapping[str, Scen
         known = [case for case in there if case in rows.index]
         verdicts = [_ended(str(rows["status"][case])) if case in known else None for case in there]
         cells.append((n, *(f.say(rows[f.name][known[0]]) for f in factors), *verdicts))
-    heads = [Column("Case of the first"), *(Column(*f.axis) for f in factors), *worded(*sweep.titles)]
+    heads = [Column(f"case of {next(iter(sweep.titles))}"), *(Column(*f.axis) for f in factors), *worded(*sweep.titles)]
     note = f"The first {_MOST_ROWS} of {each}; results.csv has all." if each > _MOST_ROWS else ""
     section.table(Table(heads, cells, "Combinations in all load cases", note))
 
