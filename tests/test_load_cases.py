@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sqlite3
 
 import pandas as pd
@@ -11,6 +12,7 @@ from click.testing import CliRunner
 import trainmj
 from trainmj.cases.engine import Local
 from trainmj.cli import main
+from trainmj.sweep.outcome import outcome_of
 from trainmj.sweep.run import check_responses
 
 FAST = "simulation.step_ms: 0.5, simulation.time_limit_s: 0.2, simulation.record_every_ms: 5"
@@ -280,6 +282,26 @@ def test_load_cases_are_shown_before_and_after(swept, tmp_path):
         about = dict(db.execute("SELECT key, value FROM about"))
     assert {"scenario_fast", "scenario_into_wagon", "scenario_slow"} <= set(about)
     assert list(json.loads(about["load_cases"])) == ["fast", "into_wagon", "slow"]
+
+
+@pytest.mark.parametrize("said", ['["fast"]', "3", '{"fast": ""}', '{"fast": "", "other": ""}'])
+def test_a_store_whose_load_cases_were_changed_by_hand_is_said_to_be_damaged(swept, tmp_path, said):
+    shutil.copy(swept[0] / "results.sqlite", tmp_path)
+    with sqlite3.connect(tmp_path / "results.sqlite") as db:
+        db.execute("UPDATE about SET value = ? WHERE key = 'load_cases'", (said,))
+    with pytest.raises(trainmj.InputError, match="is not the file of a sweep, or damaged"):
+        trainmj.write_report(tmp_path)
+
+
+def test_the_report_of_an_unfinished_sweep_judges_what_all_load_cases_have(swept, tmp_path):
+    """Breaks if a combination counts as one that passes in all load cases before all have been computed."""
+    shutil.copy(swept[0] / "results.sqlite", tmp_path)
+    with sqlite3.connect(tmp_path / "results.sqlite") as db:
+        db.execute('DELETE FROM results WHERE "case" = 5')
+    outcome = outcome_of(trainmj.read_table(tmp_path), {"fast": "", "into_wagon": "", "slow": ""}, 6)
+    assert outcome.combinations == 1
+    assert [ending.cases for ending in outcome.endings] == [2, 2, 1]
+    assert "of 6 cases over load_case, mass_t" in text_of(trainmj.write_report(tmp_path))
 
 
 def test_load_cases_in_python_take_any_engine(tmp_path):

@@ -94,7 +94,9 @@ def _read(folder: Path) -> Swept:
         names, planned = from_json(about["varied"]), int(about["cases"])
         titles: dict[str, str] = from_json(about.get(LOAD_CASES, "{}"))
         scenarios = {case: about[scenario_of(case)] for case in titles or ("",)}
-    except (KeyError, TypeError, ValueError) as error:
+        if titles and (planned < len(titles) or not set(table[LOAD_CASE]) <= titles.keys()):
+            raise ValueError(LOAD_CASES)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None
     if table.empty or "status" not in table:
         raise InputError(f"{folder}: no case of this sweep is finished: the command that began it goes on")
