@@ -123,7 +123,7 @@ def test_the_devices_of_the_docs_are_of_every_kind(tmp_path):
 
 
 def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):
-    for title in ("cases.csv", "many.yaml"):
+    for title in ("table.csv", "many.yaml"):
         (tmp_path / title).write_text(file_block("docs/sweeps.md", title), encoding="utf-8")
     assert f"{len(trainmj.load_sweep(tmp_path / 'many.yaml'))} cases" in read("docs/sweeps.md")
 

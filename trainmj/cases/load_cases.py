@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated, Any, Protocol
 
 from pydantic import Field
 
 from trainmj.files.parts import Name, Part, Title
-from trainmj.files.source import Source
+from trainmj.files.source import Problem, Source
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import refused, scenario_of
 
@@ -40,8 +40,8 @@ class _WithCases(Protocol):
         """Values changed in every case."""
 
     @property
-    def cases(self) -> Mapping[str, LoadCase] | None:
-        """By name."""
+    def cases(self) -> Mapping[str, LoadCase] | str | None:
+        """By name; text is something else."""
 
 
 def scenarios_of(source: Source, spec: _WithCases) -> dict[str, Scenario]:
@@ -50,7 +50,7 @@ def scenarios_of(source: Source, spec: _WithCases) -> dict[str, Scenario]:
     Raises:
         InputError: if there is no such scenario, or a change breaks a rule.
     """
-    if not spec.cases:
+    if not isinstance(spec.cases, Mapping):
         return {"": scenario_of(source, spec.scenario, spec.set)}
     found: dict[str, Scenario] = {}
     for name, case in spec.cases.items():
@@ -58,7 +58,8 @@ def scenarios_of(source: Source, spec: _WithCases) -> dict[str, Scenario]:
         where = at if case.scenario else ()
         scenario = scenario_of(source, case.scenario or spec.scenario, {}, where)
         for group, changes in ((("set",), spec.set), ((*at, "set"), case.set)):
-            source.refuse(refused(group, {key: {key: value} for key, value in changes.items()}, scenario))
+            problems = refused(group, {key: {key: value} for key, value in changes.items()}, scenario)
+            source.refuse(in_case(name, problems) if group == ("set",) else problems)
             scenario = scenario.with_values(changes) if changes else scenario
         found[name] = scenario
     return found
@@ -77,3 +78,8 @@ def with_tolerances(source: Source, scenarios: Mapping[str, Scenario]) -> dict[s
         source.refuse(refused(("tolerances",), stated, scenario))
         found[name] = scenario.with_values(changes) if changes else scenario
     return found
+
+
+def in_case(name: str, problems: Iterable[Problem]) -> Iterator[Problem]:
+    """Problems that a value for all load cases has in one of them, which the rules then name; "" is none."""
+    return (Problem(p.path, f"{p.rule} (in load case {name})") if name else p for p in problems)

@@ -25,13 +25,13 @@ class Origin:
 
     Attributes:
         task: what computes them, such as sweep.
-        scenario: what the cases vary.
+        scenario: what the cases vary; of load cases, the scenarios by name.
         inputs: what else they depend on, as JSON can hold it; a mapping is compared key by key.
         identity: the code, packages and machine that compute them.
     """
 
     task: str
-    scenario: Scenario
+    scenario: Scenario | Mapping[str, Scenario]
     inputs: Mapping[str, Any] = field(default_factory=dict)
     identity: Mapping[str, str] = field(default_factory=identity.identity)
 
@@ -39,10 +39,15 @@ class Origin:
         """As a store keeps it."""
         return {
             "format": f"trainmj {self.task} 2",
-            _SCENARIO: to_yaml(self.scenario),
+            **{name: to_yaml(scenario) for name, scenario in self._scenarios().items()},
             **{name: json.dumps(value, default=str) for name, value in self.inputs.items()},
             **{f"{_VERSION}{name}": text for name, text in self.identity.items()},
         }
+
+    def _scenarios(self) -> dict[str, Scenario]:
+        """The scenarios by the names under which a store keeps them."""
+        named = {"": self.scenario} if isinstance(self.scenario, Scenario) else self.scenario
+        return {scenario_of(name): scenario for name, scenario in named.items()}
 
     def new_identity(self, about: Mapping[str, str]) -> list[str]:
         """What has changed in the identity: ``numba 0.60.0 then, 0.61.2 now``."""
@@ -52,16 +57,25 @@ class Origin:
         """What has changed in the input: ``collision.speed_km_h 25 then, 30 now``."""
         now = self.about()
         found: list[str] = []
-        if about.get(_SCENARIO) != now[_SCENARIO]:
-            try:
-                found += _differences(parse(about.get(_SCENARIO, "{}"), _SCENARIO).values, self.scenario.values())
-            except InputError as error:
-                found.append(f"the {error}, then")
+        for name, scenario in self._scenarios().items():
+            case = name.removeprefix(_SCENARIO).replace("_", "cases.", 1)
+            if name not in about:
+                found.append(f"{case or name} not stated then")
+            elif about[name] != now[name]:
+                try:
+                    found += _differences(parse(about[name], name).values, scenario.values(), case)
+                except InputError as error:
+                    found.append(f"the {error}, then")
         for name in self.inputs:
             then, here = stated(about, name), stated(now, name)
             both = isinstance(then, dict) and isinstance(here, dict)
             found += _differences(then, here, "" if both else name)
         return found
+
+
+def scenario_of(case: str) -> str:
+    """The name under which a store keeps the scenario of a load case, or of all cases: "" is no load case."""
+    return f"{_SCENARIO}_{case}" if case else _SCENARIO
 
 
 def versions_in(about: Mapping[str, str]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from trainmj.cases.engine import Case, Computed, Engine, Key, Row
@@ -18,7 +18,7 @@ _MOST_WAITING = 500  # cases in one transaction
 
 def fill(
     store: Store,
-    engine: Engine,
+    engine: Callable[[Iterable[tuple[Any, Case]]], Iterator[Computed]],
     cases: Iterable[tuple[Any, Case]],
     keep: Callable[[Computed], Row],
     progress: Callable[[int], None],

@@ -65,7 +65,7 @@ def run_cases(
     columns: dict[str, Column] = {}
     records: Any = cases.rename(columns=str).to_dict("records")  # plain Python values
     made = ({name: math.nan if value is None else value for name, value in record.items()} for record in records)
-    for number, row, of_row in Local(scenario, threads)(enumerate(made)):
+    for number, row, of_row, _ in Local(scenario, threads)(enumerate(made)):
         rows[number] = row
         columns.update(of_row)
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})

@@ -39,6 +39,8 @@ def check(file: str, changes: dict[str, Any]) -> None:
         sweep = trainmj.load_sweep(file, changes)
         of_sweep.print_plan(sweep)
         loaded = sweep.scenario
+        if sweep.load_cases:
+            click.echo(f"\nLoad case {next(iter(sweep.load_cases))}, the first of them:")
     elif changes:
         raise InputError(f"--set: the {kind.name} {file} states its values: change them there, under set")
     elif kind is ASSESSMENT:

@@ -520,6 +520,12 @@ def matching(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in columns):
             raise InputError(f"responses: no response is called {pattern!r}{in_place_of(pattern, columns)}")
+    return fitting(patterns, columns)
+
+
+def fitting(patterns: Iterable[str], columns: Mapping[str, Column]) -> dict[str, Column]:
+    """The same, but for names and patterns that choose none."""
+    patterns = listed(patterns)
     return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
 
 

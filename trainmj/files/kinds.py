@@ -24,13 +24,13 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed curves devices trains obstacles collision occupants simulation",
+        "builds_on changed curves devices trains obstacles as_built tolerances collision occupants simulation",
     ),
     _kind(
         "sweep file",
         ".sweep.yaml",
         "trainmj sweep or trainmj.load_sweep",
-        "vary together cases sample histories",
+        "vary together cases table sample histories",
     ),
     _kind(
         "study file",

@@ -116,7 +116,7 @@ class Either:
         }
 
         def choose(value: Any) -> str | None:
-            if isinstance(value, Mapping):
+            if isinstance(value, Mapping) and _groups(members):
                 return _meant(value, kinds.get(self._kind_of(value), {}), members)
             return tags.get(type(value)) or next((tag for base, tag in tags.items() if _is_a(value, base)), None)
 

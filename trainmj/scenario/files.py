@@ -18,7 +18,7 @@ from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.partners import with_partner
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.reading import tables_of, with_tables
-from trainmj.scenario.scenario import Scenario, marked, without_old_sources
+from trainmj.scenario.scenario import Scenario, marked, names_partner, without_old_sources
 
 BUILDS_ON = "builds_on"
 JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
@@ -170,11 +170,15 @@ def scenario_of(source: Source, name: str, changes: Mapping[str, Any], at: Path 
 def refused(at: Path, changes: Mapping[str, Mapping[str, Any]], scenario: Scenario) -> Iterator[Problem]:
     """What is wrong with changes that are made together: each that is wrong by itself, or else all of them.
 
-    They are given by key below the path, at, that states them.
+    They are given by key below the path, at, that states them. One by itself still has the partner that they name, from
+    whose file its value may be.
     """
-    together = refusal({path: value for part in changes.values() for path, value in part.items()}, scenario)
+    every = {path: value for part in changes.values() for path, value in part.items()}
+    together = refusal(every, scenario)
     if together:
-        alone = {key: refusal(part, scenario) for key, part in changes.items()}
+        partner = {path: value for path, value in every.items() if names_partner(path, scenario.parameters)}
+        partner = {} if refusal(partner, scenario) else partner
+        alone = {key: refusal({**partner, **part}, scenario) for key, part in changes.items()}
         for key, part in changes.items():
             if key in part:  # the place that the rule is said of names the path already
                 alone[key] = alone[key].removeprefix(f"change: {Source(part).said(key)}: ").removeprefix(f"{key}: ")

@@ -41,6 +41,7 @@ _UNSAID = ("title", "notes", "sources", "parameters", "tolerances", "changed")  
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 _LONGEST_NAME = 120  # and of its path
+_PARTNER = ("collision", "partner")
 
 
 class Scenario(Parts):
@@ -228,7 +229,8 @@ def marked(source: Source, names: set[str]) -> Source:
 def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: Mapping[str, Any]) -> Source:
     """The values of a scenario with changes by path, or by a short name from its parameters; it says which are new.
 
-    What is not on the way to a changed value is shared, not copied.
+    What is not on the way to a changed value is shared, not copied. A new partner comes first: other changes may be of
+    what its file states.
 
     Raises:
         InputError: if a path leads nowhere.
@@ -237,7 +239,7 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
     owner: dict[Path, str] = {}
     replaced: list[Path] = []
     new = set(source.values.get("changed", ()))
-    for name, given in changes.items():
+    for name, given in sorted(changes.items(), key=lambda change: not names_partner(change[0], parameters)):
         value = plain(given)
         for target in _paths(name, parameters):
             path = _find(values, target, parameters)
@@ -253,8 +255,16 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
             if isinstance(before, (dict, list)):
                 origins = placed(origins, [path], {})
             origins[path] = change(name, value)
+            if path == _PARTNER:
+                source = with_partner(replace(source, values=values, origins=origins))
+                values, origins = dict(source.values), dict(source.origins)
     values = without_old_sources(values, replaced, changes.get("sources") or ())
     return marked(replace(source, values=values, origins=origins), set() if "title" in changes else new)
+
+
+def names_partner(name: str, parameters: Mapping[str, str | list[str]]) -> bool:
+    """Whether a path or parameter leads to the name of the partner, whose file may bring further values."""
+    return dotted(_PARTNER) in _paths(name, parameters)
 
 
 def without_old_sources(values: dict[str, Any], new: Iterable[Path], stated: Collection[str] = ()) -> dict[str, Any]:

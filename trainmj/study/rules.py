@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
+from trainmj.cases.load_cases import in_case
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, in_place_of, no_number
@@ -60,9 +60,9 @@ def broken_rules(spec: StudyFile, scenarios: Mapping[str, Scenario], chains: Map
     yield from _cases(spec)
     said: set[Path] = set()
     for case, scenario in scenarios.items():
-        for problem in _in_case(spec, case, scenario, chains[case]):
+        for problem in in_case(case, _of_case(spec, case, scenario, chains[case])):
             if problem.path not in said:
-                yield replace(problem, rule=f"in load case {case}, it {problem.rule}") if case else problem
+                yield problem
             said.add(problem.path)
     yield from _heads(spec, {case: columns_of(chain) for case, chain in chains.items()})
     yield from _design(spec)
@@ -73,7 +73,7 @@ def broken_rules(spec: StudyFile, scenarios: Mapping[str, Scenario], chains: Map
     yield from _robust(spec)
 
 
-def _in_case(spec: StudyFile, case: str, scenario: Scenario, chain: Chain) -> Iterator[Problem]:
+def _of_case(spec: StudyFile, case: str, scenario: Scenario, chain: Chain) -> Iterator[Problem]:
     """The rules that the scenario of a load case, or of the whole study, is asked for."""
     yield from _factors(spec, case, scenario)
     yield from _responses(spec, case, chain)

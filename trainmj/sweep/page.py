@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
-from trainmj.cases.origin import versions_in
+from trainmj.cases.origin import scenario_of, versions_in
 from trainmj.cases.reader import read_sweep
 from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
@@ -18,9 +18,11 @@ from trainmj.errors import InputError
 from trainmj.files.text import from_json
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
-from trainmj.output.table import Column, Table, failed, judged, passed, warned, worded
-from trainmj.scenario import from_yaml
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
+from trainmj.scenario import Scenario, from_yaml
+from trainmj.sweep.outcome import outcome_of, said_of, tables_of
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
+from trainmj.sweep.plan import LOAD_CASE, LOAD_CASES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +34,9 @@ _MOST_ROWS = 100  # of cases and of reasons that are listed
 class Swept:
     """What a folder holds."""
 
-    about: dict[str, str]  # what the store says of the sweep: scenario, versions and so on
+    about: dict[str, str]  # what the store says of the sweep: versions and so on
+    scenarios: dict[str, str]  # as YAML, by load case; under no name, "", if there are none
+    titles: dict[str, str]  # of the load cases, by name
     planned: int  # number of cases of the whole sweep
     table: pd.DataFrame  # a row for each finished case
     factors: list[Factor]  # what was varied
@@ -56,16 +60,19 @@ def page_of_folder(folder: Path) -> Page:
         InputError: if it holds no sweep, or one without a finished case.
     """
     sweep = _read(folder)
-    text = sweep.about["scenario"]
-    scenario = from_yaml(text, str(folder / FILE))
+    scenarios = {case: from_yaml(text, str(folder / FILE)) for case, text in sweep.scenarios.items()}
+    first, *_ = scenarios.values()
     varied = ", ".join(f.name for f in sweep.factors)
     page = Page(
-        f"Sweep: {scenario.heading}",
-        subtitle=f"{len(sweep.table)} of {sweep.planned} cases over {varied}; otherwise {scenario.subject}",
+        f"Sweep of {len(scenarios)} load cases: {first.title}" if sweep.titles else f"Sweep: {first.heading}",
+        subtitle=f"{len(sweep.table)} of {sweep.planned} cases over {varied}"
+        + ("" if sweep.titles else f"; otherwise {first.subject}"),
         command=_commands(sweep, folder.resolve().name),
         versions=versions_in(sweep.about),
     )
     _add_outcome(page.section("Outcome"), sweep)
+    if sweep.titles:
+        _add_load_cases(page.section("Load cases"), sweep, scenarios)
     section = page.section("Responses over what was varied")
     if len(sweep.computed) and sweep.responses:
         add_responses(section, sweep.computed, sweep.factors, sweep.responses)
@@ -75,7 +82,9 @@ def page_of_folder(folder: Path) -> Page:
         section.text("No case could be computed.")
     _add_failures(page.section("Failures and limits"), sweep)
     _add_cases(page.section("Cases"), sweep)
-    page.section("Scenario").code(text, "Scenario that the cases vary")
+    section = page.section("Scenarios" if sweep.titles else "Scenario")
+    for case, text in sweep.scenarios.items():
+        section.code(text, f"Scenario of load case {case}" if case else "Scenario that the cases vary")
     return page
 
 
@@ -83,18 +92,21 @@ def _read(folder: Path) -> Swept:
     table, about = read_sweep(folder)
     try:
         names, planned = from_json(about["varied"]), int(about["cases"])
-        about["scenario"]
-    except (KeyError, ValueError) as error:
+        titles: dict[str, str] = from_json(about.get(LOAD_CASES, "{}"))
+        scenarios = {case: about[scenario_of(case)] for case in titles or ("",)}
+        if titles and (planned < len(titles) or not set(table[LOAD_CASE]) <= titles.keys()):
+            raise ValueError(LOAD_CASES)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{folder / FILE}: is not the file of a sweep, or damaged ({error})") from None
     if table.empty or "status" not in table:
         raise InputError(f"{folder}: no case of this sweep is finished: the command that began it goes on")
-    return Swept(about, planned, table, factors_of(table, names), chosen_responses(table))
+    return Swept(about, scenarios, titles, planned, table, factors_of(table, names), chosen_responses(table))
 
 
 def _commands(sweep: Swept, folder: str) -> str:
     text = f"trainmj report {quote(folder)}"
     total = prod(len(f.levels) for f in sweep.factors)
-    if total != sweep.planned or len(sweep.table) != total or any(f.nested for f in sweep.factors):
+    if sweep.titles or total != sweep.planned or len(sweep.table) != total or any(f.nested for f in sweep.factors):
         return text
     vary = " ".join(quote(f"--vary={f.name}={','.join(f.say(v) for v in f.levels)}") for f in sweep.factors)
     return (
@@ -132,6 +144,33 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
     heads = [*worded("Varied", "unit"), *map(Column, ("from", "to", "levels"))]
     varied = [(f.name, f.axis[1], f.say(f.levels[0]), f.say(f.levels[-1]), len(f.levels)) for f in sweep.factors]
     section.table(Table(heads, varied, "What was varied"))
+
+
+def _add_load_cases(section: Section, sweep: Swept, scenarios: Mapping[str, Scenario]) -> None:
+    """What collides in each load case, how its cases ended, which governs, and how each combination ended in all."""
+    outcome = outcome_of(sweep.table, sweep.titles, sweep.planned)
+    colliding = [(case, scenario.subject) for case, scenario in scenarios.items()]
+    section.table(Table(worded("Load case", "what collides"), colliding, "What collides"))
+    for table, title in zip(tables_of(outcome), ("How the load cases ended", "Limits, and what governs"), strict=False):
+        section.table(replace(table, title=title))
+    if not (factors := [f for f in sweep.factors if f.name != LOAD_CASE]):
+        return
+    section.text(f"{said_of(outcome)}: none of their cases failed, is not valid, or passed a limit.")
+    each, rows = sweep.planned // len(sweep.titles), sweep.table
+    shown = sorted(set(rows.index % each))[:_MOST_ROWS]
+    cells = []
+    for n in shown:
+        there = [k * each + n for k in range(len(sweep.titles))]
+        known = [case for case in there if case in rows.index]
+        verdicts = [_ended(str(rows["status"][case])) if case in known else None for case in there]
+        cells.append((n, *(f.say(rows[f.name][known[0]]) for f in factors), *verdicts))
+    heads = [Column(f"case of {next(iter(sweep.titles))}"), *(Column(*f.axis) for f in factors), *worded(*sweep.titles)]
+    note = f"The first {_MOST_ROWS} of {each}; results.csv has all." if each > _MOST_ROWS else ""
+    section.table(Table(heads, cells, "Combinations in all load cases", note))
+
+
+def _ended(status: str) -> Verdict:
+    return judged(status not in (*UNUSABLE, *PAST_LIMITS), status, status)
 
 
 def _add_failures(section: Section, sweep: Swept) -> None:

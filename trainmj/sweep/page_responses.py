@@ -16,6 +16,8 @@ from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
 from trainmj.output.table import Column, Table, worded
+from trainmj.sweep.outcome import USED
+from trainmj.sweep.plan import LOAD_CASE
 from trainmj.units import label, unit_of, words
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ _BINS = 8  # of a factor with more levels, in main effects
 _WANTED = {"TS_mm": 1, "TAMA_g": 1, "stroke_mm": 4, "peak_device_acceleration_g": 2}
 """Quantities that are drawn if there are many responses, and of how many places, those nearest to the impact first."""
 
-_NEVER_DRAWN = ("duration_s", "valid_until_s", "energy_error", "momentum_error")
+_NEVER_DRAWN = ("duration_s", "valid_until_s", "energy_error", "momentum_error", USED)
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,8 @@ def add_responses(
     for r in responses:
         if len(groups) <= _MOST_LINES and len(drawn) > len(groups):
             traces = _lines(groups, first, r)
+        elif LOAD_CASE in (f.name for f in others):
+            traces = _by_load_case(drawn, first, others, r)
         else:
             traces = [_coloured(drawn, first, others, r)]
         layout = axes(*first.axis, r.title, r.unit)
@@ -156,13 +160,29 @@ def _symbols(table: pd.DataFrame) -> list[str]:
     return [signs.get(status, "circle") for status in table["status"]]
 
 
-def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response) -> Trace:
-    """Points over the first factor, coloured by the second."""
+def _by_load_case(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response) -> list[Trace]:
+    """Points over the first factor, of each load case in a colour of its own."""
+    parts = list(table.groupby(LOAD_CASE, sort=False))
+    traces = [_points(part, first, others, response, str(case)) for case, part in parts]
+    for k, trace in enumerate(traces):
+        trace["marker"]["color"] = shade(0.85 * k / max(1, len(traces) - 1), VIRIDIS)
+    return [trace | {"showlegend": True} for trace in traces]
+
+
+def _points(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response, name: str = "") -> Trace:
+    """Points over the first factor that say what all factors are."""
     factors = [first, *others]
     rows = zip(table.index, table[response.name], *(table[f.name] for f in factors), strict=True)
     texts = [f"case {n}: {y:.5g} {response.unit}; {_setting(factors, values)}" for n, y, *values in rows]
-    trace = dots(response.title, first.places(table[first.name]), table[response.name], texts=texts, size=6)
+    x = first.places(table[first.name])
+    trace = dots(name or response.title, x, table[response.name], texts=texts, size=6)
     trace["marker"]["symbol"] = _symbols(table)
+    return trace
+
+
+def _coloured(table: pd.DataFrame, first: Factor, others: Sequence[Factor], response: Response) -> Trace:
+    """Points over the first factor, coloured by the second."""
+    trace = _points(table, first, others, response)
     if others:
         second = others[0]
         bar = {"title": {"text": label(*second.axis), "side": "right"}, "thickness": 12, "outlinewidth": 0}
@@ -234,9 +254,9 @@ LOOK = {
 
 
 def add_map(section: Section, table: pd.DataFrame, factors: Sequence[Factor]) -> None:
-    """How the cases ended, over the two factors with most levels."""
+    """How the cases ended, over the two factors with most levels, or one of them and the load cases."""
     x, *others = _most_levels_first(factors)
-    y = others[0] if others else None
+    y = next((f for f in others if f.name == LOAD_CASE), others[0] if others else None)
     traces = []
     for kind, part in _thinned(table).groupby("status", sort=False):
         colour, symbol = LOOK[Kind(str(kind))]

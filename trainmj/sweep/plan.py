@@ -1,4 +1,4 @@
-"""Which cases a sweep computes: grids, lists that go together, tables and random samples.
+"""Which cases a sweep computes: load cases, grids, lists that go together, tables and random samples.
 
 The number of a case depends on the sweep alone, so a sweep can stop, go on, and be spread over machines.
 """
@@ -9,11 +9,13 @@ import json
 import math
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from trainmj.cases.load_cases import LoadCase, in_case, scenarios_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
@@ -25,11 +27,17 @@ from trainmj.files.tables import read_beside
 from trainmj.files.text import FORMULA, HIDDEN
 from trainmj.files.yaml import read_value, read_yaml
 from trainmj.scenario import Scenario, scenario_given
-from trainmj.scenario.files import nowhere, scenario_of
+from trainmj.scenario.files import nowhere
 from trainmj.sweep.file import MAX_VALUES, Span, SweepFile, broken_rules
 
 MAX_CASES = 10_000_000
-_RESULTS = {"case", *STATUS, *(q.head_of() for q in (*TRAIN, *COLLISION, *BALANCE) if q.column)}
+LOAD_CASE = "load_case"
+"""The column that says of which load case a row is."""
+
+LOAD_CASES = "load_cases"
+"""Under which a store has the titles of load cases by name."""
+
+_RESULTS = {"case", LOAD_CASE, *STATUS, *(q.head_of() for q in (*TRAIN, *COLLISION, *BALANCE) if q.column)}
 _WORD = 2**63  # larger whole numbers do not fit into an SQLite file
 _SHORT = 60  # characters of values that are kept in full
 
@@ -39,11 +47,13 @@ class Sweep:
     """A scenario and its numbered cases.
 
     Attributes:
-        scenario: what the cases vary.
+        scenario: what the cases vary; with load cases, that of the first of them.
         blocks: tables whose rows are combined, each with lists of equal length by name; the last varies fastest.
         responses: patterns of the columns wanted.
         histories: numbers of cases whose histories are kept.
         seed: of the random sample; None if there is none.
+        load_cases: scenarios by name, each of which is combined with all that is varied; empty if there are none.
+        titles: what load cases are, in words, by their names.
         read: the files that it was read from, besides those of the scenario.
 
     Raises:
@@ -55,25 +65,31 @@ class Sweep:
     responses: tuple[str, ...] = ("*",)
     histories: tuple[int, ...] = ()
     seed: int | None = None
+    load_cases: Mapping[str, Scenario] = field(default_factory=dict)
+    titles: Mapping[str, str] = field(default_factory=dict)
     read: frozenset[Path] = field(default=frozenset(), repr=False)
 
     def __post_init__(self) -> None:
         """Check names, values and numbers."""
         given(self.scenario, Scenario)
-        if not self.names:
-            raise InputError("nothing is varied: give --vary, or vary, together, cases or sample in the sweep file")
+        if not self.crossed:
+            raise InputError(
+                "nothing is varied: give --vary, or vary, together, cases, table or sample in the sweep file"
+            )
         double = [name for name, count in Counter(map(str.casefold, self.names)).items() if count > 1]
         if double:  # SQLite ignores the case of letters in column names
             raise InputError(f"{min(double)}: is varied twice")
-        if pair := self.scenario.twice(self.names):
-            raise InputError(f"{pair[0]} and {pair[1]} set the same value: vary one of them")
+        for case, scenario in self.scenarios.items():
+            with within(case):
+                if pair := given(scenario, Scenario).twice(self.names):
+                    raise InputError(f"{pair[0]} and {pair[1]} set the same value: vary one of them")
         for name in self.names:
             if name in _RESULTS:
                 raise InputError(f"{name}: is a column of the results: give the parameter another name")
         for block in self.blocks:
             for name, values in block.items():
                 _check_values(name, values)
-        count = math.prod(map(_length, self.blocks))  # may be more than len() can give
+        count = math.prod(map(_length, self.crossed))  # may be more than len() can give
         if count > MAX_CASES:
             shown = str(count) if count < _WORD else f"2^{count.bit_length() - 1} or more"
             raise InputError(f"the sweep has {shown} cases, more than {MAX_CASES}")
@@ -83,12 +99,22 @@ class Sweep:
 
     def __len__(self) -> int:
         """How many cases there are."""
-        return math.prod(map(_length, self.blocks))
+        return math.prod(map(_length, self.crossed))
+
+    @property
+    def scenarios(self) -> Mapping[str, Scenario]:
+        """The scenarios of the cases by load case; under no name, "", if there are no load cases."""
+        return self.load_cases or {"": self.scenario}
+
+    @property
+    def crossed(self) -> tuple[Mapping[str, Sequence[Any]], ...]:
+        """The names of load cases, if there are any, and the blocks: what is combined."""
+        return ({LOAD_CASE: list(self.load_cases)}, *self.blocks) if self.load_cases else self.blocks
 
     def case(self, number: int) -> dict[str, Any]:
-        """The values of the case of a number, from 0."""
+        """The values of the case of a number, from 0, under "load_case" that of the load case."""
         values: dict[str, Any] = {}
-        for block in reversed(self.blocks):
+        for block in reversed(self.crossed):
             number, row = divmod(number, _length(block))
             values = {name: column[row] for name, column in block.items()} | values
         return values
@@ -97,22 +123,42 @@ class Sweep:
         """Number and values of every case that is not left out."""
         return ((n, self.case(n)) for n in range(len(self)) if n not in left_out)
 
+    def by_scenario(
+        self, left_out: Container[int] = ()
+    ) -> Iterator[tuple[Scenario, Iterator[tuple[int, dict[str, Any]]]]]:
+        """The scenario of each load case, with number and changes of its cases, but for those that are left out."""
+        each = len(self) // len(self.scenarios)
+        for k, scenario in enumerate(self.scenarios.values()):
+            numbers = range(k * each, (k + 1) * each)
+            yield scenario, ((n, self._changes(n)) for n in numbers if n not in left_out)
+
+    def scenario_of(self, number: int) -> Scenario:
+        """The scenario of a case, with its values.
+
+        Raises:
+            InputError: if it breaks a rule.
+        """
+        return self.scenarios[self.case(number).get(LOAD_CASE, "")].with_values(self._changes(number))
+
+    def _changes(self, number: int) -> dict[str, Any]:
+        return {name: value for name, value in self.case(number).items() if name != LOAD_CASE}
+
     @property
     def names(self) -> tuple[str, ...]:
-        """What is varied: parameters and paths."""
+        """What is varied in the scenarios: parameters and paths."""
         return tuple(name for block in self.blocks for name in block)
 
     @property
     def files(self) -> frozenset[Path]:
         """The files that it was read from."""
-        return self.read | self.scenario.files
+        return self.read.union(*(scenario.files for scenario in self.scenarios.values()))
 
     @property
     def inputs(self) -> dict[str, Any]:
         """What the rows depend on besides the scenario: the values, how they are combined, and the columns."""
         return {
-            "values": {name: _in_words(values) for block in self.blocks for name, values in block.items()},
-            "blocks": [list(block) for block in self.blocks],
+            "values": {name: _in_words(values) for block in self.crossed for name, values in block.items()},
+            "blocks": [list(block) for block in self.crossed],
             "responses": ", ".join(self.responses),
         }
 
@@ -140,17 +186,35 @@ def grid_of(
     blocks = tuple({name: grid_values(values, f"vary {name}={values}")} for name, values in varied)
     scenario = scenario_given(scenario)
     scenario = scenario.with_values(changes) if changes else scenario
-    return _fixed(Sweep(scenario, blocks, listed(responses), tuple(histories)), changes or {})
+    return _fixed(Sweep(scenario, blocks, listed(responses), tuple(histories)), changes or {}, {})
 
 
-def _fixed(sweep: Sweep, fixed: Iterable[str]) -> Sweep:
-    """The same sweep, if it varies nothing that is set for every case: what is set would be in none of them."""
-    for name in sweep.names:
-        lost = next((other for other in fixed if sweep.scenario.covers(name, other)), None)
-        if lost is not None:
-            same = "" if name == lost else f", as {lost},"
-            raise InputError(f"{name}: is varied, and set{same} for every case: leave one of them out")
+def _fixed(sweep: Sweep, fixed: Iterable[str], cases: Mapping[str, LoadCase]) -> Sweep:
+    """The same sweep, if it varies nothing that is set for all its cases or a load case: what is set would be in none.
+
+    Args:
+        sweep: to be checked.
+        fixed: names of what is set for every case.
+        cases: its load cases.
+    """
+    for case, scenario in sweep.scenarios.items():
+        places = dict.fromkeys(fixed, "for every case")
+        places |= dict.fromkeys(cases[case].set if case else (), f"in load case {case}")
+        for name in sweep.names:
+            lost = next((other for other in places if scenario.covers(name, other)), None)
+            if lost is not None:
+                same = "" if name == lost else f", as {lost},"
+                raise InputError(f"{name}: is varied, and set{same} {places[lost]}: leave one of them out")
     return sweep
+
+
+@contextmanager
+def within(case: str) -> Iterator[None]:
+    """Say of what is wrong that it is so in a load case; "" is none."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{error} (in load case {case})" if case else str(error)) from None
 
 
 def grid_values(values: Any, said: str) -> list[Any]:
@@ -199,44 +263,65 @@ def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
 def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
     spec = source.checked(SweepFile)
     source.refuse(broken_rules(spec))
-    scenario = scenario_of(source, spec.scenario, spec.set)
+    cases, table = spec.load_cases(), spec.table_at()
+    scenarios = scenarios_of(source, spec)
     varied: dict[tuple[str, ...], Iterable[str]] = {("vary",): spec.vary, ("together",): spec.together}
     varied |= {("sample", "factors"): spec.sample.factors} if spec.sample else {}
-    source.refuse(nowhere((((*at, name), name) for at, names in varied.items() for name in names), scenario))
+    places = [((*at, name), name) for at, names in varied.items() for name in names]
+    for case, scenario in scenarios.items():
+        source.refuse(in_case(case, nowhere(places, scenario)))
     blocks: list[Mapping[str, Sequence[Any]]] = []
     for name, grid in spec.vary.items():
         said = source.said("vary", name)
         blocks.append({name: grid.values() if isinstance(grid, Span) else grid_values(grid, said)})
     if spec.together:
         blocks.append(spec.together)
-    if spec.cases is not None:
-        blocks.append(_table(source, spec.cases, scenario))
+    if table is not None:
+        blocks.append(_table(source, *table, scenarios))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
     try:
+        for case, scenario in scenarios.items():
+            scenarios[case] = _on_top(changes, scenario, case, cases[case].set if case else ())
         sweep = Sweep(
-            scenario.with_values(changes) if changes else scenario,
+            next(iter(scenarios.values())),
             tuple(blocks),
             tuple(spec.responses),
             tuple(spec.histories),
             spec.sample.seed if spec.sample else None,
-            source.reading(*([] if spec.cases is None else [spec.cases])).files,
+            scenarios if cases else {},
+            {name: case.title for name, case in cases.items()},
+            source.reading(*([] if table is None else [table[1]])).files,
         )
-        return _fixed(sweep, [*spec.set, *changes])
+        return _fixed(sweep, [*spec.set, *changes], cases)
     except InputError as error:
         if () not in source.origins:
             raise
         raise InputError(f"{source.origins[()]}: {error}") from None
 
 
-def _table(source: Source, name: str, scenario: Scenario) -> Mapping[str, list[Any]]:
-    """Columns of a CSV file of cases; what takes numbers in the scenario must have them."""
-    said = source.said("cases")
+def _on_top(changes: Mapping[str, Any], scenario: Scenario, case: str, own: Iterable[str]) -> Scenario:
+    """The scenario of a load case with changes for every case, none of which may undo its own ones."""
+    own = list(own)
+    with within(case):
+        for name in changes:
+            if any(scenario.covers(name, other) for other in own):
+                raise InputError(
+                    f"{name}: is set for every case and in a load case, which it would undo: change it there"
+                )
+        return scenario.with_values(changes) if changes else scenario
+
+
+def _table(source: Source, key: str, name: str, scenarios: Mapping[str, Scenario]) -> Mapping[str, list[Any]]:
+    """Columns of a CSV file of cases; what takes numbers in a scenario must have them."""
+    said = source.said(key)
     table = read_beside(source.folder, name, said)
     try:
         for head, cells in table.columns.items():
-            if scenario.takes_numbers(head):
-                table.numbers(head)
+            for case, scenario in scenarios.items():
+                with within(case):
+                    if scenario.takes_numbers(head):
+                        table.numbers(head)
             for row, cell in enumerate(cells):
                 if cell == "" or cell != cell:
                     raise InputError(f"{table.said(row, head)}: is empty")

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
+from typing import Any
 
-from trainmj.cases.engine import Computed, Engine, Local, Row
+from trainmj.cases.engine import Case, Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
-from trainmj.cases.reader import read_about
+from trainmj.cases.reader import read_about, read_table
 from trainmj.cases.runner import fill
 from trainmj.cases.store import FILE, Store
-from trainmj.cases.table import STATUS, chosen
+from trainmj.cases.table import STATUS
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of, matching, no_number
+from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS
@@ -27,13 +29,15 @@ from trainmj.files.folder import filling, own_files, remove_own
 from trainmj.files.text import printable
 from trainmj.files.written import remove
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.sweep.plan import Sweep, load_sweep
+from trainmj.sweep.outcome import USED, Outcome, outcome_of, with_uses
+from trainmj.sweep.plan import LOAD_CASES, Sweep, load_sweep
 
 _MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
 OWN = rf"results\.sqlite(-\w+)?|{_MADE_OF_IT}|case_\d+\.(nc|html)"
 """The files of the folder, as a pattern of their names."""
 
 _HISTORIES = "histories"
+_MOST_LOOKED_AT = 1000  # cases, for a response that those before do not have
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class SweepResult:
         past_limits: how many of all passed a limit, with valid numbers.
         first_past_limits: likewise.
         seconds: wall time [s].
+        outcome: of each load case, and which of them governs; None if the sweep has none.
     """
 
     folder: Path
@@ -63,6 +68,7 @@ class SweepResult:
     past_limits: int
     first_past_limits: str
     seconds: float
+    outcome: Outcome | None = None
 
 
 def run_sweep(
@@ -103,20 +109,25 @@ def run_sweep(
             others = {found.name for found in own_files(folder, r"case_.*") if found.stem not in ours}
             remove_own(folder, OWN, kept=others)
         with Store(file) as store:
-            store.agree(Origin("sweep", sweep.scenario, sweep.inputs, engine.identity))
+            store.agree(Origin("sweep", sweep.load_cases or sweep.scenario, sweep.inputs, engine.identity))
             store.describe(_further(sweep, store.about()))
             finished = store.finished()
             progress(there := len(finished))
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # of fewer cases than there will be
-            fill(store, engine, sweep.cases(left_out=finished), _keeper(sweep), lambda n: progress(there + n))
+            for scenario, cases in sweep.by_scenario(left_out=finished):
+                fill(
+                    store, _computed(engine.of(scenario), sweep), cases, _keeper(sweep), _onwards(progress, len(store))
+                )
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
             failed, invalid, past = (_said(store.ended(kinds)) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
-    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, seconds)
+    titles = _titles(sweep)
+    outcome = outcome_of(read_table(folder), titles, len(sweep)) if titles else None
+    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, seconds, outcome)
 
 
 def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
@@ -126,30 +137,58 @@ def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
 
 
 def check_responses(sweep: Sweep) -> None:
-    """Refuse a response that the first case does not have, or that is a number in no case, before anything is computed.
+    """Refuse a response that no case has, or that is a number in none, before anything is computed.
+
+    Of each load case those are looked at that differ from its first one by the row of one block; a thousand at most.
 
     Raises:
         InputError: naming the response.
     """
-    try:
-        chain = line_up(sweep.scenario.with_values(sweep.case(0)))
-    except InputError:
-        return  # the case is refused; its row will say why
-    columns = columns_of(chain)
-    chosen(sweep.responses, columns)
-    if any(path[0] == "simulation" for name in sweep.names for path in sweep.scenario.places(name)):
-        return  # another case may record often enough
-    for pattern in (pattern for pattern in sweep.responses if pattern not in STATUS):
-        reasons = [no_number(column, chain) for column in matching([pattern], columns).values()]
-        if all(reasons):
-            raise InputError(f"responses: {reasons[0]}")
+    missing = {pattern: "" for pattern in sweep.responses if pattern not in STATUS}  # and why it is no number
+    columns: dict[str, Column] = {}
+    for number in islice(_looked_at(sweep), _MOST_LOOKED_AT):
+        try:
+            chain = line_up(sweep.scenario_of(number))
+        except InputError:
+            continue  # the case is refused; its row will say why
+        there = columns_of(chain)
+        columns |= there
+        for pattern in list(missing):
+            reasons = [no_number(column, chain) for column in fitting([pattern], there).values()]
+            if reasons and not all(reasons):
+                del missing[pattern]
+            elif reasons:
+                missing[pattern] = reasons[0]
+        if not missing:
+            return
+    if columns:  # otherwise all of them are refused
+        matching(missing, columns)
+        raise InputError(f"responses: {next(filter(None, missing.values()))}")
+
+
+def _looked_at(sweep: Sweep) -> Iterator[int]:
+    """Numbers of cases of each load case: its first one, and those that differ from it by the row of one block."""
+    each = len(sweep) // len(sweep.scenarios)
+    firsts = range(0, len(sweep), each)
+    yield from firsts
+    apart = each
+    for block in sweep.blocks:
+        rows = len(next(iter(block.values())))
+        apart //= rows
+        yield from (first + row * apart for row in range(1, rows) for first in firsts)
 
 
 def _further(sweep: Sweep, about: Mapping[str, str]) -> dict[str, str]:
     """What the store says of a sweep for those who read it, and of the files that it leaves beside the store."""
     histories = sorted({*sweep.histories, *_histories_in(about)})
-    said = {"cases": len(sweep), "varied": sweep.names, "seed": sweep.seed, _HISTORIES: histories}
+    said: dict[str, Any] = {"cases": len(sweep), "varied": [name for block in sweep.crossed for name in block]}
+    said |= {"seed": sweep.seed, _HISTORIES: histories, LOAD_CASES: _titles(sweep)}
     return {name: json.dumps(value) for name, value in said.items()}
+
+
+def _titles(sweep: Sweep) -> dict[str, str]:
+    """What load cases are, in words, by their names."""
+    return {name: sweep.titles.get(name, "") for name in sweep.load_cases}
 
 
 def _histories_in(about: Mapping[str, str]) -> set[int]:
@@ -162,6 +201,15 @@ def _history(number: int) -> Path:
     return Path(f"case_{number}.nc")
 
 
+def _computed(engine: Engine, sweep: Sweep) -> Callable[[Iterable[tuple[Any, Case]]], Iterator[Computed]]:
+    """What computes cases, and how much of each limit they use if load cases are to be compared."""
+    return (lambda cases: map(with_uses, engine(cases))) if sweep.load_cases else engine
+
+
+def _onwards(progress: Callable[[int], None], before: int) -> Callable[[int], None]:
+    return lambda n: progress(before + n)
+
+
 def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
     """Gives what is kept of a case: the values it changes, its status, and the responses that the sweep asks for."""
     wanted: dict[tuple[str, ...], list[str]] = {}
@@ -172,7 +220,8 @@ def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
             double = set(names) & set(sweep.names)
             if double:
                 raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
-            wanted[names] = chosen(sweep.responses, computed.columns)
+            uses = [name for name, column in computed.columns.items() if column.quantity == USED]
+            wanted[names] = list(dict.fromkeys([*STATUS, *uses, *fitting(sweep.responses, computed.columns)]))
         return sweep.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
 
     return keep
@@ -183,7 +232,7 @@ def _write_histories(sweep: Sweep, folder: Path) -> None:
     for number in sweep.histories:
         file = folder / _history(number)
         with suppress(InputError):  # of a refused case; its row says why
-            scenario = sweep.scenario.with_values(sweep.case(number))
+            scenario = sweep.scenario_of(number)
             if not _is_of(file, scenario):
                 remove(file.with_suffix(".html"))  # its report
                 run(scenario).save(file)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import islice
 from typing import Any
 
 from rich.text import Text
 
-from trainmj.cases.table import STATUS, chosen
-from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import columns_of
+from trainmj.collision.quantities import Column as Response
+from trainmj.collision.quantities import columns_of, fitting
 from trainmj.errors import InputError
 from trainmj.output.console import new_console, print_table
 from trainmj.output.table import Column, Table, worded
+from trainmj.sweep.outcome import said_of, tables_of
 from trainmj.sweep.plan import Sweep
 from trainmj.sweep.run import SweepResult, check_responses
 
@@ -28,19 +27,20 @@ def print_plan(sweep: Sweep) -> None:
     check_responses(sweep)
     console = new_console()
     console.print(Text(f"Sweep: {len(sweep)} case{'s' * (len(sweep) > 1)}", style="bold"))
-    print_table(console, _varied(sweep))
+    if sweep.load_cases:
+        print_table(console, _load_cases(sweep))
+    if sweep.blocks:
+        print_table(console, _varied(sweep))
     tried = min(len(sweep), _TRIED)
     refused: list[str] = []
-    first: Chain | None = None
-    for number, case in islice(sweep.cases(), tried):
+    columns: dict[str, Response] = {}
+    for number in range(tried):
         try:
-            chain = line_up(sweep.scenario.with_values(case))
-            first = first or chain
+            columns |= columns_of(line_up(sweep.scenario_of(number)))
         except InputError as error:
             refused.append(f"case {number}: {error}")
-    if first is not None:
-        columns = columns_of(first)
-        kept = len(chosen(sweep.responses, columns)) - len(STATUS)
+    if columns:
+        kept = len(fitting(sweep.responses, columns))
         console.print(f"Responses: {kept} of {len(columns)}", soft_wrap=True)
     if sweep.histories:
         console.print(f"Histories: of the cases {', '.join(map(str, sweep.histories))}", soft_wrap=True)
@@ -49,6 +49,13 @@ def print_plan(sweep: Sweep) -> None:
     else:
         said = f"{'All' if tried == len(sweep) else f'The first {tried}'} cases keep the rules of a scenario."
     console.print(said, soft_wrap=True)
+
+
+def _load_cases(sweep: Sweep) -> Table:
+    """The load cases of a sweep, each with what collides there."""
+    rows = [(name, sweep.titles.get(name, ""), scenario.subject) for name, scenario in sweep.load_cases.items()]
+    note = "All that varies is combined with each." if sweep.blocks else ""
+    return Table(worded("Load case", "what it is", "what collides"), rows, note=note)
 
 
 def _varied(sweep: Sweep) -> Table:
@@ -93,4 +100,9 @@ def print_sweep(result: SweepResult) -> None:
         "passed a limit": result.first_past_limits,
     }
     lines = [f"{said}; written to {result.folder}", *(f"The first that {k}: {v}" for k, v in firsts.items() if v)]
-    new_console().print("\n".join(lines), soft_wrap=True)
+    console = new_console()
+    console.print("\n".join(lines), soft_wrap=True)
+    if result.outcome is not None:
+        for table in tables_of(result.outcome):
+            print_table(console, table)
+        console.print(f"{said_of(result.outcome)}.", soft_wrap=True)

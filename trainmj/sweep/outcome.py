@@ -1,0 +1,153 @@
+"""How the load cases of a sweep ended: which of them failed or passed a limit, which governs, and what passes in all.
+
+With load cases each row says how much of each limit is used. A combination is what one row of each load case has in
+common: the values that are varied.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from trainmj.cases.engine import Computed
+from trainmj.collision.limits import Criterion
+from trainmj.collision.quantities import Column as Response
+from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE
+from trainmj.output.table import Column, Table, judged, worded
+from trainmj.sweep.plan import LOAD_CASE
+from trainmj.units import against, beyond
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+USED = "limit_used"
+"""The quantity of the columns that say how much of a limit is used."""
+
+_MEANING = "how much of the limit is used where it is used most; blank if the numbers of the case may not be used"
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How the cases of one load case ended.
+
+    Attributes:
+        load_case: its name.
+        title: what it is, in words.
+        cases: how many are finished.
+        failed: how many of them are refused or unstable.
+        not_valid: how many have numbers that are not valid.
+        past_limits: how many passed a limit, with valid numbers.
+    """
+
+    load_case: str
+    title: str
+    cases: int
+    failed: int
+    not_valid: int
+    past_limits: int
+
+
+@dataclass(frozen=True)
+class Governing:
+    """The case of a sweep that uses most of a limit, of those whose numbers may be used.
+
+    Attributes:
+        limit: in words.
+        load_case: to which the case belongs.
+        case: its number.
+        used: how much of the limit it uses [%].
+    """
+
+    limit: str
+    load_case: str
+    case: int
+    used: float
+
+    @property
+    def kept(self) -> bool:
+        """Whether the limit is kept there, and so in every case."""
+        return not beyond(self.used, 100.0)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How the load cases of a sweep ended.
+
+    Attributes:
+        endings: of each load case.
+        governing: for each limit, in the order of the table.
+        combinations: how many have been computed in every load case.
+        passed: the first case of each of these that passes in every load case: it neither failed, nor is it not valid,
+            nor past a limit.
+    """
+
+    endings: tuple[Ending, ...]
+    governing: tuple[Governing, ...]
+    combinations: int
+    passed: tuple[int, ...]
+
+
+def with_uses(computed: Computed) -> Computed:
+    """A case with how much of each limit it uses [%], in columns of their own."""
+    if computed.row["status"] in UNUSABLE:
+        return computed
+    columns = {column.name: column for column in map(_column, computed.limits)}
+    uses = {_column(criterion).name: criterion.used for criterion in computed.limits}
+    return computed._replace(row=computed.row | uses, columns=columns | dict(computed.columns))
+
+
+def _column(criterion: Criterion) -> Response:
+    place = (0, -1, int(not criterion.of_scenario))  # before all responses
+    return Response(f"percent_of_{criterion.name}", "%", 1, f"limit of {criterion.title}", _MEANING, USED, place)
+
+
+def outcome_of(table: pd.DataFrame, titles: Mapping[str, str], planned: int) -> Outcome:
+    """How the load cases ended.
+
+    Args:
+        table: of a sweep with load cases, as :func:`trainmj.read_table` gives it, finished or not.
+        titles: of the load cases by name, all of them.
+        planned: how many cases the whole sweep has.
+    """
+
+    def ending(name: str) -> Ending:
+        status = table["status"][table[LOAD_CASE] == name]
+        counts = (int(status.isin(kinds).sum()) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
+        return Ending(name, titles[name], len(status), *counts)
+
+    governing = []
+    for column in table.attrs["columns"].values():
+        if column.quantity == USED and table[column.name].notna().any():
+            case = table[column.name].idxmax()
+            used = float(table[column.name][case])
+            governing.append(Governing(column.title.removeprefix("limit of "), table[LOAD_CASE][case], int(case), used))
+    passes = ~table["status"].isin((*UNUSABLE, *PAST_LIMITS))
+    together = passes.groupby(table.index % (planned // len(titles))).agg(["size", "all"])
+    together = together[together["size"] == len(titles)]
+    passed = tuple(int(case) for case in together.index[together["all"]])
+    return Outcome(tuple(map(ending, titles)), tuple(governing), len(together), passed)
+
+
+def tables_of(outcome: Outcome) -> list[Table]:
+    """How each load case ended, and which one governs for each limit."""
+    counts = [Column(name) for name in ("cases", "failed", "not valid", "past a limit")]
+    titled = any(ending.title for ending in outcome.endings)
+    heads = [*worded("Load case"), *(worded("what it is") if titled else ()), *counts]
+    rows = [
+        (e.load_case, *([e.title] if titled else ()), e.cases, e.failed, e.not_valid, e.past_limits)
+        for e in outcome.endings
+    ]
+    tables = [Table(heads, rows)]
+    if outcome.governing:
+        heads = [*worded("Limit", "governed by"), Column("in case"), Column("used", "%"), *worded("verdict")]
+        found = [(g.limit, g.load_case, g.case, against(g.used, 100.0, 1), judged(g.kept)) for g in outcome.governing]
+        tables.append(Table(heads, found))
+    return tables
+
+
+def said_of(outcome: Outcome) -> str:
+    """How many combinations pass in every load case."""
+    if outcome.combinations == 1:
+        return f"{'All' if outcome.passed else 'Not all'} load cases pass"
+    return f"{len(outcome.passed)} of {outcome.combinations} combinations pass in every load case"
