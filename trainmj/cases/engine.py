@@ -15,6 +15,7 @@ from trainmj.errors import InputError
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
+    from trainmj.collision.limits import Criterion
     from trainmj.collision.quantities import Column
 
 Key = int | str
@@ -33,6 +34,7 @@ class Computed(NamedTuple):
     key: Any
     row: Row
     columns: Mapping[str, Column]
+    limits: tuple[Criterion, ...] = ()  # every limit beside what was found; none of a case that was refused
 
 
 class Engine(Protocol):
@@ -79,7 +81,7 @@ class Local:
 
         for key, summary in run_chains(chains(), self.threads, channels=self.channels):
             packed = {name: trace.packed() for name, trace in summary.channels.items()}
-            yield Computed(key, summary.row() | packed, summary.columns)
+            yield Computed(key, summary.row() | packed, summary.columns, summary.limits)
             while refused:
                 yield refused.popleft()
         yield from refused

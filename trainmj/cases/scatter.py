@@ -3,6 +3,8 @@
     scatter = scatter_of(scenario)
     scatter.names                # what scatters: "mass M1", "mass M2", "tubes M1-M2", ...
     scatter.cases(z)             # draws (n, d) -> n changes of the scenario
+    fleet = together({"laden": scatter, "rear_leads": other})
+    fleet.cases("laden", z)      # the same trains as built, in each of several load cases
 
 What a tolerance scatters is one random quantity for all parts that have the value, or one for each of them; those go to
 ``as_built`` of the scenario, by the place of the vehicle or device.
@@ -10,8 +12,9 @@ What a tolerance scatters is one random quantity for all parts that have the val
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,10 +27,13 @@ from trainmj.scenario import Scenario
 from trainmj.scenario.as_built import joints, standing
 from trainmj.scenario.curves import CurveRef
 from trainmj.scenario.devices import CrushDevice
-from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance
+from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance, TruncatedNormal
 
 _OF_VEHICLES = ("mass_t", "rail_friction", "load")
 """What vehicles take over from their train, and a single one may be built with."""
+
+Owner = tuple[Any, ...]
+"""A vehicle or device by its train and position; empty for what belongs to the scenario."""
 
 _PLACELESS = ""
 """The place of what belongs to the scenario, not to one vehicle or device."""
@@ -68,26 +74,115 @@ class Scatter:
     parts: tuple[str, ...]
     _values: tuple[_Value, ...] = field(repr=False)
     _curves: tuple[_Curve, ...] = field(repr=False)
-    _root: FloatArray | None = field(repr=False)  # of the matrix of correlations, (d, d)
+    _owners: tuple[Owner, ...] = field(repr=False)  # what each of them belongs to, wherever that stands
+    _pairs: Mapping[tuple[int, int], float] = field(repr=False)  # coefficients of correlation, by two columns
 
     @property
     def d(self) -> int:
         """Number of random quantities."""
         return len(self.names)
 
+    @cached_property
+    def _root(self) -> FloatArray | None:
+        return _root(self.d, self._pairs)
+
+    def scores(self, z: FloatArray) -> FloatArray:
+        """The normal scores (n, d) of independent standard normal draws (n, d): correlated as stated."""
+        return _scores(z, self.d, self._root)
+
     def cases(self, z: FloatArray) -> list[Case]:
         """The changes of the scenario for independent standard normal draws (n, d), one mapping for each draw."""
-        z = as_matrix("draws", z, self.d)
-        z = z if self._root is None else z @ self._root.T
-        values = [(value.place, value.path, value.at(z[:, value.column])) for value in self._values]
-        factors = [(curve, curve.at(z[:, curve.column])) for curve in self._curves]
+        return self.at(self.scores(z))
+
+    def at(self, y: FloatArray) -> list[Case]:
+        """The changes of the scenario at normal scores (n, d)."""
+        values = [(value.place, value.path, value.at(y[:, value.column])) for value in self._values]
+        factors = [(curve, curve.at(y[:, curve.column])) for curve in self._curves]
         return [
             _case(
                 [(place, path, found[n]) for place, path, found in values],
                 [(curve, float(found[n])) for curve, found in factors],
             )
-            for n in range(len(z))
+            for n in range(len(y))
         ]
+
+
+@dataclass(frozen=True)
+class Together:
+    """What scatters in one design that is collided in several load cases.
+
+    What belongs to the same vehicle or device, or to all of them, is one random quantity, wherever it stands in a case:
+    if the train runs the other way round, its last vehicle is M1.
+
+    Attributes:
+        scatters: by load case.
+        names: of the random quantities, (d,); where a place is another vehicle or device in a later case, with that.
+        parts: the tolerance of each of them, (d,).
+    """
+
+    scatters: Mapping[str, Scatter]
+    names: tuple[str, ...]
+    parts: tuple[str, ...]
+    _columns: Mapping[str, list[int]] = field(repr=False)  # those of a case
+    _root: FloatArray | None = field(repr=False)
+
+    @property
+    def d(self) -> int:
+        """Number of random quantities."""
+        return len(self.names)
+
+    def scores(self, z: FloatArray) -> FloatArray:
+        """The normal scores (n, d) of independent standard normal draws (n, d): correlated as stated."""
+        return _scores(z, self.d, self._root)
+
+    def cases(self, case: str, z: FloatArray) -> list[Case]:
+        """The changes of the scenario of a load case for independent standard normal draws (n, d)."""
+        return self.scatters[case].at(self.scores(z)[:, self._columns[case]])
+
+
+def together(scatters: Mapping[str, Scatter]) -> Together:
+    """What scatters in several load cases of one design, by case.
+
+    Raises:
+        InputError: if the correlations of all cases cannot hold at once.
+    """
+    known: dict[tuple[str, Owner], int] = {}
+    names: list[str] = []
+    columns: dict[str, list[int]] = {}
+    pairs: dict[tuple[int, int], float] = {}
+    for case, scatter in scatters.items():
+        for key, name in zip(zip(scatter.parts, scatter._owners, strict=True), scatter.names, strict=True):
+            if key not in known:
+                known[key] = len(names)
+                names.append(name if name not in names else f"{name} ({case})")
+        columns[case] = [known[key] for key in zip(scatter.parts, scatter._owners, strict=True)]
+        pairs |= {(columns[case][i], columns[case][j]): r for (i, j), r in scatter._pairs.items()}
+    parts = tuple(part for part, _ in known)
+    return Together(dict(scatters), tuple(names), parts, columns, _root(len(names), pairs))
+
+
+def _scores(z: FloatArray, d: int, root: FloatArray | None) -> FloatArray:
+    z = as_matrix("draws", z, d)
+    return z if root is None else z @ root.T
+
+
+def _root(d: int, pairs: Mapping[tuple[int, int], float]) -> FloatArray | None:
+    """The lower triangular root of a matrix of correlations (d, d); None if all are independent.
+
+    Raises:
+        InputError: if no random quantities can be correlated in this way.
+    """
+    if not pairs:
+        return None
+    matrix = np.eye(d)
+    for (i, j), coefficient in pairs.items():
+        matrix[i, j] = matrix[j, i] = coefficient
+    try:
+        return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "tolerances: these correlations cannot all hold at once: their matrix is not positive definite"
+        ) from None
 
 
 def _case(values: Sequence[tuple[str, str, Any]], curves: Sequence[tuple[_Curve, float]]) -> Case:
@@ -125,10 +220,38 @@ def scatter_of(scenario: Scenario) -> Scatter:
     if scenario.as_built:
         raise InputError("as_built: does not go with tolerances, which scatter around what is stated for all")
     found = _Found(scenario)
+    pairs = found.pairs()
     scenario.refuse(found.problems)
-    return Scatter(
-        scenario, tuple(found.names), tuple(found.parts), tuple(found.values), tuple(found.curves), found.root()
+    owner = _owners(scenario)
+    scatter = Scatter(
+        scenario,
+        tuple(found.names),
+        tuple(found.parts),
+        tuple(found.values),
+        tuple(found.curves),
+        tuple(owner[place] for place in found.places),
+        pairs,
     )
+    scatter.scores(np.zeros((1, scatter.d)))  # refuses correlations that cannot hold
+    return scatter
+
+
+def _owners(scenario: Scenario) -> dict[str, Owner]:
+    """The vehicle or device at each place, told apart by its train and its position in that."""
+    vehicles = {at.place: at for at in standing(scenario)}
+    found: dict[str, Owner] = {_PLACELESS: ()}
+    found |= {place: (place[0], at.train, at.position) for place, at in vehicles.items()}
+    front, *behind = joints(scenario)
+    c = scenario.collision
+    fronts = (("M", c.train, "end", c.train_end), ("S", c.partner, "end", c.partner_end))
+    found |= dict(zip(front.places, fronts, strict=False))
+    for joint in behind:
+        ends = [vehicles[name] for name in joint.name.split("-")]
+        between = tuple(sorted(at.position for at in ends))
+        for place in joint.places:
+            own = vehicles.get(place.removeprefix(f"{joint.name} "))
+            found[place] = (joint.name[0], ends[0].train, between, own.position if own else None)
+    return found
 
 
 class _Found:
@@ -257,27 +380,24 @@ class _Found:
                 rule = f"sets {value.path}, as {inside or other} does: leave one of them out"
                 self.problems.append(Problem(("tolerances", name), rule))
 
-    def root(self) -> FloatArray | None:
-        """The lower triangular root of the matrix of correlations (d, d); None if all are independent.
-
-        Raises:
-            InputError: if no random quantities can be correlated in this way.
-        """
-        matrix = np.eye(len(self.names))
+    def pairs(self) -> dict[tuple[int, int], float]:
+        """Coefficients of correlation by two columns: of quantities of one place, or of which one has none."""
+        found: dict[tuple[int, int], float] = {}
+        columns: dict[str, list[int]] = {}
+        for column, part in enumerate(self.parts):
+            columns.setdefault(part, []).append(column)
         for name, tolerance in self.scenario.tolerances.items():
             for other, coefficient in tolerance.correlated.items():
-                for i in (i for i, part in enumerate(self.parts) if part == name):
-                    for j in (j for j, part in enumerate(self.parts) if part == other):
-                        if self.places[i] == self.places[j] or _PLACELESS in (self.places[i], self.places[j]):
-                            matrix[i, j] = matrix[j, i] = coefficient
-        if (matrix == np.eye(len(matrix))).all():
-            return None
-        try:
-            return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
-        except np.linalg.LinAlgError:
-            raise InputError(
-                "tolerances: these correlations cannot all hold at once: their matrix is not positive definite"
-            ) from None
+                both = [(i, j) for i in columns.get(name, ()) for j in columns.get(other, ())]
+                meant = [(i, j) for i, j in both if self.places[i] == self.places[j] or not all(self._places(i, j))]
+                found |= dict.fromkeys(meant, coefficient)
+                if both and not meant:
+                    rule = f"no vehicle or device has both {name} and {other}: state copies: same for one of them"
+                    self.problems.append(Problem(("tolerances", name, "correlated", other), rule))
+        return found
+
+    def _places(self, *columns: int) -> tuple[str, ...]:
+        return tuple(self.places[column] for column in columns)
 
 
 def _within(inner: tuple[str, str], outer: tuple[str, str]) -> bool:
@@ -301,11 +421,13 @@ def _distributed(tolerance: Tolerance, nominal: Any) -> Callable[[FloatArray], A
         return lambda z: [values[k] for k in np.searchsorted(ends, ndtr(z), side="right")]
     if tolerance.kind == "uniform":
         half = abs(nominal) * (tolerance.percent or 0.0) / 100.0
+        if not (half or tolerance.range):
+            raise InputError("a percentage of 0 is no tolerance: state range")
         low, high = tolerance.range or (nominal - half, nominal + half)
         return lambda z: low + (high - low) * ndtr(z)
     mean = nominal if tolerance.mean is None else tolerance.mean
     sigma = tolerance.sigma or abs(mean) * (tolerance.percent or 0.0) / 100.0
-    if not (sigma or tolerance.range):
+    if not sigma and (isinstance(tolerance, TruncatedNormal) or not tolerance.range):
         raise InputError("a percentage of 0 is no tolerance: state sigma")
     if isinstance(tolerance, Normal):
         if tolerance.range:

@@ -123,7 +123,7 @@ def _check_start(plan: Identification, threads: int) -> None:
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     made = ({**changes, **case} for case in cases)
     engine = Local(plan.scenario, threads, plan.channels)
-    rows = [row for _, row, _ in sorted(engine(enumerate(made)), key=lambda case: case.key)]
+    rows = [case.row for case in sorted(engine(enumerate(made)), key=lambda case: case.key)]
     for case, row in zip(cases, rows, strict=True):
         if row["status"] in UNUSABLE:
             raise InputError(f"start values, the case {dict(case)}: {row['status']}: {row['reason']}")
