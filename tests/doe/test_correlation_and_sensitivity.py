@@ -42,6 +42,13 @@ def test_perfect_correlation_and_constant_column():
     assert found.table().shape == (2, 6)
 
 
+@pytest.mark.parametrize("method", ["pearson", "spearman"])
+def test_round_off_is_not_correlated_with_anything(method):
+    x = np.arange(6.0)
+    found = correlate(x, 353.1 * (1 + 1e-13 * x), method=method)
+    assert np.isnan([found.r, found.lower, found.upper, found.p]).all()
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -53,6 +60,7 @@ def test_perfect_correlation_and_constant_column():
         (lambda: correlate([1, 2, 3], [1, 2, 4], x_names=("a", "b")), "name each of the 1 columns"),
         (lambda: sobol_sensitivity(BOX, lambda x: x[:, 0], n=100, seed=0), "power of two"),
         (lambda: sobol_sensitivity(BOX, lambda x: 0 * x[:, 0], n=64, seed=0), "must vary"),
+        (lambda: sobol_sensitivity(BOX, lambda x: 353.1 + 1e-11 * x[:, 0], n=64, seed=0), "must vary"),
     ],
 )
 def test_bad_input_is_refused(call, message):

@@ -153,3 +153,17 @@ def test_nondominated_is_what_the_definition_says(y):
 def test_hypervolume_by_hand():
     assert hypervolume([[1, 2], [2, 1], [2, 2], [5, 0]], [3, 3]) == 3.0
     assert hypervolume([[0, 0, 0], [1, 1, -1]], [2, 2, 2]) == 8.0 + 1.0
+
+
+@pytest.mark.parametrize("spread", [0.0, 1e-13])
+def test_an_objective_that_is_the_same_everywhere_leaves_one_best_point(spread):
+    """Its round-off would make a compromise of every point."""
+
+    def evaluate(x):
+        return np.stack([(x[:, 0] - 0.25) ** 2 + 1, 353.1 * (1 + spread * np.sin(1e6 * x[:, 1]))], axis=1), None
+
+    space = Space((Factor("a", 0, 1), Factor("b", 0, 1)))
+    front = mopso(space, evaluate, seed=1, options=SwarmOptions(particles=20, iterations=40))
+    assert np.ptp(front.values, axis=0) == pytest.approx([0, 0], abs=1e-15)
+    assert front.values[0] == pytest.approx([1, 353.1], rel=1e-6)
+    assert front.hypervolume == pytest.approx(0.1 * front.values[0, 0] * 35.31, rel=1e-6)

@@ -113,6 +113,60 @@ def test_annealing_keeps_a_latin_hypercube(n, d, seed):
     np.testing.assert_allclose(np.sort(points, axis=0), np.tile(np.linspace(0, 1, n)[:, None], (1, d)), atol=1e-12)
 
 
+def few(*counts):
+    """A space of integers and choices of these numbers of values in turn."""
+    return Space(
+        tuple(
+            Factor(f"x{i}", kind="choice", levels=tuple(range(count)))
+            if i % 2
+            else Factor(f"x{i}", 5, 4 + count, kind="integer")
+            for i, count in enumerate(counts)
+        )
+    )
+
+
+@pytest.mark.parametrize("levels", ["edge", "centre"])
+@pytest.mark.parametrize(
+    ("space", "n"),
+    [
+        (few(3, 3), 9),
+        (few(9, 9), 50),
+        (few(9, 9), 80),  # all points but one
+        (few(2, 3, 4), 23),
+        (few(2, 2, 2, 2), 16),
+        (few(2, 7, 3), 41),
+        (few(10, 2), 13),
+        (few(12, 3, 5), 7),  # fewer points than values of a factor
+        (Space((*few(3, 2).factors, Factor("c", 0, 1))), 20),
+        (Lattice(Space((Factor("c", 0, 1), Factor("m", 30, 31))), {"c": 0.25, "m": 0.5}).steps, 14),
+    ],
+)
+def test_every_value_has_an_equal_share_and_no_point_occurs_twice(space, n, levels):
+    """Rounded levels gave 2, 4 and 3 of 9 points, and annealing alone left points twice where few are free."""
+    points = optimal_latin_hypercube(space, n, seed=1, levels=levels, iterations=50).points
+    assert len(np.unique(points, axis=0)) == n
+    for factor, column in zip(space.factors, points.T, strict=True):
+        shares = np.unique(column, return_counts=True)[1]
+        assert len(shares) == min(n, factor.count or n)
+        assert np.ptp(shares) <= 1
+
+
+@settings(max_examples=40, deadline=None)
+@forall(st.lists(st.integers(2, 6), min_size=1, max_size=4), st.floats(0, 1), st.integers(0, 9))
+def test_shares_are_equal_and_points_differ_for_any_numbers_of_values(counts, part, seed):
+    n = max(2, round(part * min(np.prod(counts), 100)))
+    points = optimal_latin_hypercube(few(*counts), n, seed=seed, iterations=5, chains=2).points
+    assert len(np.unique(points, axis=0)) == n
+    for count, column in zip(counts, points.T, strict=True):
+        shares = np.unique(column, return_counts=True)[1]
+        assert (len(shares), np.ptp(shares) <= 1) == (min(count, n), True)
+
+
+def test_levels_reach_from_bound_to_bound_where_there_are_fewer_points_than_values():
+    points = optimal_latin_hypercube(PAPER, 4, seed=1, iterations=50).points
+    np.testing.assert_array_equal(np.sort(points, axis=0).T, [[20, 30, 40, 50], [30, 32, 34, 36]])
+
+
 def test_small_maximin_design_is_the_known_optimum():
     """n = 10, d = 2: sqrt(10) cells (van Dam et al. 2007, doi 10.1287/opre.1060.0317); median of 4 seeds."""
     found = [

@@ -209,3 +209,28 @@ def test_missing_scikit_learn_names_the_extra(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "sklearn.gaussian_process", None)
     with pytest.raises(InputError, match=r"pip install 'trainmj\[kriging\]'"):
         fit_kriging(X, Y, space=SPACE, seed=0)
+
+
+@pytest.mark.parametrize("spread", [0.0, 1e-13])
+def test_a_constant_response_has_the_right_surface_and_no_variance_to_analyse(spread):
+    x, _ = noisy()
+    y = 353.1 * (1 + spread * np.sin(np.arange(len(x))))
+    model = fit_polynomial(x, y, space=SPACE, terms=full_order(2, 2))
+    np.testing.assert_allclose(model.predict(x), 353.1, rtol=1e-12)
+    np.testing.assert_allclose(model.leave_one_out(), 353.1, rtol=1e-12)
+    np.testing.assert_allclose(
+        cross_validate(partial(fit_polynomial, space=SPACE, terms=CUBIC), x, y), 353.1, rtol=1e-12
+    )
+    assert (model.anova()["sum_of_squares"] == 0).all()
+    assert model.anova()[["F", "p"]].isna().all(axis=None)
+    with pytest.raises(InputError, match=r"must vary for R2 .*353\.1"):
+        accuracy(y, model.predict(x))
+    with pytest.raises(InputError, match=r"must vary for kriging .*353\.1"):
+        fit_kriging(x, y, space=SPACE, seed=0)
+
+
+@pytest.mark.parametrize("criterion", ["press", "bic"])
+def test_a_constant_response_needs_the_constant_alone(criterion):
+    x, _ = noisy()
+    y = 353.1 * (1 + 1e-13 * np.sin(np.arange(len(x))))
+    assert select_terms(x, y, space=SPACE, candidates=full_order(2, 2), criterion=criterion) == ((0, 0),)

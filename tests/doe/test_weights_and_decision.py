@@ -71,14 +71,15 @@ def test_weights_add_to_one_and_units_do_not_matter(values, factor):
         np.testing.assert_allclose(entropy_weights(scaled, normalised=normalised).weight, found.weight, atol=1e-9)
 
 
+@pytest.mark.parametrize("normalised", [True, False])
 @pytest.mark.parametrize("transform", ["raw", "t_score", "min_max"])
 @pytest.mark.parametrize("constant", [800.0, 0.0, -3.0, 0.1])
-def test_a_constant_criterion_weighs_exactly_nothing(transform, constant):
+def test_a_constant_criterion_weighs_exactly_nothing(transform, constant, normalised):
     """A weight of -5e-14 ended a study in which one objective was the same everywhere."""
-    for n in range(2, 61):
+    for n in range(2 if normalised else 12, 61):
         steady = constant * (1 + np.where(np.arange(n) % 2, 2e-16, 0.0))  # and one that varies by round-off
         values = np.column_stack([np.linspace(1, 2, n), np.full(n, constant), np.linspace(3, 4, n) ** 2, steady])
-        weight = entropy_weights(values, transform=transform).weight
+        weight = entropy_weights(values, transform=transform, normalised=normalised).weight
         assert weight[1] == weight[3] == 0
         assert not np.signbit(weight).any()
         assert (weight[[0, 2]] > 0).all()
@@ -142,6 +143,44 @@ def test_knee_of_a_bent_front():
     np.testing.assert_allclose(knee_point(straight).score, 0, atol=1e-12)
 
 
+STEADY = 353.1 * (1 + 1e-13 * np.array([0, 3, -2, 1, -4, 2]))  # the same but for round-off
+FALLING = np.array([6.0, 5, 3, 2.5, 2, 1])
+
+
+@pytest.mark.parametrize("normalisation", ["min_max", "max", "sum", "vector", "none"])
+@pytest.mark.parametrize("method", [weighted_sum, topsis])
+@pytest.mark.parametrize("column", [STEADY, np.full(6, 353.1), np.zeros(6)])
+def test_a_constant_criterion_decides_nothing(method, normalisation, column):
+    """Scaled to [0, 1], round-off would weigh as much as what varies."""
+    assert method(np.stack([column, FALLING], axis=1), [0.9, 0.1], normalisation=normalisation).order.tolist() == [
+        *range(5, -1, -1)
+    ]
+    alike = method(np.stack([column, column], axis=1), [0.3, 0.7], normalisation=normalisation)
+    assert np.ptp(alike.score) == 0
+    assert alike.best == 0
+
+
+@pytest.mark.parametrize("column", [STEADY, np.full(6, 353.1), np.zeros(6)])
+def test_knee_of_a_front_with_a_constant_criterion_is_that_of_the_others(column):
+    front = np.stack([FALLING, FALLING[::-1] ** 2], axis=1)
+    with_it = knee_point(np.column_stack([column, front]))
+    np.testing.assert_allclose(with_it.score, knee_point(front).score)
+    alone = knee_point(np.stack([column, FALLING], axis=1))
+    assert alone.order.tolist() == [*range(5, -1, -1)]
+    assert np.ptp(knee_point(np.stack([column, column], axis=1)).score) == 0
+
+
+def test_the_knee_is_the_alternative_that_is_best_in_everything():
+    assert knee_point([[3, 3], [2, 4], [1, 1]]).best == 2
+    assert knee_point([3, 1, 2]).best == 1
+
+
+def test_weights_of_constant_criteria_do_not_move_the_pick():
+    found = weight_sensitivity(np.stack([STEADY, FALLING], axis=1), [0.5, 0.5], seed=0, method=weighted_sum)
+    assert (found.best, found.share[5], found.lower[0]) == (5, 1, 0)
+    assert found.upper[0] > 0.999
+
+
 def test_normalised_columns():
     x = [[1.0, 5.0], [3.0, 5.0]]
     np.testing.assert_allclose(normalise(x, "min_max"), [[0, 0], [1, 0]])
@@ -179,6 +218,8 @@ def test_own_weights_are_scaled_to_one():
             r"negative weights \('y1' -0.01297\): take",
         ),
         (lambda: t_scores([[1, 2], [1, 3]]), r"columns \[0\]"),
+        (lambda: t_scores(np.stack([FALLING, STEADY], axis=1)), r"columns \[1\]"),
+        (lambda: entropy_weights(STEADY), r"no criterion \(y1\) varies"),
         (lambda: entropy_weights([[1, 2], [2, 3]], transform="t-score"), "'raw', 't_score' or 'min_max'"),
         (lambda: own_weights({"a": -1}), "at least 0"),
         (lambda: own_weights({}), "at least 0"),

@@ -19,7 +19,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice, varies
 from trainmj.errors import InputError
 
 
@@ -75,7 +75,7 @@ def accuracy(y: ArrayLike, predicted: ArrayLike, *, over: Literal["value", "rang
     error = np.abs(as_vector("predicted", predicted, y.size) - y)
     check_choice("over", over, ("value", "range"))
     spread = float(np.ptp(y))
-    if spread == 0.0:
+    if not varies(y):
         raise InputError(f"y must vary for R2 to have a meaning (every value is {y[0]:g})")
     if over == "value" and (y == 0.0).any():
         raise InputError("y must not be zero with over='value', which divides by it; use over='range'")

@@ -7,9 +7,11 @@ numpy calls, which costs hardly more than one chain.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
 from trainmj.doe.arrays import FloatArray
@@ -70,13 +72,58 @@ class _Chains:
 
 
 def _start(columns: FloatArray, rng: np.random.Generator, chains: int) -> _Chains:
-    x = np.array([[rng.permutation(column) for column in columns] for _ in range(chains)])
+    x = np.array([_ordered(columns, rng) for _ in range(chains)])
     squared = ((x[:, :, :, None] - x[:, :, None, :]) ** 2).sum(axis=1)
     diagonal = np.arange(columns.shape[1])
     squared[:, diagonal, diagonal] = np.inf
     weight = np.maximum(squared, TINY) ** (-P / 2)
     total = weight.sum(axis=(1, 2))
     return _Chains(x, squared, weight, total, x.copy(), total.copy())
+
+
+def _ordered(columns: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """The columns (d, n), each in a random order in which no point occurs twice, if there are as many points.
+
+    Exchanges alone hardly find one where most points of the space are taken, and at the temperatures here they never
+    give it up.
+    """
+    d, n = columns.shape
+    held = [np.unique(column, return_counts=True) for column in columns]
+    sizes = np.array([len(values) for values, _ in held])
+    if (sizes == n).any() or np.prod(sizes, dtype=np.float64) < n:  # any order will do, or none
+        return np.array([rng.permutation(column) for column in columns])
+    turn = rng.permutation(d)
+    codes = _distinct(sizes[turn].tolist(), n)[rng.permutation(n)].T
+    ordered = np.empty_like(columns)
+    for i, code in zip(turn, codes, strict=True):
+        values, wanted = held[i]
+        shuffle, other = rng.permutation(sizes[i]), rng.permutation(sizes[i])
+        # codes that occur more often stand for values that do; which of them for which is random
+        often = shuffle[np.argsort(np.bincount(code, minlength=sizes[i])[shuffle], kind="stable")]
+        name = np.empty(sizes[i])
+        name[often] = values[other[np.argsort(wanted[other], kind="stable")]]
+        ordered[i] = name[code]
+    return ordered
+
+
+def _distinct(sizes: list[int], n: int) -> NDArray[np.int64]:
+    """Make n different points (n, d) of a full grid, the levels of each axis in shares that differ by at most one.
+
+    The grid of the other axes is taken as often as it goes into n, and the rest chosen from it in the same way. In the
+    order of these points the last axis counts round and round: points that share the rest follow each other, no more of
+    them than it has levels.
+    """
+    if not sizes:
+        return np.zeros((n, 0), dtype=np.int64)
+    *others, last = sizes
+    grid = math.prod(others)
+    points = _distinct(others, n % grid)
+    if n >= grid:
+        whole = np.stack(np.unravel_index(np.arange(grid), others), axis=1) if others else np.zeros((1, 0), np.int64)
+        points = np.concatenate([points, np.repeat(whole, n // grid, axis=0)])
+    if others:
+        points = points[np.lexsort(points.T)]
+    return np.column_stack([points, np.arange(n) % last])
 
 
 def _step(state: _Chains, temperature: float, rng: np.random.Generator) -> None:

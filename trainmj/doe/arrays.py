@@ -11,6 +11,8 @@ from trainmj.errors import InputError
 
 FloatArray = NDArray[np.float64]
 
+ROUND_OFF = 1e-12  # part of the largest value by which equal values may differ
+
 
 def as_matrix(name: str, value: ArrayLike, columns: int | None = None, *, finite: bool = True) -> FloatArray:
     """Copy anything that numpy takes into floats (n, columns), n >= 1; a vector becomes one column.
@@ -46,6 +48,11 @@ def as_vector(name: str, value: ArrayLike, size: int | None = None, each: str = 
     if size is not None and vector.size != size:
         raise InputError(f"{name} must have {size} values, one for each {each} (got {vector.size})")
     return vector
+
+
+def varies(x: FloatArray) -> NDArray[np.bool_]:
+    """Whether each column (n, m), or a vector (n,), varies by more than round-off, (m,) or a scalar."""
+    return np.asarray(np.ptp(x, axis=0) > ROUND_OFF * np.abs(x).max(axis=0))
 
 
 def as_names(name: str, names: Sequence[str] | None, count: int, stem: str) -> tuple[str, ...]:

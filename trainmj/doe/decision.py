@@ -18,7 +18,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice, frozen
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, check_choice, frozen, varies
 from trainmj.doe.weights import to_one
 from trainmj.errors import InputError
 
@@ -60,6 +60,7 @@ def normalise(values: ArrayLike, how: Normalisation = "min_max") -> FloatArray:
         InputError: unknown ``how``.
     """
     x = as_matrix("values", values)
+    x = np.where(varies(x), x, x[0])  # round-off is no reason to prefer anything
     check_choice("normalisation", how, get_args(Normalisation))
     size = np.abs(x)
     bases = {
@@ -90,7 +91,8 @@ def weighted_sum(
         InputError: wrong number of weights or directions, negative weights, unknown normalisation.
     """
     x = as_matrix("values", values)
-    score = -normalise(x, normalisation) * _signs(maximise, x.shape[1]) @ _weights(weights, x.shape[1])
+    scaled = normalise(x, normalisation) * _signs(maximise, x.shape[1]) * _weights(weights, x.shape[1])
+    score = -scaled.sum(axis=1)  # not a product of matrices, which may round equal rows differently
     return _rank(score, "weighted sum", normalisation)
 
 
@@ -122,18 +124,21 @@ def knee_point(values: ArrayLike, *, maximise: Sequence[bool] | None = None) -> 
     """Rank by how far an alternative lies on the good side of the plane through the best of each criterion alone.
 
     The knee is where giving up a little in one criterion stops buying much in another (Das 1999, doi
-    10.1007/s001580050111). Criteria are scaled to [0, 1]; no weights. The score is the distance from the plane, below 0
-    on the bad side.
+    10.1007/s001580050111). Criteria are scaled to [0, 1], those that do not vary left out; no weights. The score is the
+    distance from the plane, below 0 on the bad side.
 
     Raises:
         InputError: wrong number of directions.
     """
     x = as_matrix("values", values)
-    scaled = normalise(x * _signs(maximise, x.shape[1]), "min_max")
-    ends = scaled[scaled.argmin(axis=0)]  # (m, m), the best alternative of each criterion
-    normal = np.linalg.lstsq(ends, np.ones(len(ends)), rcond=None)[0]
-    length = np.linalg.norm(normal)
-    score = (1.0 - scaled @ normal) / length if length > 0 else np.zeros(len(x))
+    scaled = normalise(x * _signs(maximise, x.shape[1]), "min_max")[
+        :, varies(x)
+    ]  # what is the same all over has no best
+    ends = scaled[scaled.argmin(axis=0)]  # (k, k), the best alternative of each criterion that varies
+    normal, offset = np.linalg.lstsq(ends, np.ones(len(ends)), rcond=None)[0], 1.0
+    if not ends.any():  # one alternative is the best in all of them: any plane through it
+        normal, offset = np.ones(len(ends)), 0.0
+    score = (offset - (scaled * normal).sum(axis=1)) / max(float(np.linalg.norm(normal)), np.finfo(float).tiny)
     return _rank(score, "knee point", "min_max")
 
 

@@ -93,7 +93,8 @@ def optimal_latin_hypercube(
         chains: independent annealings; the best result is kept.
         iterations: exchanges each chain tries; 200 n if None (at most 40 000).
         levels: ``edge`` puts the n levels from bound to bound; ``centre`` in the middle of n equal cells, as tables of
-            maximin designs do. Integers are rounded from there; the levels of a choice get equal shares.
+            maximin designs do. Integers are rounded from there. A factor of fewer than n values, integer or choice,
+            takes each of them n / count times, rounded up or down; no point occurs twice.
 
     Raises:
         InputError: fewer than 2 points, or more than the levels of the factors can tell apart.
@@ -120,8 +121,10 @@ def _levels(space: Space, n: int, levels: str) -> FloatArray:
     share = j / (n - 1) if levels == "edge" else (j + 0.5) / n
     x = space.from_unit(np.tile(share[:, None], (1, space.d)))
     for i, factor in enumerate(space.factors):
-        if factor.kind == "choice":  # rounding would give the first and the last level half the runs of the others
-            x[:, i] = np.floor(j * len(factor.levels) / n)
+        count = factor.count
+        if count is not None and (count < n or factor.kind == "choice"):
+            # rounding would give outer levels fewer points; midpoints give both ends the same, in whole numbers
+            x[:, i] = factor.lower + (2 * j + 1) * count // (2 * n)
     return x
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cho_factor, cho_solve
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen, varies
 from trainmj.doe.space import Space
 from trainmj.errors import InputError
 
@@ -77,7 +77,7 @@ def fit_kriging(x: ArrayLike, y: ArrayLike, *, space: Space, seed: int, starts: 
     y = as_vector("y", y, len(x))
     if len(y) < 3:
         raise InputError(f"kriging needs at least 3 points (got {len(y)})")
-    if np.ptp(y) == 0.0:
+    if not varies(y):
         raise InputError(f"y must vary for kriging (every value is {y[0]:g})")
     try:  # scikit-learn takes a second to import, so only here
         from sklearn.exceptions import ConvergenceWarning

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_names, frozen
+from trainmj.doe.arrays import ROUND_OFF, FloatArray, as_matrix, as_names, frozen
 from trainmj.doe.pareto import default_reference, hypervolume
 from trainmj.doe.space import Space
 from trainmj.doe.swarm import Scores, best_of, improves, random_hypercube, step
@@ -187,6 +187,7 @@ class _Scorer:
     def __init__(self, space: Space, evaluate: Evaluate) -> None:
         self.space, self.evaluate = space, evaluate
         self.scale: FloatArray | None = None
+        self.first: FloatArray | None = None
 
     def scores(self, u: FloatArray) -> Scores:
         """Evaluate positions (n, d) in one call."""
@@ -202,6 +203,10 @@ class _Scorer:
             )
         failed = ~(np.isfinite(y).all(axis=1) & np.isfinite(g).all(axis=1))
         y[failed], g[failed] = np.inf, np.inf
+        if self.first is None and not failed.all():
+            self.first = y[~failed][0]
+        if self.first is not None:  # round-off in an objective that is the same everywhere would fill the front
+            y = np.where(np.abs(y - self.first) <= ROUND_OFF * np.abs(self.first), self.first, y)
         excess = np.maximum(g, 0.0)
         if self.scale is None and not failed.all():
             largest = excess[~failed].max(axis=0, initial=0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, varies
 
 
 def nondominated(y: FloatArray) -> NDArray[np.bool_]:
@@ -103,4 +103,4 @@ def _volume(y: FloatArray, corner: FloatArray) -> float:
 def default_reference(y: FloatArray) -> FloatArray:
     """The reference point a tenth of the front's range beyond its worst values: (n, m) -> (m,)."""
     worst, spread = y.max(axis=0), np.ptp(y, axis=0)
-    return np.asarray(worst + 0.1 * np.where(spread > 0, spread, np.maximum(np.abs(worst), 1.0)), dtype=np.float64)
+    return np.asarray(worst + 0.1 * np.where(varies(y), spread, np.maximum(np.abs(worst), 1.0)), dtype=np.float64)

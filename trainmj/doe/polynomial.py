@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.linalg import qr, solve_triangular
 from scipy.special import fdtrc
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen
+from trainmj.doe.arrays import FloatArray, as_matrix, as_vector, frozen, varies
 from trainmj.doe.space import Space
 from trainmj.doe.terms import Term, check_terms, columns, expand, term_name
 from trainmj.errors import InputError
@@ -140,12 +140,15 @@ class Polynomial:
         left = float((self.residuals**2).sum())
         inverse = solve_triangular(self.r, np.eye(len(self.terms)))  # (p, p)
         alone = self.scaled**2 / (inverse**2).sum(axis=1)
+        variance = self.sigma**2
+        if constant and not varies(self.y):  # all of it is round-off: F and p are 0 / 0
+            total, left, alone, variance = 0.0, 0.0, np.zeros_like(alone), np.nan
         rows = [("model", total - left, len(self.terms) - constant)]
         rows += [(name, float(s), 1) for name, s, t in zip(self.term_names, alone, self.terms, strict=True) if any(t)]
         rows += [("residuals", left, self.dof), ("total", total, len(self.y) - constant)]
         table = pd.DataFrame(rows, columns=["source", "sum_of_squares", "dof"]).set_index("source")
         table["mean_square"] = table["sum_of_squares"] / table["dof"].where(table["dof"] > 0)
-        table["F"] = table["mean_square"] / self.sigma**2
+        table["F"] = table["mean_square"] / variance
         table["p"] = [float(fdtrc(max(k, 1), self.dof, f)) for k, f in zip(table["dof"], table["F"], strict=True)]
         table.loc[["residuals", "total"], ["F", "p"]] = np.nan
         return table

@@ -15,18 +15,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import xlog1py
 
-from trainmj.doe.arrays import FloatArray, as_matrix, as_names, check_choice, frozen
+from trainmj.doe.arrays import FloatArray, as_matrix, as_names, check_choice, frozen, varies
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Transform = Literal["raw", "t_score", "min_max"]
-
-_ROUND_OFF = 1e-12  # part of the largest value by which equal values may differ
 
 
 @dataclass(frozen=True)
@@ -64,8 +62,8 @@ def t_scores(values: ArrayLike) -> FloatArray:
         InputError: a criterion that does not vary.
     """
     values = as_matrix("values", values)
-    if not _varies(values).all():
-        still = np.flatnonzero(~_varies(values)).tolist()
+    if not varies(values).all():
+        still = np.flatnonzero(~varies(values)).tolist()
         raise InputError(f"T-scores need criteria that vary (columns {still} do not); leave them out")
     return np.asarray(10.0 * (values - values.mean(axis=0)) / values.std(axis=0) + 50.0, dtype=np.float64)
 
@@ -81,7 +79,7 @@ def entropy_weights(
 
     p_ij = x_ij / sum_i x_ij; e_j = -k sum_i p_ij ln p_ij; g_j = 1 - e_j; w_j = g_j / sum g_j
     (Eqs 15 to 18 of doi 10.1186/s10033-022-00755-8). A criterion that does not vary has equal shares, whatever its
-    value and the transform; normalised, its weight is exactly 0.
+    value and the transform, and tells no alternatives apart: its weight is exactly 0.
 
     Args:
         values: criteria of each alternative, (n, m).
@@ -102,7 +100,7 @@ def entropy_weights(
     labels = as_names("names", names, m, "y")
     if n < 2:
         raise InputError(f"entropy weights need at least 2 alternatives (got {n}): give equal weights, or your own")
-    if not _varies(x).any():
+    if not varies(x).any():
         raise InputError(
             f"no criterion ({', '.join(labels)}) varies between the alternatives, so there is no information to weigh "
             "them by: give equal weights, or your own"
@@ -115,20 +113,20 @@ def entropy_weights(
 
 def _weighed(x: FloatArray, normalised: bool, transform: Transform, names: tuple[str, ...]) -> Weights | str:
     """The weights, or why there are none; at least one criterion varies."""
-    n, varies = len(x), _varies(x)
+    n, uneven = len(x), varies(x)
     shares = np.full(x.shape, 1.0 / n)
-    data = _TRANSFORMS[transform](x[:, varies])
+    data = _TRANSFORMS[transform](x[:, uneven])
     low = data.min(axis=0, initial=0.0)
-    below = [repr(names[k]) for k, least in zip(np.flatnonzero(varies), low, strict=True) if least < 0]
+    below = [repr(names[k]) for k, least in zip(np.flatnonzero(uneven), low, strict=True) if least < 0]
     if below:
         what = f"criterion {below[0]} has" if len(below) == 1 else f"criteria {', '.join(below)} have"
         return f"{what} negative values{'' if transform == 'raw' else f' as {transform} data'}, which have no shares"
-    shares[:, varies] = data / data.sum(axis=0)
+    shares[:, uneven] = data / data.sum(axis=0)
     # 1 - e as a mean of terms that are none of them negative: nothing is lost to rounding where values hardly vary
-    off = np.where(varies, n * shares - 1.0, 0.0)
-    uneven = np.maximum(0.0, (xlog1py(1.0 + off, off) - off).mean(axis=0))  # ln n - e of k = 1
-    difference = uneven / np.log(n) if normalised else 1.0 - np.log(n) + uneven
-    weight = difference / difference.sum()
+    off = np.where(uneven, n * shares - 1.0, 0.0)
+    lost = np.maximum(0.0, (xlog1py(1.0 + off, off) - off).mean(axis=0))  # ln n - e of k = 1
+    difference = lost / np.log(n) if normalised else 1.0 - np.log(n) + lost
+    weight = np.where(uneven, difference / difference[uneven].sum(), 0.0)
     if (weight < 0).any() or not np.isfinite(weight).all():
         negative = ", ".join(f"{name!r} {w:.4g}" for name, w in zip(names, weight, strict=True) if not w >= 0)
         return f"entropies that are not normalised give negative weights ({negative})"
@@ -144,11 +142,6 @@ def _cure(x: FloatArray, normalised: bool, transform: Transform, names: tuple[st
             new = [f"{other} data"] * (other != transform) + ["normalised entropies"] * (whether != normalised)
             return f"take {' and '.join(new)}"
     return "give equal weights, or your own"
-
-
-def _varies(x: FloatArray) -> NDArray[np.bool_]:
-    """Whether each criterion varies by more than round-off, (m,)."""
-    return np.asarray(np.ptp(x, axis=0) > _ROUND_OFF * np.abs(x).max(axis=0))
 
 
 def own_weights(weights: Mapping[str, float]) -> Weights:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from trainmj.doe import Correlation, Factor, Space, Surrogate
-from trainmj.doe.arrays import FloatArray
+from trainmj.doe.arrays import FloatArray, varies
 from trainmj.output.style import BLUE, GREY, ORANGE, diverging, figure, grid, set_width
 from trainmj.units import label
 
@@ -141,7 +141,7 @@ def _contours(study: Study, models: Sequence[Surrogate], points: FloatArray) -> 
     x = np.stack([a.ravel(), b.ravel()], axis=1)
     for axes, response, model in zip(panels, study.responses, models, strict=True):
         z = model.predict(x).reshape(a.shape)
-        if np.ptp(z) > 1e-12 * np.abs(z).max():
+        if varies(z.ravel()):
             lines = axes.contour(a, b, z, levels=7, cmap="viridis", linewidths=0.9)
             for text in axes.clabel(lines, fontsize=6, fmt="%g"):
                 text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})

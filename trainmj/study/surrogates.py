@@ -21,7 +21,7 @@ from trainmj.doe import (
     sobol_sensitivity,
 )
 from trainmj.doe.accuracy import Fit
-from trainmj.doe.arrays import FloatArray
+from trainmj.doe.arrays import FloatArray, varies
 from trainmj.errors import InputError
 from trainmj.study import figures
 from trainmj.study.designs import Designs
@@ -64,7 +64,7 @@ def _fit(study: Study, response: Response) -> Fit:
     space = study.space
 
     def fit(x: FloatArray, y: FloatArray) -> Surrogate:
-        if np.ptp(y) == 0.0:  # a response that does not vary is known
+        if not varies(y):  # a response that does not vary is known
             return fit_polynomial(x, y, space=space, terms=full_order(space.d, 0))
         if isinstance(part, KrigingPart):
             return fit_kriging(x, y, space=space, seed=part.seed)
@@ -96,7 +96,7 @@ def surrogates(study: Study, simulated: Designs) -> Output[Models]:
         if isinstance(model, Polynomial):
             coefficients[response.name] = model.coefficients().rename_axis("term")
             anova[response.name] = model.anova()
-        if np.ptp(y[:, k]) > 0:
+        if varies(model.predict(x)):  # selected terms may be the constant alone
             sensitivity[response.name] = sobol_sensitivity(study.space, model.predict, n=_SAMPLE, seed=0).table()
     tables = {"04_surrogates": pd.DataFrame(rows), "04_cross_validation": _compare(study, x, y)}
     for name, parts in (("coefficients", coefficients), ("anova", anova), ("sensitivity", sensitivity)):
@@ -124,7 +124,7 @@ def _accuracy(
         "surrogate": model.description,
     }
     for name, predicted in (("fit", model.predict(x)), ("loo", left_out)):
-        found = accuracy(y, predicted, over="range") if np.ptp(y) > 0 else None
+        found = accuracy(y, predicted, over="range") if varies(y) else None
         for key in ("are", "rmse", "r2"):
             row[f"{key}_{name}"] = getattr(found, key) if found else np.nan
     return row
@@ -145,7 +145,7 @@ def _compare(study: Study, x: FloatArray, y: FloatArray) -> pd.DataFrame:
     folds = None if part.folds is None else min(part.folds, len(x))
     rows = []
     for response, values in zip(study.responses, y.T, strict=True):
-        if np.ptp(values) == 0.0:
+        if not varies(values):
             continue
         for name, fit in ({"chosen": _fit(study, response)} | others).items():
             row: dict[str, Any] = {"response": response.name, "surrogate": name}
