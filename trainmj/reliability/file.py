@@ -1,4 +1,4 @@
-"""The reliability file as checked parts: the scenario, its tolerances and load cases, and what is asked of the draws."""
+"""The reliability file as checked parts: scenario, tolerances and load cases, and what is asked of the draws."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Rare(Part):
     )
     method: Literal["subset_simulation", "importance_sampling"] = Field(
         default="subset_simulation",
-        description="importance sampling begins with subset simulation of fewer runs, and draws where that found passes",
+        description="importance sampling begins with subset simulation, and draws about the passes that this found",
     )
     runs: Annotated[int, Field(ge=100, le=1_000_000), WHOLE] = Field(
         default=1000, description="draws of a level of subset simulation, or of importance sampling"

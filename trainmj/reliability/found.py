@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +15,13 @@ from numpy.typing import NDArray
 from trainmj.cases.store import Store
 from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import Column
-from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
+from trainmj.collision.status import PAST_LIMITS, UNUSABLE
 from trainmj.doe.arrays import FloatArray
 from trainmj.doe.draws import replicates_of
 from trainmj.doe.probability import Estimate, Rare, mean_interval, proportion, quantile_interval
 from trainmj.files.written import finite
 from trainmj.reliability.file import ANY
 from trainmj.reliability.plan import Reliability
-
-if TYPE_CHECKING:
-    from trainmj.reliability.searches import Index
 
 FEW = 10
 """Passes below which plain draws say little of a probability."""
@@ -75,7 +72,7 @@ class Passed:
             its upper end, and as not passed in the lower end.
         place: where it is passed most often; empty if it is never, or has no place.
         share: part of the passes that are there.
-        worst: number of the draw that uses most of the limit.
+        worst: number of the draw that uses most of the limit; None if none has a usable number.
         causes: random quantities, the most telling first.
         running: the probability over the draws.
         limit: the limit; None for any.
@@ -93,7 +90,7 @@ class Passed:
     unknown: int
     place: str
     share: float
-    worst: int
+    worst: int | None
     causes: tuple[Cause, ...]
     running: Running = field(repr=False)
     limit: float | None = None
@@ -116,6 +113,7 @@ class Scattered:
     Attributes:
         case: load case.
         name: of its column, or of a limited quantity where it is largest.
+        title: in words.
         mean: with its interval.
         deviation: standard deviation.
         quantiles: with their intervals; draws without a usable number may have been anything.
@@ -126,6 +124,7 @@ class Scattered:
 
     case: str
     name: str
+    title: str
     mean: Estimate
     deviation: float
     quantiles: tuple[tuple[float, Estimate], ...]
@@ -144,6 +143,27 @@ class Searched:
     rare: Rare
 
 
+@dataclass(frozen=True)
+class Index:
+    """Shares of the variance of a response, or of how much of a limit is used, that go back to a tolerance.
+
+    Attributes:
+        case: load case.
+        response: name of the response or limit.
+        part: name of the tolerance, with all its copies.
+        first: share that it causes alone, and ends of its interval.
+        total: share in which it takes part, and ends of its interval.
+        left_out: samples left out, as a collision of theirs has no usable number.
+    """
+
+    case: str
+    response: str
+    part: str
+    first: tuple[float, ...]
+    total: tuple[float, ...]
+    left_out: int
+
+
 @dataclass(frozen=True, eq=False)
 class ReliabilityResult:
     """What a reliability run found.
@@ -153,7 +173,8 @@ class ReliabilityResult:
         folder: where its files are.
         passed: by load case: each limit, then any of them; at last any limit in any case, if there are several.
         scattered: by load case.
-        endings: how the draws ended, by load case: how many of each kind, and the first that failed in words.
+        endings: how the draws ended, by load case: how many of each kind.
+        first_unusable: the first without usable numbers, in words; empty if there is none.
         searched: small probabilities that were searched for.
         indices: Sobol' indices.
         computed: collisions that were computed now; the others were there.
@@ -250,6 +271,7 @@ class Draws:
         designed: Mapping[str, Sequence[Criterion]],
         columns: Mapping[str, Mapping[str, Column]],
     ) -> None:
+        """Read nothing yet."""
         self._plan, self._store, self._designed, self._columns = plan, store, designed, columns
         self.endings: dict[str, Counter[str]] = {}
         self.first_unusable = ""
@@ -258,34 +280,38 @@ class Draws:
     def passed(self) -> Iterator[Passed]:
         """How likely each limit is passed, and any of them."""
         n = self._plan.spec.runs
-        everywhere, unknown_somewhere = np.zeros(n, bool), np.zeros(n, bool)
+        everywhere, unknown_somewhere, most_of_all = np.zeros(n, bool), np.zeros(n, bool), np.full(n, np.nan)
         for case in self._plan.cases:
             status = [str(kind) for kind in self._column("status", case)]
             self.endings[case] = Counter(status)
             lost = np.array([kind in UNUSABLE for kind in status])
             any_of_them = np.array([kind in PAST_LIMITS for kind in status])
+            most = np.full(n, np.nan)  # that is used of any limit
             self._unusable[case] = lost
             if lost.any() and not self.first_unusable:
                 self.first_unusable = self._said(case, int(np.argmax(lost)))
             for criterion in self._designed[case]:
-                yield (one := self._of(case, criterion, lost))[0]
-                any_of_them |= one[1]
+                one, flags, used = self._of(case, criterion, lost)
+                any_of_them |= flags
+                most = np.fmax(most, used)
+                yield one
             if len(self._plan.cases) > 1:
-                yield self._any(case, any_of_them, lost)
+                yield self._any(case, any_of_them, lost, most)
             everywhere |= any_of_them
             unknown_somewhere |= lost
-        yield self._any("", everywhere, unknown_somewhere)
+            most_of_all = np.fmax(most_of_all, most)
+        yield self._any("", everywhere, unknown_somewhere, most_of_all)
 
     def scattered(self) -> Iterator[Scattered]:
         """How limited quantities and responses scatter."""
         for case in self._plan.cases:
             done = set()
             for c in self._designed[case]:
-                yield self._scattered(case, f"{c.name} found", c.name, c.unit, c.digits)
+                yield self._scattered(case, f"{c.name} found", c.name, c.title, c.unit, c.digits)
                 done.add(c.name)
             for name, column in self._plan.responses(case, self._plan.spec.responses).items():
                 if name not in done:
-                    yield self._scattered(case, name, name, column.unit, column.digits)
+                    yield self._scattered(case, name, name, column.title, column.unit, column.digits)
 
     def _column(self, name: str, case: str) -> Iterator[Any]:
         """A value for each draw of a load case."""
@@ -305,7 +331,7 @@ class Draws:
         status, reason = (list(self._column(name, case))[draw] for name in ("status", "reason"))
         return f"draw {draw}{f' of {case}' if case else ''}, {status}: {reason}"
 
-    def _of(self, case: str, criterion: Criterion, lost: Flags) -> tuple[Passed, Flags]:
+    def _of(self, case: str, criterion: Criterion, lost: Flags) -> tuple[Passed, Flags, FloatArray]:
         found = self._numbers(f"{criterion.name} found", case)
         unknown = lost | np.isnan(found)
         passed = np.fromiter((v != 0 for v in self._column(f"{criterion.name} passed", case)), bool) & ~unknown
@@ -314,7 +340,7 @@ class Draws:
         )
         place, often = places.most_common(1)[0] if places else ("", 0)
         used = np.abs(found) / criterion.limit * 100.0
-        worst = int(np.nanargmax(used)) if (~unknown).any() else 0
+        worst = _largest(used)
         return (
             Passed(
                 case,
@@ -324,23 +350,23 @@ class Draws:
                 place or "",
                 often / passed.sum() if often else 0.0,
                 worst,
-                self._causes(passed, used),
+                self._causes(case, passed, used),
                 self._running(passed, unknown),
                 criterion.limit,
                 criterion.found,
-                float(found[worst]),
+                None if worst is None else float(found[worst]),
                 np.quantile(used[~unknown], np.linspace(0.0, 1.0, _POINTS)) if (~unknown).any() else np.zeros(0),
                 criterion.unit,
                 criterion.digits,
             ),
             passed,
+            used,
         )
 
-    def _any(self, case: str, passed: Flags, lost: Flags) -> Passed:
+    def _any(self, case: str, passed: Flags, lost: Flags, used: FloatArray) -> Passed:
         passed, unknown = passed & ~lost, lost & ~passed
         title = "any limit in any load case" if not case and len(self._plan.cases) > 1 else "any limit"
-        worst = int(np.argmax(passed | unknown))
-        causes = self._causes(passed, np.where(unknown, np.nan, passed.astype(np.float64)))
+        worst, causes = _largest(used), self._causes(case, passed, used)
         return Passed(
             case, ANY, title, *self._estimate(passed, unknown), "", 0.0, worst, causes, self._running(passed, unknown)
         )
@@ -358,15 +384,17 @@ class Draws:
         columns = ([getattr(one, name) for one in found] for name in ("value", "lower", "upper"))
         return Running(at, *map(np.array, columns))
 
-    def _causes(self, passed: Flags, used: FloatArray) -> tuple[Cause, ...]:
-        """The random quantities that go most with how much of a limit is used, or with its passing."""
-        plan, d = self._plan, self._plan.scatter.d
+    def _causes(self, case: str, passed: Flags, used: FloatArray) -> tuple[Cause, ...]:
+        """The random quantities of a case, or of all, that go most with how much of a limit is used."""
+        plan = self._plan
+        acting = plan.scatter.columns.get(case, list(range(plan.scatter.d)))
+        d = len(acting)
         known = np.isfinite(used)
         k, m = int(passed.sum()), int(known.sum())
         mean = float(used[known].mean()) if m else 0.0
         of_passed, cross, squares, sums = (np.zeros(d) for _ in range(4))
         for first, z in plan.chunks():
-            y = plan.scatter.scores(z)
+            y = plan.scatter.scores(z)[:, acting]
             here = slice(first, first + len(z))
             of_passed += y[passed[here]].sum(axis=0)
             y = y[known[here]]
@@ -377,20 +405,24 @@ class Draws:
         correlation = np.divide(cross, scale, out=np.zeros(d), where=scale > 0)
         shift = of_passed / k if k else np.full(d, math.nan)
         order = np.argsort(-np.abs(correlation), kind="stable")[:_MOST_CAUSES]
-        return tuple(Cause(plan.scatter.names[j], float(shift[j]), float(correlation[j])) for j in order)
+        return tuple(Cause(plan.scatter.names[acting[j]], float(shift[j]), float(correlation[j])) for j in order)
 
-    def _scattered(self, case: str, column: str, name: str, unit: str, digits: int) -> Scattered:
+    def _scattered(self, case: str, column: str, name: str, title: str, unit: str, digits: int) -> Scattered:
         spec, lost = self._plan.spec, self._unusable[case]
         values = self._numbers(column, case)
         group = replicates_of(len(values), method=spec.draws)
         known = np.isfinite(values)
         there = values[known]
-        quantiles = [(q, quantile_interval(values[known | lost], q, level=spec.level)) for q in spec.quantiles] if (
-            known.any()
-        ) else []
+        asked = spec.quantiles if known.any() else []
+        quantiles = [(q, quantile_interval(values[known | lost], q, level=spec.level)) for q in asked]
         deviation = float(there.std(ddof=1)) if there.size > 1 else math.nan
         mean = _mean(there, group[known], spec.level)
-        return Scattered(case, name, mean, deviation, tuple(quantiles), int(lost.sum()), unit, digits)
+        return Scattered(case, name, title, mean, deviation, tuple(quantiles), int(lost.sum()), unit, digits)
+
+
+def _largest(values: FloatArray) -> int | None:
+    """Where the largest of some values (n,) is; None if all are nan."""
+    return int(np.nanargmax(values)) if np.isfinite(values).any() else None
 
 
 def _mean(values: FloatArray, group: NDArray[np.int64], level: float) -> Estimate:
@@ -401,9 +433,3 @@ def _mean(values: FloatArray, group: NDArray[np.int64], level: float) -> Estimat
     _, sizes = np.unique(group, return_counts=True)
     told = values.size >= _LEAST and sizes.size > 1 and sizes.max() <= 2 * sizes.min()
     return mean_interval(values, group if told else None, level=level)
-
-
-def failed_kinds(endings: Mapping[str, Counter[str]]) -> Iterator[tuple[str, Kind, int]]:
-    """Load case, kind and number of the draws that ended in some way, the order of the kinds kept."""
-    for case, of in endings.items():
-        yield from ((case, kind, of[kind]) for kind in Kind if of[kind])

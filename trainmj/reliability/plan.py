@@ -126,7 +126,7 @@ class Reliability:
     def _check(self, pattern: str) -> None:
         """Refuse a response that no load case has, or that is a number in none."""
         reasons = []
-        for name, chain in self.chains.items():
+        for chain in self.chains.values():
             columns = columns_of(chain)
             try:
                 found = matching([pattern], columns)
@@ -203,7 +203,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Reliability:
     stated = {name: {f"tolerances.{name}": value} for name, value in own.items()}
     for name, scenario in scenarios.items():
         source.refuse(refused(("tolerances",), stated, scenario))
-        every = {path: value for one in stated.values() for path, value in one.items()} | changes
+        every = {path: value for one in (*stated.values(), changes) for path, value in one.items()}
         scenarios[name] = scenario.with_values(every) if every else scenario
     try:
         return Reliability(spec, scenarios, source.files)

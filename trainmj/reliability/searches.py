@@ -47,6 +47,7 @@ class Searches:
         designed: Mapping[str, Sequence[Criterion]],
         progress: Callable[[int], None],
     ) -> None:
+        """Compute nothing yet."""
         self.plan, self.computed = plan, 0
         self._store, self._engine, self._designed, self._progress = store, engine, designed, progress
 
@@ -68,18 +69,14 @@ class Searches:
         found = rows_of(self._store, self._engine.of(self.plan.scenarios[case]), changes, keep, progress)
         return [found[key] for key in keys]
 
-    def used(self, case: str, limit: str, z: FloatArray) -> FloatArray:
-        """How much of a limit is used (n,) [%]; nan where there is no usable number."""
-        return self.numbers(case, limit, z)
-
     def numbers(self, case: str, name: str, z: FloatArray) -> FloatArray:
         """A response, or how much of a limit is used [%], (n,); nan where there is no usable number."""
         rows = self.rows(case, z)
         return np.array([np.nan if r["status"] in UNUSABLE else r.get(name, np.nan) for r in rows], dtype=np.float64)
 
     def beyond(self, case: str, limit: str, z: FloatArray) -> FloatArray:
-        """By how much a limit is passed (n,), as part of it; at or below 0 where it is kept."""
-        return self.used(case, limit, z) / 100.0 - 1.0 - ROUND_OFF
+        """By how much a limit is passed (n,) [% of it]; at or below 0 where it is kept."""
+        return self.numbers(case, limit, z) - 100.0 * (1.0 + ROUND_OFF)
 
     def beyond_any(self, z: FloatArray) -> FloatArray:
         """The same of whichever limit is passed by most in any load case, or a car body that gives way."""
@@ -116,7 +113,12 @@ class Searches:
 
         d, sampling = self.plan.scatter.d, rare.method == "importance_sampling"
         found: Rare = subset_simulation(
-            state, d, seed=spec.seed, n=min(rare.runs, 1000) if sampling else rare.runs, most=rare.levels, level=spec.level
+            state,
+            d,
+            seed=spec.seed,
+            n=min(rare.runs, 1000) if sampling else rare.runs,
+            most=rare.levels,
+            level=spec.level,
         )
         if sampling:
             found = importance_sampling(state, d, seed=spec.seed, n=rare.runs, start=found, level=spec.level)
