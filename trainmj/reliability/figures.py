@@ -55,7 +55,7 @@ def distribution(result: ReliabilityResult) -> Figure | None:
     if one.designed is not None and one.limit:
         axes.axvline(100.0 * abs(one.designed) / one.limit, color=GREY, linestyle=":", label="as designed")
     axes.set_ylim(0, 1)
-    axes.set_xlabel(f"used of the limit of {one.limit:.12g} {one.unit} (%)")
+    axes.set_xlabel(f"part of the limit of {one.limit:.12g} {one.unit} that is used (%)")
     axes.set_ylabel("share of the draws at or below")
     axes.legend()
     picture.suptitle(titled(one)[:1].upper() + titled(one)[1:], x=0.01, ha="left", fontweight="bold")

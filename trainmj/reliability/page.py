@@ -89,5 +89,7 @@ def _distribution(section: Section, one: Passed) -> None:
         marks["as designed"] = (100.0 * abs(one.designed) / one.limit, "#7a808a", "dot")
     for name, (x, colour, dash) in marks.items():
         traces.append(line(name, [x, x], [0.0, 1.0], colour=colour, line={"dash": dash}))
-    layout = axes(f"used of the limit of {one.limit:.12g} {one.unit}", "%", "share of the draws at or below", "")
+    layout = axes(
+        f"part of the limit of {one.limit:.12g} {one.unit} that is used", "%", "share of the draws at or below", ""
+    )
     section.plot(traces, layout, title=f"How much is used: {titled(one)}", height=320)
