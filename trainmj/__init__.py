@@ -44,6 +44,12 @@ if TYPE_CHECKING:
     from trainmj.identification import identify as identify
     from trainmj.identification import load_targets as load_targets
     from trainmj.identification import targets_of as targets_of
+    from trainmj.reliability import Reliability as Reliability
+    from trainmj.reliability import ReliabilityResult as ReliabilityResult
+    from trainmj.reliability import load_reliability as load_reliability
+    from trainmj.reliability import reliability_of as reliability_of
+    from trainmj.reliability import run_reliability as run_reliability
+    from trainmj.reliability import scenario_of_draw as scenario_of_draw
     from trainmj.scenario import Scenario as Scenario
     from trainmj.scenario import load as load
     from trainmj.scenario import save as save
@@ -76,6 +82,7 @@ _HOMES = {
     "collision.status": "Status",
     "collision.summary": "Summary summarise",
     "identification": "Found Identification identify load_targets targets_of",
+    "reliability": "Reliability ReliabilityResult load_reliability reliability_of run_reliability scenario_of_draw",
     "scenario": "Scenario load save",
     "study": "Study StudyResult load_study run_study study_of",
     "sweep": "Sweep SweepResult grid_of load_sweep run_sweep sweep_of",

@@ -34,7 +34,7 @@ class Computed(NamedTuple):
     key: Any
     row: Row
     columns: Mapping[str, Column]
-    limits: Sequence[Criterion] = ()  # each beside what was found
+    limits: tuple[Criterion, ...] = ()  # every limit beside what was found; none of a case that was refused
 
 
 class Engine(Protocol):

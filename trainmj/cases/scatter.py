@@ -12,22 +12,25 @@ What a tolerance scatters is one random quantity for all parts that have the val
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from trainmj.cases.engine import Case
 from trainmj.doe.arrays import FloatArray, as_matrix
+from trainmj.doe.scatter import Marginal
 from trainmj.errors import InputError
 from trainmj.files.source import Path, Problem, dotted
 from trainmj.scenario import Scenario
 from trainmj.scenario.as_built import joints, standing
 from trainmj.scenario.curves import CurveRef
 from trainmj.scenario.devices import CrushDevice
-from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance, TruncatedNormal
+from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance
 
 _OF_VEHICLES = ("mass_t", "rail_friction", "load")
 """What vehicles take over from their train, and a single one may be built with."""
@@ -35,6 +38,7 @@ _OF_VEHICLES = ("mass_t", "rail_friction", "load")
 Owner = tuple[Any, ...]
 """A vehicle or device by its train and position; empty for what belongs to the scenario."""
 
+_SPREAD = "tolerance"
 _PLACELESS = ""
 """The place of what belongs to the scenario, not to one vehicle or device."""
 
@@ -118,12 +122,13 @@ class Together:
         scatters: by load case.
         names: of the random quantities, (d,); where a place is another vehicle or device in a later case, with that.
         parts: the tolerance of each of them, (d,).
+        columns: which of them act in a load case.
     """
 
     scatters: Mapping[str, Scatter]
     names: tuple[str, ...]
     parts: tuple[str, ...]
-    _columns: Mapping[str, list[int]] = field(repr=False)  # those of a case
+    columns: Mapping[str, list[int]] = field(repr=False)
     _root: FloatArray | None = field(repr=False)
 
     @property
@@ -137,7 +142,7 @@ class Together:
 
     def cases(self, case: str, z: FloatArray) -> list[Case]:
         """The changes of the scenario of a load case for independent standard normal draws (n, d)."""
-        return self.scatters[case].at(self.scores(z)[:, self._columns[case]])
+        return self.scatters[case].at(self.scores(z)[:, self.columns[case]])
 
 
 def together(scatters: Mapping[str, Scatter]) -> Together:
@@ -411,42 +416,34 @@ def _distributed(tolerance: Tolerance, nominal: Any) -> Callable[[FloatArray], A
     Raises:
         InputError: if the distribution cannot be one around this value.
     """
-    from scipy import stats
-    from scipy.special import ndtr
-
     if isinstance(tolerance, Discrete):
         values = tolerance.values
         shares = tolerance.probabilities or [1.0 / len(values)] * len(values)
         ends = np.cumsum(shares)[:-1]
         return lambda z: [values[k] for k in np.searchsorted(ends, ndtr(z), side="right")]
+    range_, percent = tolerance.range, (tolerance.percent or 0.0) / 100.0
+    if tolerance.percent and not (nominal if tolerance.kind == "uniform" or tolerance.mean is None else tolerance.mean):
+        raise InputError("a percentage of 0 is no tolerance: state sigma or range")
     if tolerance.kind == "uniform":
-        half = abs(nominal) * (tolerance.percent or 0.0) / 100.0
-        if not (half or tolerance.range):
-            raise InputError("a percentage of 0 is no tolerance: state range")
-        low, high = tolerance.range or (nominal - half, nominal + half)
-        return lambda z: low + (high - low) * ndtr(z)
+        half = abs(nominal) * percent
+        return Marginal.uniform(_SPREAD, *(range_ or (nominal - half, nominal + half))).at_normal
     mean = nominal if tolerance.mean is None else tolerance.mean
-    sigma = tolerance.sigma or abs(mean) * (tolerance.percent or 0.0) / 100.0
-    if not sigma and (isinstance(tolerance, TruncatedNormal) or not tolerance.range):
-        raise InputError("a percentage of 0 is no tolerance: state sigma")
+    sigma = tolerance.sigma or abs(mean) * percent
     if isinstance(tolerance, Normal):
-        if tolerance.range:
-            low, high = tolerance.range
-            mean, sigma = 0.5 * (low + high), (high - low) / 6.0
+        if range_:
+            mean, sigma = 0.5 * (range_[0] + range_[1]), (range_[1] - range_[0]) / 6.0
         return lambda z: mean + sigma * z
     if isinstance(tolerance, Lognormal):
-        if tolerance.range:
-            low, high = np.log(tolerance.range)
-            mu, s = 0.5 * (low + high), (high - low) / 6.0
-        else:
-            if mean <= 0:
-                raise InputError("a lognormal distribution needs a mean above 0")
-            s = np.sqrt(np.log1p((sigma / mean) ** 2))
-            mu = np.log(mean) - 0.5 * s**2
-        return lambda z: np.exp(mu + s * z)
+        if range_:
+            low, high = math.log(range_[0]), math.log(range_[1])
+            wide = ((high - low) / 6.0) ** 2
+            mean = math.exp(0.5 * (low + high + wide))
+            sigma = mean * math.sqrt(math.expm1(wide))
+        if mean <= 0:
+            raise InputError("a lognormal distribution needs a mean above 0")
+        return Marginal.lognormal(_SPREAD, mean, sigma).at_normal
     reach = (tolerance.cut_sigma or 0.0) * sigma
-    low, high = tolerance.range or (mean - reach, mean + reach)
+    low, high = range_ or (mean - reach, mean + reach)
     if not low < mean < high:
         raise InputError(f"the mean, {mean:g}, must lie in the range from {low:g} to {high:g}")
-    cut = stats.truncnorm((low - mean) / sigma, (high - mean) / sigma, loc=mean, scale=sigma)
-    return lambda z: cut.ppf(ndtr(z))
+    return Marginal.truncated_normal(_SPREAD, mean, sigma, low, high).at_normal

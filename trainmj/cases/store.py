@@ -130,6 +130,12 @@ class Store:
         query = f'SELECT "{self._key}", status, reason FROM results WHERE status IN ({marks}) ORDER BY "{self._key}"'
         return self._select(query, tuple(kinds))
 
+    def column(self, name: str, before: Key) -> Iterator[Any]:
+        """The values of a column in the order of the keys, of those before a key; None where a case has none."""
+        name = _quoted(name) if name in self._names else "NULL"
+        query = f'SELECT {name} FROM results WHERE "{self._key}" < ? ORDER BY "{self._key}"'
+        return (value for (value,) in self._select(query, (before,)))
+
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
         """The rows of those keys that are in the file, without their empty values."""
         found: dict[Key, Row] = {}
@@ -179,15 +185,21 @@ class Store:
             db.execute("DELETE FROM about")
         self._known = {}
 
-    def write_csv(self, file: Path) -> None:
-        """Write the table as CSV in one order of columns and rows, whatever order the cases ended in."""
+    def write_csv(self, file: Path, before: Key | None = None) -> None:
+        """Write the table as CSV in one order of columns and rows, whatever order the cases ended in.
+
+        Args:
+            file: made or replaced.
+            before: key from which on rows are left out; by default none is.
+        """
         names = in_order(self._names, self._known)
-        query = f'SELECT {", ".join(map(_quoted, names))} FROM results ORDER BY "{self._key}"'
+        where, values = ("", ()) if before is None else (f'WHERE "{self._key}" < ?', (before,))
+        query = f'SELECT {", ".join(map(_quoted, names))} FROM results {where} ORDER BY "{self._key}"'
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
                 table = csv.writer(out)
                 table.writerow(names)
-                table.writerows(self._select(query))
+                table.writerows(self._select(query, values))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
 

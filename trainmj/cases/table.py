@@ -65,9 +65,9 @@ def run_cases(
     columns: dict[str, Column] = {}
     records: Any = cases.rename(columns=str).to_dict("records")  # plain Python values
     made = ({name: math.nan if value is None else value for name, value in record.items()} for record in records)
-    for number, row, of_row, _ in Local(scenario, threads)(enumerate(made)):
-        rows[number] = row
-        columns.update(of_row)
+    for computed in Local(scenario, threads)(enumerate(made)):
+        rows[computed.key] = computed.row
+        columns.update(computed.columns)
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})
     found = pd.DataFrame([rows[i] for i in range(len(cases))], index=cases.index, columns=names)
     table = pd.concat([cases, found], axis=1)

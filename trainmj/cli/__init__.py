@@ -16,6 +16,7 @@ import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
+from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.errors import TrainmjError
@@ -105,6 +106,7 @@ for command in (
     tasks.study,
     tasks.identify,
     assess,
+    reliability,
     report,
     render,
     view,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from trainmj.scenario import Scenario
 
 
-_SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner"]
+_SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner", "reliability"]
 
 
 @click.command()
@@ -24,10 +24,10 @@ _SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner"]
 def check(file: str, changes: dict[str, Any]) -> None:
     """Check an input file and print what would run.
 
-    FILE is a scenario, sweep, study, targets, assessment or partner file, or the name of a shipped one, such as b_type
-    or b_type.study.yaml. Nothing is computed.
+    FILE is a scenario, sweep, study, targets, assessment, reliability or partner file, or the name of a shipped one,
+    such as b_type or b_type.study.yaml. Nothing is computed.
     """
-    from trainmj.files.kinds import ASSESSMENT, PARTNER, SCENARIO, STUDY, SWEEP
+    from trainmj.files.kinds import ASSESSMENT, PARTNER, RELIABILITY, SCENARIO, STUDY, SWEEP
     from trainmj.single.screen import print_chain
 
     kind = kind_of_input(file)
@@ -41,6 +41,12 @@ def check(file: str, changes: dict[str, Any]) -> None:
         loaded = sweep.scenario
         if sweep.load_cases:
             click.echo(f"\nLoad case {next(iter(sweep.load_cases))}, the first of them:")
+    elif kind is RELIABILITY:
+        from trainmj.reliability import screen as of_reliability
+
+        plan = trainmj.load_reliability(file, changes)
+        of_reliability.print_plan(plan)
+        loaded = next(iter(plan.scenarios.values()))
     elif changes:
         raise InputError(f"--set: the {kind.name} {file} states its values: change them there, under set")
     elif kind is ASSESSMENT:
@@ -91,8 +97,8 @@ def _run_into(file: str) -> Scenario:
 def scenarios() -> None:
     """List the scenarios that ship with trainmj.
 
-    Also lists partner, assessment, study and targets files, and the folder of all of them. Copy a file, or use it by
-    its name.
+    Also lists partner, assessment, study, targets and reliability files, and the folder of all of them. Copy a file, or
+    use it by its name.
     """
     from trainmj.files.resources import shipped_files, shipped_folder
     from trainmj.output.console import console_table, new_console
@@ -109,6 +115,7 @@ def scenarios() -> None:
         ("Assessments", ".assessment.yaml", "trainmj assess TRAIN --standard NAME"),
         ("Studies", ".study.yaml", "trainmj study NAME"),
         ("Targets", ".targets.yaml", "trainmj identify NAME"),
+        ("Reliability", ".reliability.yaml", "trainmj reliability NAME"),
     ):
         click.echo(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})")
     click.echo(f"All of them are in {shipped_folder('scenarios')}")
@@ -119,10 +126,11 @@ def scenarios() -> None:
 def schema(kind: str) -> None:
     """Print the JSON schema of a kind of input file, for editors.
 
-    KIND is scenario (if left out), sweep, study, targets, assessment or partner.
+    KIND is scenario (if left out), sweep, study, targets, assessment, partner or reliability.
     """
     from trainmj.assessment.file import AssessmentFile
     from trainmj.identification.file import TargetsFile
+    from trainmj.reliability.file import ReliabilityFile
     from trainmj.scenario import files
     from trainmj.scenario.partners import PartnerFile
     from trainmj.study.file import StudyFile
@@ -132,7 +140,7 @@ def schema(kind: str) -> None:
         found = files.schema()
     else:
         models = {"sweep": SweepFile, "study": StudyFile, "targets": TargetsFile}
-        models |= {"assessment": AssessmentFile, "partner": PartnerFile}
+        models |= {"assessment": AssessmentFile, "partner": PartnerFile, "reliability": ReliabilityFile}
         model: Any = models[kind]
         found = {"$schema": files.JSON_SCHEMA} | model.model_json_schema() | {"title": f"trainmj {kind}"}
     click.echo(json.dumps(found, indent=2))

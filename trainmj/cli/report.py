@@ -42,6 +42,7 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.collision import result
     from trainmj.identification import run as identification
     from trainmj.paper import PAGE
+    from trainmj.reliability import run as reliability
     from trainmj.study import folder as study
 
     return (
@@ -52,6 +53,7 @@ def kinds() -> tuple[Kind, ...]:
             "an identification", identification.FILE, cure=f"trainmj identify TARGETS --out {{folder}} --report{_AGAIN}"
         ),
         Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
+        Kind("a reliability run", reliability.FILE, cure=f"trainmj reliability FILE --out {{folder}} --report{_AGAIN}"),
         Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper --out {{folder}}{_AGAIN}"),
     )
 

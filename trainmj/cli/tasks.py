@@ -50,12 +50,18 @@ def _numbers(text: str) -> tuple[int, ...]:
     return tuple(map(int, parts))
 
 
-def _engine(dask: str | None, scenario: Scenario) -> AbstractContextManager[Engine | None]:
+def engine_at(dask: str | None, scenario: Scenario) -> AbstractContextManager[Engine | None]:
+    """The engine of a cluster, if there is one."""
     if dask is None:
         return nullcontext()
     from trainmj.cases.cluster import connected
 
     return connected(dask, scenario)
+
+
+takes_dask = click.option(
+    "--dask", metavar="ADDRESS", help="Compute on a Dask cluster: its scheduler's address, or 'local'."
+)
 
 
 @click.command()
@@ -72,7 +78,7 @@ def _engine(dask: str | None, scenario: Scenario) -> AbstractContextManager[Engi
     "--responses", metavar="NAMES", help="Columns wanted, with commas between; * stands for any part of a name."
 )
 @click.option("--histories", metavar="NUMBERS", help="Numbers of cases (from 0) whose histories are kept as NetCDF.")
-@click.option("--dask", metavar="ADDRESS", help="Compute on a Dask cluster: its scheduler's address, or 'local'.")
+@takes_dask
 @click.option("--parquet", is_flag=True, help="Write results.parquet too.")
 @takes_report
 @takes_fail_on_limit
@@ -115,7 +121,7 @@ def sweep(
     if parquet:
         from trainmj.sweep.parquet import write_parquet  # says that its package is missing before the work
     progress = Progress(len(cases))
-    with progress, going_on(out, fresh, progress.stop), _engine(dask, cases.scenario) as engine:
+    with progress, going_on(out, fresh, progress.stop), engine_at(dask, cases.scenario) as engine:
         result = trainmj.run_sweep(cases, out, threads=threads, fresh=fresh, engine=engine, progress=progress)
     if parquet:
         write_parquet(out)

@@ -16,6 +16,7 @@ _MADE_BY = {
     "Study": "trainmj.study_of makes one of plain values",
     "Identification": "trainmj.targets_of makes one of plain values",
     "Standard": "trainmj.load_assessment reads one",
+    "Reliability": "trainmj.reliability_of makes one of plain values",
 }
 """How to get what a function needs, by the name of its type."""
 
@@ -43,7 +44,7 @@ def group_given(thing: Any) -> Mapping[str, Any]:
     """
     if isinstance(thing, Mapping):
         return thing
-    readers = "trainmj.load, load_sweep, load_study and load_targets read files"
+    readers = "trainmj.load, load_sweep, load_study, load_reliability and load_targets read files"
     raise TypeError(f"needs a dict of values by key or path, not {type(thing).__name__}: {readers}")
 
 
@@ -56,7 +57,7 @@ def path_given(thing: Any) -> Path:
     found = getattr(thing, "folder", thing)
     if isinstance(found, (str, PathLike)):
         return Path(found)
-    needed = "the path of a folder or of a file in it, or what run_sweep, run_study or identify gave"
+    needed = "the path of a folder or of a file in it, or what run_sweep, run_study, run_reliability or identify gave"
     cure = ": its save writes it to a file" if type(thing).__name__ == "Result" else ""
     raise TypeError(f"needs {needed}, not {type(thing).__name__}{cure}")
 
@@ -69,7 +70,7 @@ def file_given(thing: Any) -> Path:
     """
     if isinstance(thing, (str, PathLike)):
         return Path(thing)
-    makers = "Scenario.from_values, sweep_of, study_of and targets_of take plain values"
+    makers = "Scenario.from_values, sweep_of, study_of, reliability_of and targets_of take plain values"
     raise TypeError(f"needs the path of a file, or the name of a shipped one, not {type(thing).__name__}: {makers}")
 
 

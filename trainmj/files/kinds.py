@@ -19,7 +19,7 @@ def _kind(name: str, ending: str, takes: str, own: str) -> Kind:
     return Kind(name, ending, takes, frozenset(own.split()))
 
 
-SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
+SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
     _kind(
         "scenario file",
         ".yaml",
@@ -55,6 +55,12 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT = KINDS = (
         ".assessment.yaml",
         "trainmj assess or trainmj.load_assessment",
         "edition categories load_states brakes scenarios reported not_computed",
+    ),
+    _kind(
+        "reliability file",
+        ".reliability.yaml",
+        "trainmj reliability or trainmj.load_reliability",
+        "tolerances runs draws quantiles level rare sensitivity",
     ),
 )
 

@@ -1,0 +1,78 @@
+"""What is printed of a reliability run: what would run, and what was found, at most 80 columns wide."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from trainmj.collision.status import UNUSABLE, Kind
+from trainmj.files.text import printable
+from trainmj.output.console import new_console, print_table
+from trainmj.reliability import tables
+from trainmj.reliability.found import ReliabilityResult
+from trainmj.reliability.plan import Reliability
+
+
+def print_plan(plan: Reliability) -> None:
+    """What would scatter, in which load cases."""
+    console = new_console()
+    console.print(Text(plan.title, style="bold"))
+    console.print(tables.size(plan), soft_wrap=True)
+    print_table(console, tables.tolerances(plan))
+    for name, scenario in plan.scenarios.items():
+        if name:
+            console.print(Text(f"Load case {name}: {scenario.subject}"))
+
+
+def print_reliability(result: ReliabilityResult) -> None:
+    """The probabilities, what causes them, how responses scatter, and how the draws ended."""
+    console = new_console()
+    console.print(Text(result.plan.title, style="bold"))
+    console.print(tables.size(result.plan), soft_wrap=True)
+    console.print(Text(in_short(result), style="bold"))
+    for remark in remarks(result):
+        console.print(Text(f"Note: {remark}"))
+    for made in (tables.probabilities, tables.causes, tables.rare, tables.indices, tables.quantiles):
+        table = made(result)
+        if table.rows:
+            console.print()
+            print_table(console, table)
+    console.print()
+    there = "all were there" if not result.computed else f"{result.computed} collisions computed now"
+    console.print(f"{there.capitalize()}, {result.seconds:.1f} s; written to {result.folder}", soft_wrap=True)
+
+
+def in_short(result: ReliabilityResult) -> str:
+    """The probability that any limit is passed, and which one it is most likely to be, in a sentence."""
+    whole, one = result.any.estimate, result.governing
+    said = f"P({result.any.title}) = {tables.share(whole.value)} ({tables.interval(whole)})"
+    if one is None:
+        return said
+    case, place = (f" in {one.case}" if one.case else ""), (f", mostly at {one.place}" if one.place else "")
+    return f"{said}; governed by {one.title}{case}{place}: {tables.share(one.estimate.value)}"
+
+
+def remarks(result: ReliabilityResult) -> Iterator[str]:
+    """What a reader must know of the draws."""
+    if result.governing is None:
+        yield "no limit is stated, and no device has a stroke limit: only car bodies that give way are judged."
+    if result.unusable:
+        yield printable(
+            f"{result.unusable} of {result.collisions} collisions have no usable numbers and count as passed; the "
+            f"first, {result.first_unusable}"
+        )
+    cut = sum(of[Kind.TIME_LIMIT] for of in result.endings.values())
+    if cut:
+        yield (
+            f"{cut} collisions were cut off by the time limit and are judged by what came before: state a longer "
+            "simulation.time_limit_s."
+        )
+    missed = sum(of[Kind.NO_CONTACT] for of in result.endings.values())
+    if missed:
+        yield f"in {missed} collisions no device was pressed; they count as kept."
+
+
+def usable(result: ReliabilityResult) -> bool:
+    """Whether any collision has numbers that may be used."""
+    return any(count for of in result.endings.values() for kind, count in of.items() if kind not in UNUSABLE)
