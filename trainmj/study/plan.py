@@ -119,8 +119,8 @@ class Study:
         """The responses that are minimised or maximised, (m,); of several load cases the worst."""
         found = []
         for name in self.spec.objectives:
-            first, *others = (self.responses[k] for k in self._places(name))
-            found.append(replace(first, name=name, case="") if others else first)
+            first = self.responses[self._places(name)[0]]
+            found.append(replace(first, name=name, case="") if self.spec.cases else first)
         return tuple(found)
 
     @property

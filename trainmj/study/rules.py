@@ -195,7 +195,7 @@ def _heads(spec: StudyFile, columns: Mapping[str, Mapping[str, Column]]) -> Iter
     for name in spec.responses:
         units = {case: of[spec.column(name)].unit for case, of in columns.items() if spec.column(name) in of}
         names = [(name_in(name, case), units[case]) for case in spec.cases_of(name) if case in units]
-        if len(names) > 1:  # the worst of them, too
+        if spec.cases and name in spec.objectives and names:  # the worst of them, too
             names.append((name, names[0][1]))
         made += [(("responses", name), head(*each)) for each in names]
     for (group, name), column in made:
