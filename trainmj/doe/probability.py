@@ -14,6 +14,7 @@ end as safe, and how many there were is stated.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
@@ -437,9 +438,9 @@ def _centres(points: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, 
     from scipy.cluster.vq import kmeans2
 
     k = min(_CENTRES, 1 + len(points) // 20)
-    centres, group = (
-        kmeans2(points, k, minit="++", rng=rng) if k > 1 else (points.mean(axis=0)[None], np.zeros(len(points), int))
-    )
+    with warnings.catch_warnings():  # of a group that ends up empty: it is left out
+        warnings.simplefilter("ignore", UserWarning)
+        centres, group = kmeans2(points, k, minit="++", rng=rng)
     size = np.bincount(group, minlength=k)
     centres, size = centres[size > 0], size[size > 0]
     share = np.append((1.0 - _DEFENSIVE) * size / size.sum(), _DEFENSIVE)
