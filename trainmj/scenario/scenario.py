@@ -233,9 +233,10 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
     Raises:
         InputError: if a path leads nowhere.
     """
-    values, origins = dict(source.values), dict(source.origins)
+    values, own = dict(source.values), dict[Path, str]()
     owner: dict[Path, str] = {}
     replaced: list[Path] = []
+    groups: list[Path] = []  # that were replaced with all that was in them
     new = set(source.values.get("changed", ()))
     for name, given in changes.items():
         value = plain(given)
@@ -251,8 +252,9 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
                 new.add(name)
                 replaced.append(path)
             if isinstance(before, (dict, list)):
-                origins = placed(origins, [path], {})
-            origins[path] = change(name, value)
+                groups.append(path)
+            own[path] = change(name, value)
+    origins = placed(source.origins, groups, own) if groups else {**source.origins, **own}
     values = without_old_sources(values, replaced, changes.get("sources") or ())
     return marked(replace(source, values=values, origins=origins), set() if "title" in changes else new)
 
