@@ -15,6 +15,7 @@ from trainmj.assessment.file import AssessmentFile
 from trainmj.files.kinds import KINDS, PARTNER, kind_of
 from trainmj.files.parts import keys_of
 from trainmj.identification.file import TargetsFile
+from trainmj.reliability.file import ReliabilityFile
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import BUILDS_ON
 from trainmj.scenario.partners import PartnerFile
@@ -166,7 +167,7 @@ def test_formats_of_figures_are_checked_before_the_work(tmp_path):
 
 def test_the_kinds_of_files_are_told_apart_by_the_keys_that_only_they_have():
     """Breaks if a new key of a file is not in the table by which files are told apart."""
-    models = (Parts, SweepFile, StudyFile, TargetsFile, AssessmentFile, PartnerFile)
+    models = (Parts, SweepFile, StudyFile, TargetsFile, AssessmentFile, PartnerFile, ReliabilityFile)
     keys = {model.model_config["title"]: set(keys_of(model)) for model in models}
     keys["scenario file"].add(BUILDS_ON)
     for kind in KINDS:

@@ -151,7 +151,7 @@ def test_names_of_statistics_say_what_they_are(study):
         ({"tolerances": {}}, "robust: tolerances: the scenario has none"),
         ({"tolerances": {"mass": {"of": "mas_t", "percent": 1}}}, "did you mean 'mass_t'?"),
         ({"constraints": {}}, "robust: has nothing to hold: state constraints"),
-        ({"robust": {"objectives": {"front": "mean"}}}, "robust.objectives.front = 'mean': there is no objective of this name"),
+        ({"robust": {"objectives": {"front": "mean"}}}, "robust.objectives.front = 'mean': there is no objective"),
         ({"robust": {"probability": 0.7}}, "robust.probability = 0.7: must be less than 0.5"),
         ({"robust": {"also": {"old": {"M": 30}}}}, "robust.also.old: needs a value for F"),
         ({"robust": {"also": {"nominal": {"M": 30, "F": 1200}}}}, "is the name of a design that is chosen"),

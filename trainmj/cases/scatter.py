@@ -346,7 +346,10 @@ class _Found:
                 self.curves.append(_Curve(column, place, to, at, which, stated))
             return
         (value,) = self.scenario.locate(dotted(path))
-        if not isinstance(tolerance, Discrete) and (isinstance(value, bool) or not isinstance(value, int | float)):
+        whole = isinstance(tolerance, Discrete) or (
+            value is None and (tolerance.range is not None or _mean_of(tolerance) is not None)
+        )
+        if not whole and (isinstance(value, bool) or not isinstance(value, int | float)):
             cure = "state scales: force or stroke" if isinstance(value, dict | list | str) else "state the value"
             self.problems.append(Problem(("tolerances", name, "of"), f"{dotted(path)} is no number: {cure}"))
             return
@@ -410,6 +413,11 @@ def _within(inner: tuple[str, str], outer: tuple[str, str]) -> bool:
     return inner[0] == outer[0] and (inner[1] == outer[1] or inner[1].startswith(f"{outer[1]}."))
 
 
+def _mean_of(tolerance: Tolerance) -> float | None:
+    """The mean that a tolerance states; None if it is the value in the scenario."""
+    return getattr(tolerance, "mean", None)
+
+
 def _distributed(tolerance: Tolerance, nominal: Any) -> Callable[[FloatArray], Any]:
     """The values (n,) of a tolerance around a nominal value at standard normal draws (n,).
 
@@ -422,12 +430,13 @@ def _distributed(tolerance: Tolerance, nominal: Any) -> Callable[[FloatArray], A
         ends = np.cumsum(shares)[:-1]
         return lambda z: [values[k] for k in np.searchsorted(ends, ndtr(z), side="right")]
     range_, percent = tolerance.range, (tolerance.percent or 0.0) / 100.0
-    if tolerance.percent and not (nominal if tolerance.kind == "uniform" or tolerance.mean is None else tolerance.mean):
+    stated = _mean_of(tolerance)
+    mean = (nominal or 0.0) if stated is None else stated
+    if tolerance.percent and not mean:
         raise InputError("a percentage of 0 is no tolerance: state sigma or range")
     if tolerance.kind == "uniform":
-        half = abs(nominal) * percent
-        return Marginal.uniform(_SPREAD, *(range_ or (nominal - half, nominal + half))).at_normal
-    mean = nominal if tolerance.mean is None else tolerance.mean
+        half = abs(mean) * percent
+        return Marginal.uniform(_SPREAD, *(range_ or (mean - half, mean + half))).at_normal
     sigma = tolerance.sigma or abs(mean) * percent
     if isinstance(tolerance, Normal):
         if range_:

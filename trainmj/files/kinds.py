@@ -24,19 +24,20 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed curves devices trains obstacles as_built tolerances collision occupants simulation",
+        "builds_on changed curves devices trains obstacles as_built collision occupants simulation",
     ),
     _kind(
         "sweep file",
         ".sweep.yaml",
         "trainmj sweep or trainmj.load_sweep",
-        "vary together cases table sample histories",
+        "vary together table sample histories",
     ),
     _kind(
         "study file",
         ".study.yaml",
         "trainmj study or trainmj.load_study",
-        "factors design correlation surrogates cross_validation objectives optimiser weights decision check quality",
+        "factors design correlation surrogates cross_validation objectives optimiser weights decision check quality "
+        "robust",
     ),
     _kind(
         "targets file",
@@ -60,7 +61,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "reliability file",
         ".reliability.yaml",
         "trainmj reliability or trainmj.load_reliability",
-        "tolerances runs draws quantiles level rare sensitivity",
+        "runs seed draws quantiles level rare sensitivity",
     ),
 )
 

@@ -50,12 +50,17 @@ def dotted(path: Path) -> str:
     return ".".join(str(key) for key in path)
 
 
+_PLAIN = (float, str, bool, type(None))
+
+
 def plain(value: Any) -> Any:
     """Values as a YAML file gives them: numbers and arrays of numpy and pandas as Python's, tuples as lists.
 
     Raises:
         InputError: if a whole number is larger than any that a file can hold.
     """
+    if type(value) in _PLAIN:  # nearly all are, and the questions below take long
+        return value
     if isinstance(value, Mapping):
         return {key: plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
@@ -76,8 +81,10 @@ def source_of(values: Mapping[str, Any], folder: str | FilePath = ".") -> Source
 
 def placed(origins: Mapping[Path, str], replaced: Iterable[Path], by: Mapping[Path, str]) -> dict[Path, str]:
     """The places of values of which some, and all inside them, were replaced by others with places of their own."""
-    gone = set(replaced)
-    kept = {path: o for path, o in origins.items() if not any(path[:n] in gone for n in range(1, len(path) + 1))}
+    gone: dict[int, set[Path]] = {}
+    for path in replaced:
+        gone.setdefault(len(path), set()).add(path)
+    kept = {path: o for path, o in origins.items() if not any(path[:n] in paths for n, paths in gone.items())}
     return kept | dict(by)
 
 

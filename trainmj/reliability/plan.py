@@ -10,6 +10,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from trainmj.cases.engine import Case
 from trainmj.cases.load_cases import scenarios_of, with_tolerances
 from trainmj.cases.scatter import Together, scatter_of, together
@@ -62,8 +64,10 @@ class Reliability:
         object.__setattr__(self, "scatter", together(scatters))
         chains = {}
         for name, scenario in self.scenarios.items():
+            (median,) = scatters[name].cases(np.zeros((1, scatters[name].d)))
             with _in_case(name):
                 chains[name] = line_up(scenario)
+                line_up(self.changed(name, median))
         object.__setattr__(self, "chains", chains)
         for pattern in self.patterns:
             self._check(pattern)

@@ -8,6 +8,7 @@ and M1-M2 M2 behind it. Results report them under the same names.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import copy
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field
@@ -113,14 +114,22 @@ def built(parts: Parts) -> Built:
     found = Built({}, {})
     if not parts.as_built:
         return found
-    vehicles = {at.place: parts.trains[at.train].each()[at.position] for at in standing(parts)}
+    each = {name: parts.trains[name].each() for _, name, _ in _trains(parts)}
+    vehicles = {at.place: each[at.train][at.position] for at in standing(parts)}
+    values: dict[int, Any] = {}  # of those of a kind
+
+    def stated(part: Part) -> Any:
+        if id(part) not in values:
+            values[id(part)] = part.model_dump(exclude_unset=True, by_alias=True)
+        return values[id(part)]
+
     devices = {at.place: parts.devices[at.device] for joint in joints(parts) for at in joint.devices}
     for place, changes in parts.as_built.items():
         try:
             if place in vehicles:
-                found.vehicles[place] = _altered("vehicle", vehicles[place], changes).checked(_Vehicle).vehicle
+                found.vehicles[place] = _altered("vehicle", stated(vehicles[place]), changes).checked(_Vehicle).vehicle
             elif place in devices:
-                found.devices[place] = _altered("device", devices[place], changes).checked(_Device).device
+                found.devices[place] = _altered("device", stated(devices[place]), changes).checked(_Device).device
             else:
                 raise InputError(f"there is none{close_match(place, [*vehicles, *devices])}")
         except InputError as error:
@@ -128,15 +137,16 @@ def built(parts: Parts) -> Built:
     return found
 
 
-def _altered(name: str, part: Part, changes: Mapping[str, Any]) -> Source:
-    """The plain values of a part with new ones by path, under a name."""
-    values = {name: part.model_dump(exclude_unset=True, by_alias=True)}
+def _altered(name: str, part: Mapping[str, Any], changes: Mapping[str, Any]) -> Source:
+    """The plain values of a part with new ones by path, under a name; the part stays as it is."""
+    values = {name: part}
     for path, value in changes.items():
         *way, last = (name, *path.split("."))
         here: Any = values
         try:
             for key in way:
-                here = here[int(key)] if isinstance(here, list) else here.setdefault(key, {})
+                at: Any = int(key) if isinstance(here, list) else key
+                here[at] = here = copy(here[at] if isinstance(here, list) else here.get(at, {}))
             here[int(last) if isinstance(here, list) else last] = value
         except (IndexError, TypeError, ValueError, AttributeError):
             raise InputError(f"{path}: leads to no value") from None

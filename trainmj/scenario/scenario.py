@@ -235,9 +235,10 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
     Raises:
         InputError: if a path leads nowhere.
     """
-    values, origins = dict(source.values), dict(source.origins)
+    values, own = dict(source.values), dict[Path, str]()
     owner: dict[Path, str] = {}
     replaced: list[Path] = []
+    groups: list[Path] = []  # that were replaced with all that was in them
     new = set(source.values.get("changed", ()))
     for name, given in sorted(changes.items(), key=lambda change: not names_partner(change[0], parameters)):
         value = plain(given)
@@ -253,11 +254,12 @@ def changed(source: Source, parameters: Mapping[str, str | list[str]], changes: 
                 new.add(name)
                 replaced.append(path)
             if isinstance(before, (dict, list)):
-                origins = placed(origins, [path], {})
-            origins[path] = change(name, value)
+                groups.append(path)
+            own[path] = change(name, value)
             if path == _PARTNER:
-                source = with_partner(replace(source, values=values, origins=origins))
-                values, origins = dict(source.values), dict(source.origins)
+                source = with_partner(replace(source, values=values, origins={**source.origins, **own}))
+                values = dict(source.values)
+    origins = placed(source.origins, groups, own) if groups else {**source.origins, **own}
     values = without_old_sources(values, replaced, changes.get("sources") or ())
     return marked(replace(source, values=values, origins=origins), set() if "title" in changes else new)
 

@@ -184,8 +184,8 @@ def _path(
             stages.append(Stage(CAR_BODY, (origin + stroke[-1]) * MM, np.inf))
     if ending is not None:
         stages[-1] = replace(stages[-1], end=np.inf)
-    points_ = np.column_stack([stroke, force])
-    points_ = points_[np.append(True, np.any(np.diff(points_, axis=0) != 0.0, axis=1))]
+    pairs = list(zip(stroke, force, strict=True))
+    points_ = np.array(pairs[:1] + [after for before, after in pairwise(pairs) if after != before])
     envelope = Envelope(
         points_[:, 0] * MM,
         points_[:, 1] * KN,
