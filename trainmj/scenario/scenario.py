@@ -30,6 +30,7 @@ from trainmj.files.source import (
     source_of,
     type_at,
 )
+from trainmj.scenario.as_built import cars_as_built
 from trainmj.scenario.partners import with_partner, with_partner_file
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
@@ -124,7 +125,7 @@ class Scenario(Parts):
         """What collides, whatever the title says: trains, vehicles, masses, speeds."""
         c = self.collision
         leads = "" if c.train_end == "front" else f", led by its {c.train_end},"
-        moving = f"{self._train(c.train)}{leads} at {c.speed_km_h:.10g} km/h"
+        moving = f"{self._train('M')}{leads} at {c.speed_km_h:.10g} km/h"
         if c.partner == RIGID_WALL:
             return f"{moving} into a rigid wall"
         obstacle = self.obstacles.get(c.partner)
@@ -133,17 +134,19 @@ class Scenario(Parts):
         end = "" if c.partner_end == "front" else f", struck at its {c.partner_end}"
         v = c.partner_speed_km_h
         moves = "standing" if v == 0 else f"running {'ahead' if v > 0 else 'towards it'} at {abs(v):.10g} km/h"
-        partner = self._train(c.partner) if obstacle is None else f"{c.partner} ({obstacle.mass_t:.6g} t obstacle)"
+        partner = self._train("S") if obstacle is None else f"{c.partner} ({obstacle.mass_t:.6g} t obstacle)"
         return f"{moving} into {partner} {moves}{end}"
 
     @property
     def under_test(self) -> str:
         """The moving train in words: "b_type (6 vehicles, 198 t)"."""
-        return self._train(self.collision.train)
+        return self._train("M")
 
-    def _train(self, name: str) -> str:
-        cars = self.trains[name].cars()
+    def _train(self, letter: str) -> str:
+        """The moving train, M, or its partner, S, as they were built."""
+        cars = cars_as_built(self, letter)
         mass = sum(car.mass_t or 0.0 for car in cars)
+        name = self.collision.train if letter == "M" else self.collision.partner
         return f"{name} ({len(cars)} vehicle{'s' if len(cars) > 1 else ''}, {mass:.6g} t)"
 
     def _said(self, name: str) -> str:

@@ -131,6 +131,18 @@ def table(scenario: Scenario, chain: Chain) -> Table:
     return Table(worded(*heads), rows, "Devices")
 
 
+def as_built(scenario: Scenario) -> Table:
+    """What single vehicles and devices differ in from what is stated of their kind."""
+    rows = []
+    for place, values in scenario.as_built.items():
+        for path, value in values.items():
+            several = isinstance(value, dict | list)
+            rows.append(
+                (place, path, "points of its own" if several else f"{value:.6g}" if isinstance(value, float) else value)
+            )
+    return Table(worded("As built", "value", "is"), rows)
+
+
 def _kind(spec: AnyDevice) -> str:
     """Kind of a device, with its rate."""
     if isinstance(spec, CrushDevice) and spec.rate is not None:

@@ -132,11 +132,18 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.interfaces_of(chain))
     console.print()
     print_table(console, devices.table(scenario, chain))
+    if scenario.as_built:
+        console.print()
+        print_table(console, devices.as_built(scenario))
     _print_curves(console, chain)
     if scenario.sources:
         console.print()
         print_table(console, sources_table(scenario.sources, scenario.values()))
     _print_notes(console, scenario, (*remarks(chain), *devices.narrow(chain)))
+    if scenario.tolerances:
+        names = ", ".join(scenario.tolerances)
+        said = f"Tolerances ({names}) are for trainmj reliability and robust studies; a run has the values as stated."
+        console.print(said, markup=False)
     if chain.grade:
         console.print(f"Grade {chain.grade * 1e3:g} per mille, positive uphill along the motion.")
     largest = rounded_down(largest_step(chain) / MS, 3)
