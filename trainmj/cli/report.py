@@ -41,7 +41,7 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.cases import store
     from trainmj.collision import result
     from trainmj.identification import run as identification
-    from trainmj.paper import PAGE
+    from trainmj.paper import BEYOND, PAGE
     from trainmj.study import folder as study
 
     return (
@@ -53,6 +53,7 @@ def kinds() -> tuple[Kind, ...]:
         ),
         Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
         Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper --out {{folder}}{_AGAIN}"),
+        Kind("the paper's laws beyond its range", BEYOND, cure="trainmj paper --beyond --out {folder}"),
     )
 
 

@@ -81,10 +81,14 @@ _WHY = {
     ("S23", "M"): "S23 is least just above shear-off",
 }
 _VALUES: dict[str, tuple[Callable[[Summary], float], str, int]] = {
-    **{name: (lambda s, k=k: float(strokes(s)[k]), "mm", 1) for k, name in enumerate(_STROKES)},
+    "S_anti": (s_anti, "mm", 1),
+    "S12": (lambda s: s.interfaces[1].stroke_mm, "mm", 1),
+    "S23": (lambda s: s.interfaces[2].stroke_mm, "mm", 1),
     "TS": (lambda s: s.TS_mm, "mm", 1),
     "TAMA": (lambda s: s.TAMA_g, "g", 4),
-    **{f"balance time of M{n}": (lambda s, n=n: s.vehicles[n - 1].balance_time_s, "s", 3) for n in (1, 2, 3)},
+    "balance time of M1": (lambda s: s.vehicles[0].balance_time_s, "s", 3),
+    "balance time of M2": (lambda s: s.vehicles[1].balance_time_s, "s", 3),
+    "balance time of M3": (lambda s: s.vehicles[2].balance_time_s, "s", 3),
 }
 _TRENDS = (
     ("5.1", "S_anti", "D", "grows"),
@@ -109,7 +113,13 @@ def _rules() -> Iterator[Rule]:
     yield Rule("3.2", "Half of the kinetic energy is absorbed", "0.5 within 0.05", _absorbed, _BY_MASS)
     yield Rule("3.2", "The final speed is about half of the initial one", rule, _half, _BY_MASS)
     rule = "moving and standing train within 1 % of the stroke of S1-M1"
-    yield Rule("3.2", "Strokes are symmetrical about S1-M1", rule, _symmetrical)
+    yield Rule(
+        "3.2",
+        "Strokes are symmetrical about S1-M1",
+        rule,
+        _symmetrical,
+        "trains of different masses take up different energies",
+    )
     yield Rule("3.2", "S1-M1 has the largest stroke", "twice that of one train, above every other", _largest)
     yield Rule("3.2", "The first three interfaces absorb most of the energy", "above 90 % of the train's", _first_three)
     yield Rule("3.2", "Strokes decrease from S1-M1 towards the ends", "each below the one before it", _decrease)
@@ -135,9 +145,13 @@ def _rules() -> Iterator[Rule]:
     rule = f"|r| of {STRONG:g} or more, and the largest of the seven"
     yield Rule("7", "D is correlated with S23 most of all", rule, _strong_D)
     largest = f"below {LIMIT_ACCELERATION_G:g} g in all five collisions"
-    yield Rule("8.2", "Peak accelerations stay below the limit", largest, _below_limit)
+    yield Rule(
+        "8.2", "Peak accelerations stay below the limit", largest, _below_limit, "the same forces on lighter vehicles"
+    )
     largest = f"below {LIMIT_OTHERS_MM:g} mm in all five collisions"
-    yield Rule("8.2", "Couplers behind the front stay below their limit", largest, _couplers)
+    yield Rule(
+        "8.2", "Couplers behind the front stay below their limit", largest, _couplers, "their design stroke is used up"
+    )
 
 
 def _over(a: Around, factor: str) -> tuple[Summary, Summary, Summary]:
