@@ -221,11 +221,11 @@ def turn(speed_km_h: float, threads: int = 0) -> Turn:
 
 def follow(axis: Axis, known: dict[_Key, Summary], threads: int = 0, refine: bool = True) -> Along:
     """Judge the laws along one axis; known is what was computed so far, and grows."""
-    of = _conditions(axis)
+    of = conditions(axis)
     values = list(of.coarse)
     found: dict[float, list[Around]] = {}
     while values:
-        found |= _around({value: of.at(value) for value in values}, known, threads)
+        found |= around({value: of.at(value) for value in values}, known, threads)
         found = dict(sorted(found.items()))
         values = list(_halved(Along(axis, found), axis.resolution)) if refine and axis.resolution else []
     return Along(axis, found)
@@ -238,14 +238,15 @@ def _halved(along: Along, resolution: float) -> set[float]:
     return {(a + b) / 2 for a, b in breaks + begins if abs(b - a) > resolution}
 
 
-class _Conditions(NamedTuple):
+class Conditions(NamedTuple):
     """The conditions of an axis."""
 
     coarse: Iterable[float]
     at: Callable[[float], list[Scenario]]  # one, or one for each formation
 
 
-def _conditions(axis: Axis) -> _Conditions:
+def conditions(axis: Axis) -> Conditions:
+    """The coarse values of an axis, and the scenarios on any of its values."""
     sweep = load_sweep(axis.sweep)
     scenario = sweep.scenario
     if axis.scenario:
@@ -254,7 +255,7 @@ def _conditions(axis: Axis) -> _Conditions:
     if axis.resolution:
         (factor,) = sweep.names
         coarse = {float(values[factor]) for _, values in sweep.cases()} | {axis.start}
-        return _Conditions(sorted(coarse), lambda value: [scenario.with_values({factor: value})])
+        return Conditions(sorted(coarse), lambda value: [scenario.with_values({factor: value})])
     formations = [values for _, values in sweep.cases()]
     widest = SPREADS[-1]
 
@@ -265,7 +266,7 @@ def _conditions(axis: Axis) -> _Conditions:
             for masses in some
         ]
 
-    return _Conditions(SPREADS, scattered)
+    return Conditions(SPREADS, scattered)
 
 
 def _loaded(known: dict[_Key, Summary], threads: int) -> dict[str, Around]:
@@ -275,18 +276,18 @@ def _loaded(known: dict[_Key, Summary], threads: int) -> dict[str, Around]:
         step = load_sweep(SPEED.sweep).scenario.simulation.step_ms
         changes = {"speed_km_h": V, "empty_stroke_mm": EMPTY_STROKE_MM, "simulation.step_ms": step}
         cases[f"scenario {n} at {V:g} km/h"] = [load(f"b_type_scenario_{n}").with_values(changes)]
-    return {name: some[0] for name, some in _around(cases, known, threads).items()}
+    return {name: some[0] for name, some in around(cases, known, threads).items()}
 
 
 _Key = tuple[object, ...]
 T = TypeVar("T")
 
 
-def _around(
-    conditions: Mapping[T, Sequence[Scenario]], known: dict[_Key, Summary], threads: int
+def around(
+    scenarios: Mapping[T, Sequence[Scenario]], known: dict[_Key, Summary], threads: int
 ) -> dict[T, list[Around]]:
     """Compute what is not known yet of the five collisions around each condition."""
-    five = {at: [_five(scenario) for scenario in some] for at, some in conditions.items()}
+    five = {at: [_five(scenario) for scenario in some] for at, some in scenarios.items()}
     new = {key: s for some in five.values() for one in some for key, s in one if key not in known}
     known |= dict(run_chains(((key, line_up(s)) for key, s in new.items()), threads))
     found: dict[T, list[Around]] = {}

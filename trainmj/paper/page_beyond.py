@@ -211,10 +211,7 @@ def _laws(found: Beyond) -> Figure:
         points = list(along.around)
         axes.axvspan(low, high, color="0.92", zorder=0)
         for n, rule in enumerate(RULES):
-            for a, b in pairwise(points):
-                middle, held = (a + b) / 2, [along.judged[rule][value].holds for value in (a, b)]
-                low, high = a if held[0] else middle, b if held[1] else middle
-                axes.barh(n, high - low, left=low, height=0.7, color=BLUE, linewidth=0)
+            axes.broken_barh(_spans(along, rule), (n - 0.35, 0.7), color=BLUE, linewidth=0)
         for state, last, first in along.begins():
             if " passes " not in state:
                 axes.axvline((last + first) / 2, color=ORANGE, linewidth=0.9)
@@ -224,6 +221,19 @@ def _laws(found: Beyond) -> Figure:
     panels[0].set_yticks(at, [rule.statement for rule in RULES], fontsize=5.5)
     panels[0].set_ylim(len(RULES) - 0.5, -0.5)
     return picture
+
+
+def _spans(along: Along, rule: Rule) -> list[tuple[float, float]]:
+    """Start and length of the stretches on which a law holds, which end half way to the next value."""
+    ends: list[tuple[float, float]] = []
+    for a, b in pairwise(along.around):
+        middle, held = (a + b) / 2, [along.judged[rule][value].holds for value in (a, b)]
+        low, high = a if held[0] else middle, b if held[1] else middle
+        if ends and ends[-1][1] == low:
+            low, _ = ends.pop()
+        if high > low:
+            ends.append((low, high))
+    return [(low, high - low) for low, high in ends]
 
 
 def _turns(found: Beyond) -> Figure:
