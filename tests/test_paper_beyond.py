@@ -12,10 +12,12 @@ from pages import read
 
 import trainmj
 from trainmj.cli import main
+from trainmj.collision.batch import run_chains
+from trainmj.collision.lineup import line_up
 from trainmj.paper import BEYOND
 from trainmj.paper.beyond import AXES, EMPTY, ENDING, MASS, PARTNER, SPEED, Axis, Beyond, conditions, judge_beyond, turn
 from trainmj.paper.beyond import around as around_of
-from trainmj.paper.laws_beyond import RULES, Around, strokes
+from trainmj.paper.laws_beyond import RULES, Around, s_anti, strokes
 from trainmj.paper.output import summary_beyond, write_beyond
 from trainmj.paper.page_beyond import law_tables
 from trainmj.paper.printed import published
@@ -85,6 +87,23 @@ def test_S12_is_least_where_M1_and_M2_stop_closing_as_the_anti_climber_meets():
     assert found.least_mm > 35, "above 25 km/h it is later"
     three = published("3")
     assert three.loc[three["stroke_m1_m2_mm"].idxmin(), "D_mm"] == 23.75, "as the page says of the paper"
+
+
+@pytest.mark.thorough
+def test_turn_and_shear_off_do_not_depend_on_how_devices_unload():
+    """With the law that the paper names, S08: breaks if the page takes for physics what one law of unloading makes."""
+    scenario = trainmj.load("b_type_s08")
+    cases = (
+        {(25, D): 25 for D in (20, 25, 30)} | {(28, D): 28 for D in (35, 40, 45)} | {(V, 35): V for V in (18, 18.25)}
+    )
+    chains = {
+        key: line_up(scenario.with_values({"speed_km_h": V, "empty_stroke_mm": key[1]})) for key, V in cases.items()
+    }
+    found = dict(run_chains(chains.items()))
+    S12 = {key: s.interfaces[1].stroke_mm for key, s in found.items()}
+    assert S12[25, 25] < min(S12[25, 20], S12[25, 30])
+    assert S12[28, 40] < min(S12[28, 35], S12[28, 45])
+    assert [s_anti(found[V, 35]) > 0 for V in (18, 18.25)] == [False, True]
 
 
 # the shipped files
