@@ -78,6 +78,9 @@ def test_unequal_trains_share_by_mass():
     assert not holds
     assert said.endswith("without friction 0.333")
     assert float(said.split(";")[0]) == pytest.approx(1 / 3, abs=0.015)
+    starts = [[round(c.start_s, 1) for c in at(PARTNER, t).mid.vehicles[3].contacts] for t in (60.0, 66.0)]
+    assert len(starts[0]) == 1, "M4 is hit once"
+    assert starts[1][1:] == [0.9] * len(starts[1][1:]) != [], "and again, as the page says"
 
 
 def test_S12_is_least_where_M1_and_M2_stop_closing_as_the_anti_climber_meets():
