@@ -29,6 +29,8 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.press import force_along
 from trainmj.output import style
 from trainmj.output.style import save
+from trainmj.paper.beyond import judge_beyond
+from trainmj.paper.page_beyond import figures
 
 FOLDER = Path(__file__).resolve().parent / "images"
 
@@ -339,6 +341,13 @@ def _loop(axes: Axes, device: Device, turns: Sequence[float], speed: float = 0.0
     axes.plot(strokes, force / 1e3, **look)
 
 
+def beyond() -> None:
+    """Where the paper's laws hold, and why S12 turns."""
+    drawn = figures(judge_beyond())
+    for name in ("beyond_laws", "beyond_turns", "beyond_strokes"):
+        save(drawn[name], FOLDER / name, ["svg"])
+
+
 def _trainmj(*words: str) -> None:
     subprocess.run([sys.executable, "-m", "trainmj", *words], check=True, capture_output=True)
 
@@ -365,6 +374,7 @@ PICTURES = {
         law_paths,
         b_type_devices,
         b_type,
+        beyond,
         crash,
         report,
     )

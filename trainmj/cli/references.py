@@ -6,7 +6,7 @@ import json
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -56,31 +56,40 @@ def verify(as_json: bool, page: Path | None) -> None:
 
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path), help="Folder for tables, figures and page; made if needed.")
+@click.option("--beyond", is_flag=True, help="Judge its laws outside its range instead: what it leaves to future work.")
 @takes_threads
 @takes_formats
 @takes_json
-def paper(out: Path | None, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
+def paper(out: Path | None, beyond: bool, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
     """Reproduce the paper that the B-type train comes from.
 
     Liu et al. 2022, doi 10.1186/s10033-022-00755-8: its 30 collisions, the study of Tables 9 to 13 on its own numbers
     and on ours, each published table beside ours, Figures 4 to 9, the laws that it states in words, and its defects.
 
+    With --beyond: its laws at other speeds, masses and empty strokes, and with unequal masses; where each stops
+    holding, with the numbers there, and why.
+
     Exit code: 0 when done, however many bars are missed (the first line counts them); 2 if something cannot be written.
     """
-    from trainmj.paper import PAGE, output
+    from trainmj.paper import BEYOND, PAGE, output
 
     if out is not None:
-        click.get_current_context().with_resource(filling(out, output.OWN))
+        click.get_current_context().with_resource(filling(out, output.OWN_BEYOND if beyond else output.OWN))
+    from trainmj.paper import screen
+    from trainmj.paper.beyond import judge_beyond
     from trainmj.paper.reproduce import reproduce
 
-    reproduction = reproduce(threads)
+    found: Any = judge_beyond(threads) if beyond else reproduce(threads)
+    write, summary, show, page = (
+        (output.write_beyond, output.summary_beyond, screen.print_beyond, BEYOND)
+        if beyond
+        else (output.write_paper, output.summary, screen.print_paper, PAGE)
+    )
     if out is not None:
-        output.write_paper(reproduction, out, figures)
+        write(found, out, figures)
     if as_json:
-        click.echo(json.dumps(output.summary(reproduction), indent=2))
+        click.echo(json.dumps(summary(found), indent=2))
         return
-    from trainmj.paper.screen import print_paper
-
-    print_paper(reproduction)
+    show(found)
     if out is not None:
-        click.echo(f"\nWritten to {out}; the page is {out / PAGE}")
+        click.echo(f"\nWritten to {out}; the page is {out / page}")

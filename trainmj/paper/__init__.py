@@ -2,3 +2,6 @@
 
 PAGE = "paper.html"
 """The page, beside the tables and figures."""
+
+BEYOND = "beyond.html"
+"""The page of what is beyond the paper's range."""

@@ -1,4 +1,4 @@
-"""The folder of ``trainmj paper``: one CSV for each table, figures, the verdicts, and the page."""
+"""The folder of ``trainmj paper``: one CSV for each table, figures, the verdicts, and the page; and of its --beyond."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ import pandas as pd
 
 from trainmj.files.folder import staged
 from trainmj.output.style import ENDINGS, Format, save
-from trainmj.paper import PAGE
+from trainmj.paper import BEYOND, PAGE, page_beyond
+from trainmj.paper.beyond import Beyond
 from trainmj.paper.figures import figures
 from trainmj.paper.page import page_of
 from trainmj.paper.reproduce import Reproduction
@@ -24,6 +25,9 @@ OWN = (
     rf"|(scatter_over_D|misfit_over_K)\.(csv|{ENDINGS})|scatter\.csv|summary\.json|paper\.html"
 )
 """The files of the folder, as a pattern of their names."""
+
+OWN_BEYOND = rf"beyond_\w+\.(csv|{ENDINGS})|beyond\.(json|html)"
+"""Those of --beyond, which may be in the same folder."""
 
 
 def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Format] = ("png",)) -> None:
@@ -45,6 +49,31 @@ def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Form
         for name, picture in drawn.items():
             save(picture, stage / name, formats)
         page_of(reproduction, drawn, f"trainmj paper --out {quote(str(folder))}").write(stage / PAGE)
+
+
+def write_beyond(found: Beyond, folder: Path, formats: Sequence[Format] = ("png",)) -> None:
+    """Write what was found beyond the paper's range into a folder, as write_paper does.
+
+    Raises:
+        OutputError: if a file cannot be written.
+    """
+    with staged(folder, OWN_BEYOND, BEYOND) as stage:
+        for name, table in page_beyond.tables(found).items():
+            table.to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
+        (stage / "beyond.json").write_text(json.dumps(summary_beyond(found), indent=2), encoding="utf-8")
+        drawn = page_beyond.figures(found)
+        for name, picture in drawn.items():
+            save(picture, stage / name, formats)
+        page_beyond.page_of(found, drawn, f"trainmj paper --beyond --out {quote(str(folder))}").write(stage / BEYOND)
+
+
+def summary_beyond(found: Beyond) -> dict[str, Any]:
+    """Where the laws hold, break and why, as JSON holds it."""
+    given = {name: table for name, table in page_beyond.tables(found).items() if name not in _LONG}
+    return {name.removeprefix("beyond_"): json.loads(t.to_json(orient="records")) for name, t in given.items()}
+
+
+_LONG = ("beyond_values", "beyond_responses")
 
 
 def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:

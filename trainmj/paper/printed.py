@@ -44,6 +44,9 @@ LIMIT_ANTI_CLIMBER_MM = 265.0
 LIMIT_OTHERS_MM = 418.0
 """Largest stroke at the other interfaces, Eq. (12)."""
 
+BUFFER_MM = 73.0
+"""Stroke of the buffers of all couplers, Section 2."""
+
 LIMIT_ACCELERATION_G = 5.0
 """What Section 8.2 holds the peak accelerations against."""
 

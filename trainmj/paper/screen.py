@@ -1,4 +1,7 @@
-"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima; at most 80 columns."""
+"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima; at most 80 columns.
+
+And what its option ``--beyond`` prints.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ from rich.text import Text
 
 from trainmj.output.console import console_table, new_console
 from trainmj.output.table import Table
+from trainmj.paper.beyond import Beyond
+from trainmj.paper.laws_beyond import RULES
 from trainmj.paper.page import REACHED, holding, optima_table, outcome, scatter_table, verdict_tables
+from trainmj.paper.page_beyond import HOW, law_tables, reasons, turns_table
 from trainmj.paper.reproduce import Reproduction
 
 
@@ -39,6 +45,17 @@ def print_paper(reproduction: Reproduction) -> None:
     _list(console, "Statements that cannot hold", cannot)
     title = f"Defects of the paper: {len(defects)}, shown by arithmetic on its own numbers"
     _list(console, title, [f"{d.title} ({d.where})" for d in defects])
+
+
+def print_beyond(found: Beyond) -> None:
+    """Print where the laws hold beyond the paper's range, and what begins where they break."""
+    console = new_console()
+    title = f"Liu et al. 2022, beyond its range: {len(RULES)} laws on {found.n} conditions"
+    console.print(Text(title, style="bold"))
+    console.print(HOW, markup=False)
+    for table in (*law_tables(found), turns_table(found)):
+        _table(console, table, table.title, range(len(table.columns)))
+    _list(console, "Why laws break, and where (the numbers there: --out)", reasons(found))
 
 
 def _table(console: Console, table: Table, title: str, at: Iterable[int]) -> None:
