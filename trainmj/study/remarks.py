@@ -19,6 +19,7 @@ from trainmj.scenario import Scenario
 from trainmj.study.designs import Designs
 from trainmj.study.folder import Tables
 from trainmj.study.plan import Limit, Study
+from trainmj.study.rules import ROBUST
 from trainmj.units import ROUND_OFF
 
 Facts = Mapping[str, Any]
@@ -68,6 +69,7 @@ def of_result(study: Study, facts: Facts, tables: Tables) -> tuple[Remark, ...]:
         _loads(study, facts["decision"]["chosen"]),
         _edges(study, chosen),
         _left_out(study, simulated, chosen),
+        _held(facts),
     )
     return tuple(sorted((remark for part in found for remark in part), key=lambda remark: remark.kind != "fail"))
 
@@ -265,6 +267,19 @@ def _left_out(study: Study, simulated: Designs, chosen: Designs) -> Iterator[Rem
             f"{away[~simulated.failed].min():.3g}, with factors scaled to 0..1."
         )
         yield Remark("warn", "chosen design", text)
+
+
+def _held(facts: Facts) -> Iterator[Remark]:
+    """Limits that the robust design seems to keep, but not as surely as its trains were counted."""
+    held = facts.get("held", {"limits": []})
+    for row in held["limits"]:
+        if row["design"] == ROBUST and row["kept"] and row["upper"] > row["wanted"]:
+            text = (
+                f"is passed by {100 * row['probability']:.3g} % of {held['trains']} trains, no more than "
+                f"{100 * row['wanted']:g} %, but the interval reaches {100 * row['upper']:.3g} %: give the constraint a "
+                "margin, or ask for more check_draws."
+            )
+            yield Remark("warn", row["limit"], text)
 
 
 def _shown(value: Any) -> str:

@@ -284,7 +284,8 @@ def _optimiser(spec: StudyFile) -> Iterator[Problem]:
         swarm = getattr(optimiser, target)
         if swarm.particles * swarm.iterations > most:
             yield Problem(("optimiser", target), f"asks for more than {most} evaluations: reduce both")
-        if target in optimiser.model_fields_set and optimiser.on not in (target, "both"):
+        searched = {optimiser.on, spec.robust.on if spec.robust else optimiser.on}
+        if target in optimiser.model_fields_set and searched.isdisjoint((target, "both")):
             yield Problem(("optimiser", target), f"is not used: the search is on the {optimiser.on}")
     if spec.decision.front is not None and optimiser.on not in (spec.decision.front, "both"):
         yield Problem(("decision", "front"), f"is not searched: the optimiser works on the {optimiser.on}")

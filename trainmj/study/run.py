@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 
 SUMMARY = "summary.json"
+_ROBUST = "robust: "
+"""Before the names of the steps of the robust search."""
 
 _NOT_OF_STEPS = r"simulations\.sqlite(-\w+)?|(steps|summary)\.json|report\.html"
 OWN = f"{OF_STEPS}|{_NOT_OF_STEPS}"
@@ -122,7 +124,8 @@ def run_study(
             simulator.finish()
         further = list(robust[1]) if robust else []
         tables = tables_of(files.steps) | {f"robust_{name}": of for name, of in tables_of(further).items()}
-        computed = tuple(step.name for step in (*files.steps, *further) if step.seconds is not None)
+        named = [(step.name, step) for step in files.steps] + [(f"{_ROBUST}{step.name}", step) for step in further]
+        computed = tuple(name for name, step in named if step.seconds is not None)
         return StudyResult(study, path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
 
 
@@ -132,7 +135,7 @@ def _robust_steps(
     """The steps of the search for designs that hold under tolerances: of which study, and what was done."""
     robust = robust_of(study)
     sampler, part = Sampler(robust, simulator), files.part("robust_")
-    chosen = _steps(robust.study, part, sampler, watch, "robust: ")
+    chosen = _steps(robust.study, part, sampler, watch, _ROBUST)
     watch.begin("how the designs hold")
     scenarios = [{case: to_yaml(scenario) for case, scenario in study.scenarios.items()}, study.targets]
     done = part.step(

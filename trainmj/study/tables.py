@@ -256,7 +256,10 @@ def held(summary: Summary) -> Iterator[Table]:
     for limit, of in by_limit.items():
         wanted, robust = of[ROBUST]["wanted"], of[ROBUST]
         asked = "-" if wanted is None else f"≤ {100 * wanted:g}"
-        kept = "-" if robust["kept"] is None else judged(robust["kept"])
+        kept: Verdict | str = "-"
+        if wanted is not None:
+            sure = not robust["kept"] or robust["upper"] <= wanted
+            kept = judged(robust["kept"]) if sure else warned("uncertain")
         shown = limit.replace("<=", "≤").replace(">=", "≥")
         rows.append([shown, *(_share(of[name]) for name in names), asked, kept])
     without = sum(row["without_numbers"] for row in found["limits"] if row["limit"] != ANY)
