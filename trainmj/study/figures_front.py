@@ -118,9 +118,9 @@ def held(used: Mapping[str, FloatArray]) -> Figure:
         axes.step(known, 100 * part, where="post", color=colours[name], label=name)
     axes.axvline(100, color="0.3", linewidth=1.0)
     axes.set(
-        title="Trains as built that use more than that of their nearest limit",
-        xlabel="part of the limit (%)",
-        ylabel="trains (%)",
+        title="How much trains as built use",
+        xlabel="part of the nearest limit (%)",
+        ylabel="trains that use more (%)",
         yscale="log",
     )
     axes.yaxis.set_major_formatter("{x:g}")
@@ -128,13 +128,15 @@ def held(used: Mapping[str, FloatArray]) -> Figure:
     return figure
 
 
-def both_fronts(study: Study, nominal: FloatArray, robust: FloatArray) -> Figure:
-    """The front of the train as designed and that of designs that hold, objectives (n, m) each."""
+def both_fronts(study: Study, nominal: FloatArray, robust: FloatArray, statistics: Sequence[str]) -> Figure:
+    """The front of the train as designed and that of designs that hold, objectives (n, m) each, the latter named."""
     figure, panels = _pairs(study)
     for axes, i, j in panels:
-        axes.plot(nominal[:, i], nominal[:, j], ".", ms=5, color=GREY, label="nominal, of the train as designed")
-        axes.plot(robust[:, i], robust[:, j], "o", ms=4, mfc="none", mec=ORANGE, label="robust, over trains as built")
-    _legend(figure, panels)
+        axes.plot(nominal[:, i], nominal[:, j], ".", ms=5, color=GREY, label="nominal: the train as designed")
+        axes.plot(
+            robust[:, i], robust[:, j], "o", ms=4, mfc="none", mec=ORANGE, label=f"robust: {', '.join(statistics)}"
+        )
+    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=1)
     return figure
 
 

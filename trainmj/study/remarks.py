@@ -276,8 +276,8 @@ def _held(facts: Facts) -> Iterator[Remark]:
         if row["design"] == ROBUST and row["kept"] and row["upper"] > row["wanted"]:
             text = (
                 f"is passed by {100 * row['probability']:.3g} % of {held['trains']} trains, no more than "
-                f"{100 * row['wanted']:g} %, but the interval reaches {100 * row['upper']:.3g} %: give the constraint a "
-                "margin, or ask for more check_draws."
+                f"{100 * row['wanted']:g} %, but its interval reaches {100 * row['upper']:.3g} %: give the constraint "
+                "a margin, or ask for more check_draws."
             )
             yield Remark("warn", row["limit"], text)
 

@@ -7,10 +7,10 @@ draws of what scatters, and all its steps are those of any study.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,9 @@ from trainmj.study.folder import Output
 from trainmj.study.plan import Response, Study
 from trainmj.study.rules import DEFAULT, NOMINAL, ROBUST
 from trainmj.study.simulator import Simulator
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ANY = "any of them"
 _CHUNK = 2048  # trains at a time
@@ -291,7 +294,16 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
             about = {"design": name, "response": response.name, "unit": response.unit}
             spread.append(about | {"mean": float(known.mean()), "sd": float(known.std(ddof=1)), **dict(quantiles)})
     chosen = study.space.table(np.stack(list(designs.values()))).to_dict("records")
-    fronts = [study.criteria(nominal.front.responses), robust.front.study.criteria(robust.front.responses)]
+    pictures: dict[str, Callable[[], Figure]] = {"11_probabilities": partial(figures.held, used)}
+    if len(study.objectives) > 1:
+        statistics = robust.front.study
+        pictures["11_fronts"] = partial(
+            figures.both_fronts,
+            study,
+            study.criteria(nominal.front.responses),
+            statistics.criteria(robust.front.responses),
+            list(statistics.spec.objectives),
+        )
     return Output(
         None,
         {"11_probabilities": pd.DataFrame(rows), "11_objectives": pd.DataFrame(spread)},
@@ -301,10 +313,7 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
             "objectives": spread,
             "designs": dict(zip(designs, chosen, strict=True)),
         },
-        {
-            "11_probabilities": partial(figures.held, used),
-            **({"11_fronts": partial(figures.both_fronts, study, *fronts)} if len(study.objectives) > 1 else {}),
-        },
+        pictures,
     )
 
 
