@@ -158,6 +158,18 @@ def test_names_of_statistics_say_what_they_are(study):
         ({"robust": {"also": {"old": {"M": 30}}}}, "robust.also.old: needs a value for F"),
         ({"robust": {"also": {"nominal": {"M": 30, "F": 1200}}}}, "is the name of a design that is chosen"),
         ({"robust": {"objectives": {"TS": {"quantil": 0.9}}}}, "robust.objectives.TS"),
+        (
+            {"tolerances": {"m": {"of": "mass_t", "mean": 30, "percent": 1, "copies": "same"}}},
+            "factors.M: the tolerance m states values of its own for it, whatever is set here",
+        ),
+        ({"tolerances": {"m": {"of": "mass_t", "range": [29, 31], "copies": "same"}}}, "factors.M: the tolerance m"),
+        (
+            {
+                "tolerances": {"v": {"of": "collision.speed_km_h", "kind": "uniform", "range": [14, 16]}},
+                "cases": {"a": {}, "b": {"set": {"collision.speed_km_h": 8}}},
+            },
+            "cases.b.set.collision.speed_km_h = 8: the tolerance v states values of its own",
+        ),
         ({"robust": {"draws": 64, "check_draws": 100}}, "must be at least twice the 64 draws of the search"),
         ({"robust": {"also": {"old": {"M": 30, "F": -1}}}}, "robust.also.old: the scenario does not take it"),
     ],
@@ -175,6 +187,18 @@ def test_limits_of_a_load_case_are_in_place_of_both_sides_of_those_of_all(folder
     assert [limit.text for limit in study.limits] == ["front_slow <= 175 mm", "front_wall >= 20 mm"]
     limits = robust_of(study).study.limits
     assert [limit.text for limit in limits] == ["front_q95_slow <= 175 mm", "front_q5_wall >= 20 mm"]
+
+
+def test_names_that_load_cases_make_alike_are_refused(folder):
+    """Breaks if a response of a case and the worst of another one share a name, under which they are judged."""
+    responses = STUDY["responses"] | {"TS_a": "TAMA_g"}
+    values = {
+        "responses": responses,
+        "objectives": {"TS": "minimise", "TS_a": "minimise"},
+        "weights": {"method": "equal"},
+    }
+    with pytest.raises(trainmj.InputError, match="is TS_a in the tables, as TS is: choose another"):
+        trainmj.study_of(STUDY | values | {"cases": {"a": {}, "b": {}}}, folder)
 
 
 def test_a_share_that_so_few_draws_cannot_tell_is_said(folder):
