@@ -54,7 +54,7 @@ ORDER = (
     ("scenario", "doe", "output"),
     ("collision",),
     ("cases",),
-    ("single", "sweep", "study", "identification", "assessment", "view"),
+    ("single", "sweep", "study", "identification", "assessment", "reliability", "view"),
     ("paper",),
     ("verification",),
     ("cli",),
