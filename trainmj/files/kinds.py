@@ -67,7 +67,12 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
 
 
 def kind_of(keys: Iterable[str]) -> Kind | None:
-    """The kind of file that has most of some keys for its own; None if there is none, or no single one."""
+    """The kind of file that has most of some keys for its own; None if there is none, or no single one.
+
+    A file that names a scenario and load cases, and nothing that tells its kind, is a sweep of them.
+    """
     stated = set(keys)
+    if {"scenario", "cases"} <= stated and not any(kind.own & stated for kind in KINDS):
+        return SWEEP
     first, second = sorted(KINDS, key=lambda kind: len(kind.own & stated), reverse=True)[:2]
     return first if len(first.own & stated) > len(second.own & stated) else None
