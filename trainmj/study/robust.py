@@ -276,7 +276,11 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
     spread: list[dict[str, Any]] = []
     used: dict[str, FloatArray] = {}
     for name, point in designs.items():
-        trains = sampler.trains(point, study.spec.check.set, part.check_draws)
+        try:
+            trains = sampler.trains(point, study.spec.check.set, part.check_draws)
+        except InputError as error:
+            place = ("also", name) if name in part.also else ()
+            raise study.source.error(f"design {name}: {error}", "robust", *place) from None
         found = {r: values_of(trains[r.case], r.column) for r in study.responses}
         beyond = np.stack([limit.excess(found[limit.response]) for limit in study.limits])
         unknown = np.asarray(np.isnan(beyond))
