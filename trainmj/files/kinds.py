@@ -12,7 +12,7 @@ class Kind(NamedTuple):
     name: str
     ending: str  # of the names of shipped ones, and by custom of others
     takes: str  # what reads it: command and function
-    own: frozenset[str]  # keys that tell it from other kinds
+    own: frozenset[str]  # keys that tell it from other kinds, as no other one has them, or rarely
 
 
 def _kind(name: str, ending: str, takes: str, own: str) -> Kind:
@@ -24,7 +24,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed curves devices trains obstacles collision occupants simulation",
+        "builds_on changed curves devices trains obstacles collision as_built occupants simulation",
     ),
     _kind(
         "sweep file",
@@ -60,7 +60,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "reliability file",
         ".reliability.yaml",
         "trainmj reliability or trainmj.load_reliability",
-        "tolerances runs draws quantiles level rare sensitivity",
+        "tolerances runs seed draws quantiles level rare sensitivity",
     ),
 )
 
