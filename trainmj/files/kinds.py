@@ -12,7 +12,7 @@ class Kind(NamedTuple):
     name: str
     ending: str  # of the names of shipped ones, and by custom of others
     takes: str  # what reads it: command and function
-    own: frozenset[str]  # keys that tell it from other kinds
+    own: frozenset[str]  # keys that tell it from other kinds, as no other one has them, or rarely
 
 
 def _kind(name: str, ending: str, takes: str, own: str) -> Kind:
