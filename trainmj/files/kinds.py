@@ -30,7 +30,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "sweep file",
         ".sweep.yaml",
         "trainmj sweep or trainmj.load_sweep",
-        "vary together table sample histories",
+        "vary together cases table sample histories",
     ),
     _kind(
         "study file",
@@ -61,18 +61,13 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "reliability file",
         ".reliability.yaml",
         "trainmj reliability or trainmj.load_reliability",
-        "runs seed draws quantiles level rare sensitivity",
+        "tolerances runs seed draws quantiles level rare sensitivity",
     ),
 )
 
 
 def kind_of(keys: Iterable[str]) -> Kind | None:
-    """The kind of file that has most of some keys for its own; None if there is none, or no single one.
-
-    A file that names a scenario and load cases, and nothing that tells its kind, is a sweep of them.
-    """
+    """The kind of file that has most of some keys for its own; None if there is none, or no single one."""
     stated = set(keys)
-    if {"scenario", "cases"} <= stated and not any(kind.own & stated for kind in KINDS):
-        return SWEEP
     first, second = sorted(KINDS, key=lambda kind: len(kind.own & stated), reverse=True)[:2]
     return first if len(first.own & stated) > len(second.own & stated) else None
