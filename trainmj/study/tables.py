@@ -156,6 +156,10 @@ def fronts(summary: Summary) -> Table:
 
 def notes_on_fronts(summary: Summary) -> Iterator[str]:
     """How the searches went, and what the surrogates' front is worth."""
+    if "margins" in summary:
+        made = summary["margins"]
+        said = ", ".join(f"{number(margin, 3)} inside {limit}" for limit, margin in made["margins"].items() if margin)
+        yield f"Margins found by simulation in {made['attempts']} attempts: {said or 'none'}."
     for where, front in searches(summary).items():
         left_out = f" ({front['failed']} failed or not valid)" if front["failed"] else ""
         yield (
