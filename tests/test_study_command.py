@@ -261,6 +261,11 @@ def test_other_surrogates_need_no_new_simulations(again):
     assert second.simulated <= 1  # the check
 
 
+def test_a_surrogate_that_is_constant_has_no_sensitivity_and_the_study_goes_on(again):
+    run(small(surrogates={"TAMA": {"terms": ["1"]}}), again)
+    assert set(pd.read_csv(again / "04_sensitivity.csv")["response"]) == {"TS", "S_anti"}
+
+
 def test_another_design_redoes_everything_behind_it(again):
     second = run(small(design__seed=5), again)
     assert set(second.computed) >= BEFORE_FRONTS - {"as it stands"} | {"front on the surrogates"}

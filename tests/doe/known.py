@@ -101,5 +101,21 @@ def ishigami(x: FloatArray, a: float = 7.0, b: float = 0.1) -> FloatArray:
     return np.asarray(np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0]))
 
 
+G_TERMS = np.array([0, 1, 4.5, 9, 99, 99, 99, 99])
+
+
+def g_function(u: FloatArray) -> FloatArray:
+    """Give Sobol's g-function of eight factors in [0, 1], (n, 8) -> (n,)."""
+    return np.asarray(np.prod((np.abs(4 * u - 2) + G_TERMS) / (1 + G_TERMS), axis=1))
+
+
+def g_shares() -> tuple[FloatArray, FloatArray]:
+    """First-order and total indices of the g-function, (8,) each (Saltelli et al. 2010)."""
+    parts = 1 / (3 * (1 + G_TERMS) ** 2)
+    others = np.array([np.prod(1 + np.delete(parts, i)) for i in range(8)])
+    variance = np.prod(1 + parts) - 1
+    return parts / variance, parts * others / variance
+
+
 def _box(bounds: list[tuple[float, float]]) -> Space:
     return Space(tuple(Factor(f"x{i + 1}", low, high) for i, (low, high) in enumerate(bounds)))

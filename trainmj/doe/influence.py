@@ -241,7 +241,9 @@ def sobol_indices(
         if n < 2:
             raise InputError(f"Sobol' indices need at least 2 samples without nan (got {n} of {len(sample)})")
         if n not in weights:
-            weights[n] = np.vstack([np.ones(n), rng.multinomial(n, np.full(n, 1.0 / n), size=resamples)]) / n
+            drawn = rng.integers(n, size=(resamples, n)) + n * np.arange(resamples)[:, None]
+            counts = np.bincount(drawn.ravel(), minlength=resamples * n).reshape(resamples, n)
+            weights[n] = np.asarray(np.vstack([np.ones(n), counts]) / n, dtype=np.float64)
         shares = _shares(sample[whole], weights[n])  # (1 + resamples, 2, g)
         limits = np.quantile(shares[1:], [0.5 - level / 2, 0.5 + level / 2], axis=0)  # (2, 2, g)
         first, total = shares[0]

@@ -14,6 +14,7 @@ end as safe, and how many there were is stated.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
@@ -59,7 +60,7 @@ class Rare:
     Attributes:
         value: the estimate; nan if no failure was found.
         lower: lower end of the interval; 0 if no failure was found.
-        upper: upper end; 1 likewise, as nothing is known of what was not found.
+        upper: upper end; likewise that of the first points, of which none failed.
         level: confidence level of the interval.
         cov: coefficient of variation of the estimate; nan if no failure was found.
         runs: points at which the limit state was computed.
@@ -212,7 +213,8 @@ def subset_simulation(
 
     Args:
         limit_state: z (k, d) -> (k,), failure where above 0; asked for n points at first, then for p0 n at a time.
-            nan, of a run that failed, counts as failure, beyond all others.
+            nan, of a run that failed, counts as failure, beyond all others: the value and the upper end have such
+            runs as failures, the lower end as safe.
         d: number of random quantities.
         seed: of the random numbers.
         n: points of each level.
@@ -234,8 +236,9 @@ def subset_simulation(
     seeds = round(n * p0)
     z = rng.standard_normal((n, d))
     g = ask(z)
-    chain: NDArray[np.int64] = np.arange(n)
-    first = chain  # to which chain of the level each point belongs, and from which first point it comes
+    bound = proportion(int((g > 0).sum()), n, level=level).upper
+    chain: NDArray[np.int64] = np.arange(n)  # to which chain of its level each point belongs
+    first = chain  # from which of the first points it descends
     thresholds: list[float] = []
     log_p, spread, squared = 0.0, 0.6, 0.0
     while True:
@@ -248,7 +251,7 @@ def subset_simulation(
             if p == 0:
                 why = "the limit state is the same at the points nearest to failure, so it does not lead there"
             reach = f"the last level, of probability {math.exp(log_p):.1e}, is at {g.max():.4g}"
-            return ask.nothing(f"not reached: {why}; {reach}", level, thresholds, d)
+            return ask.nothing(f"not reached: {why}; {reach}", bound, level, thresholds, d)
         part = (1.0 - p) / (p * n) * (1.0 + _correlation(fails if reached else inside, chain, p))
         squared += part
         log_p += math.log(p)
@@ -276,9 +279,19 @@ def subset_simulation(
         status += f"; {unknown:.0%} of them are runs that failed (nan), counted as failures"
     effective = (1.0 - p) / (p * part) if p < 1 else float(n)
     return Rare(
-        value, lower, upper, level, cov, ask.runs, ask.failed, True, status, tuple(thresholds), effective,
-        frozen(z[fails]),
-    )  # fmt: skip
+        value=value,
+        lower=lower,
+        upper=upper,
+        level=level,
+        cov=cov,
+        runs=ask.runs,
+        failed=ask.failed,
+        trusted=True,
+        status=status,
+        thresholds=tuple(thresholds),
+        effective=effective,
+        points=frozen(z[fails]),
+    )
 
 
 class _Asker:
@@ -298,11 +311,21 @@ class _Asker:
         self.failed += int(lost.sum())
         return np.where(lost, np.inf, np.minimum(g, np.finfo(np.float64).max))
 
-    def nothing(self, status: str, level: float, thresholds: list[float], d: int) -> Rare:
+    def nothing(self, status: str, upper: float, level: float, thresholds: list[float], d: int) -> Rare:
         """What is to be said where no failure was found."""
-        none = frozen(np.zeros((0, d)))
         return Rare(
-            math.nan, 0.0, 1.0, level, math.nan, self.runs, self.failed, False, status, tuple(thresholds), 0.0, none
+            value=math.nan,
+            lower=0.0,
+            upper=upper,
+            level=level,
+            cov=math.nan,
+            runs=self.runs,
+            failed=self.failed,
+            trusted=False,
+            status=status,
+            thresholds=tuple(thresholds),
+            effective=0.0,
+            points=frozen(np.zeros((0, d))),
         )
 
 
@@ -367,7 +390,7 @@ def importance_sampling(
     ask = _Asker(limit_state)
     ask.runs, ask.failed = start.runs, start.failed
     if not len(start.points):
-        return ask.nothing(f"no points of failure to start from: {start.status}", level, [], d)
+        return ask.nothing(f"no points of failure to start from: {start.status}", start.upper, level, [], d)
     centres, share = _centres(start.points, rng)
     which = rng.choice(len(share), n, p=share)
     z = centres[which] + rng.standard_normal((n, d))
@@ -377,7 +400,7 @@ def importance_sampling(
     w = np.where(g > 0, 1.0 / ratio, 0.0)
     total = float(w.sum())
     if total == 0.0:
-        return ask.nothing("no failure among the points drawn where it should be", level, [], d)
+        return ask.nothing("no failure among the points drawn where it should be", start.upper, level, [], d)
     value = total / n
     cov = float(w.std(ddof=1)) / value / math.sqrt(n)
     effective = total**2 / float((w**2).sum())
@@ -395,9 +418,19 @@ def importance_sampling(
     if unknown:
         status += f"; {unknown:.0%} of the estimate are runs that failed (nan), counted as failures"
     return Rare(
-        value, lower, upper, level, cov, ask.runs, ask.failed, meets and effective >= _FEW, status, (0.0,), effective,
-        frozen(z[g > 0]),
-    )  # fmt: skip
+        value=value,
+        lower=lower,
+        upper=upper,
+        level=level,
+        cov=cov,
+        runs=ask.runs,
+        failed=ask.failed,
+        trusted=meets and effective >= _FEW,
+        status=status,
+        thresholds=(0.0,),
+        effective=effective,
+        points=frozen(z[g > 0]),
+    )
 
 
 def _centres(points: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
@@ -405,9 +438,9 @@ def _centres(points: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, 
     from scipy.cluster.vq import kmeans2
 
     k = min(_CENTRES, 1 + len(points) // 20)
-    centres, group = (
-        kmeans2(points, k, minit="++", rng=rng) if k > 1 else (points.mean(axis=0)[None], np.zeros(len(points), int))
-    )
+    with warnings.catch_warnings():  # of a group that ends up empty: it is left out
+        warnings.simplefilter("ignore", UserWarning)
+        centres, group = kmeans2(points, k, minit="++", rng=rng)
     size = np.bincount(group, minlength=k)
     centres, size = centres[size > 0], size[size > 0]
     share = np.append((1.0 - _DEFENSIVE) * size / size.sum(), _DEFENSIVE)
