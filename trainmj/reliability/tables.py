@@ -157,7 +157,11 @@ def rare(result: ReliabilityResult) -> Table:
         r = one.rare
         ends = f"{share(r.lower)} to {share(r.upper)}"
         rows.append((title, share(r.value), ends, r.runs, judged(r.trusted, "yes", "no"), r.status))
-    note = "Levels of a search are in % of the limit beyond it. Not trusted: the interval says nothing." if rows else ""
+    note = (
+        "Levels of a search are in % of the limit beyond it. Not reached: the upper end is that of its first draws."
+        if rows
+        else ""
+    )
     return Table(heads, rows, "Small probabilities, searched for", note)
 
 
