@@ -1,6 +1,7 @@
 """Robust studies: statistics of trains as built in place of responses, limits that few of them may pass."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import trainmj
 from trainmj.cases.scatter import scatter_of
 from trainmj.doe import normal_draws, proportion
 from trainmj.study.page import page_of_folder
-from trainmj.study.robust import Statistic, robust_of
+from trainmj.study.remarks import of_plan
+from trainmj.study.robust import Sampler, Statistic, held, robust_of
 from trainmj.study.screen import print_study
 
 TRAIN = """
@@ -156,9 +158,47 @@ def test_names_of_statistics_say_what_they_are(study):
         ({"robust": {"also": {"old": {"M": 30}}}}, "robust.also.old: needs a value for F"),
         ({"robust": {"also": {"nominal": {"M": 30, "F": 1200}}}}, "is the name of a design that is chosen"),
         ({"robust": {"objectives": {"TS": {"quantil": 0.9}}}}, "robust.objectives.TS"),
+        ({"robust": {"draws": 64, "check_draws": 100}}, "must be at least twice the 64 draws of the search"),
+        ({"robust": {"also": {"old": {"M": 30, "F": -1}}}}, "robust.also.old: the scenario does not take it"),
     ],
 )
 def test_what_does_not_fit_is_refused(folder, changes, said):
     with pytest.raises(trainmj.InputError) as error:
         trainmj.study_of(STUDY | changes, folder)
     assert said in str(error.value)
+
+
+def test_limits_of_a_load_case_are_in_place_of_both_sides_of_those_of_all(folder):
+    """Breaks if the robust search keeps a limit that a load case has taken back."""
+    cases = {"slow": {}, "wall": {"constraints": {"front": {"at_least": 20}}}}
+    study = trainmj.study_of(STUDY | {"cases": cases}, folder)
+    assert [limit.text for limit in study.limits] == ["front_slow <= 175 mm", "front_wall >= 20 mm"]
+    limits = robust_of(study).study.limits
+    assert [limit.text for limit in limits] == ["front_q95_slow <= 175 mm", "front_q5_wall >= 20 mm"]
+
+
+def test_a_share_that_so_few_draws_cannot_tell_is_said(folder):
+    """Breaks if the worst of a few trains passes for a quantile far beyond them."""
+    robust = STUDY["robust"] | {"probability": 0.001, "objectives": {"TAMA": {"quantile": 0.99}}}
+    said = {remark.about: remark.text for remark in of_plan(trainmj.study_of(STUDY | {"robust": robust}, folder))}
+    assert said["front"].startswith("0.1 % of 32 trains is less than one")
+    assert "Ask for 10000 draws" in said["front"]
+    assert "Ask for 1000 draws" in said["TAMA"]
+
+
+def test_a_design_that_breaks_a_rule_holds_nothing(study, monkeypatch):
+    """Breaks if a chosen design without numbers ends the study, or counts as one that keeps its limits."""
+
+    def refuse(*_):
+        raise trainmj.InputError("no such train")
+
+    robust = robust_of(study)
+    monkeypatch.setattr(Sampler, "trains", refuse)
+    chosen, front = (
+        SimpleNamespace(points=np.array([[30.0, 1200.0]])),
+        SimpleNamespace(study=robust.study, responses=np.ones((1, 3))),
+    )
+    one = SimpleNamespace(chosen=chosen, front=front)
+    facts = held(Sampler(robust, None), one, one).facts
+    assert [(row["probability"], row["kept"]) for row in facts["limits"] if row["wanted"]] == [(1.0, False)] * 2
+    assert all(math.isnan(row["mean"]) for row in facts["objectives"])

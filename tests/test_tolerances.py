@@ -147,6 +147,9 @@ def test_correlation_is_that_of_parts_of_one_place_and_of_one_with_all():
         ({"of": "collision.gap_mm", "percent": 1, "sigma": 1}, "needs one of sigma, percent, range, and has sigma and"),
         ({"of": "collision.gap_mm", "sigma": 1, "correlated": {"u": 0.5}}, "there is no tolerance of this name"),
         ({"of": "mass_t", "scales": "force", "range": [-1, 1], "copies": "same"}, "range.*must be above 0: factors"),
+        ({"of": ["devices.link", "devices.link.curve"], "scales": "force", "percent": 1, "copies": "same"},
+         "leads to one curve twice, by devices.link and devices.link.curve"),
+        ({"of": "devices.link", "kind": "discrete", "values": [{}, {}], "copies": "independent"}, "is a whole device"),
     ],
 )  # fmt: skip
 def test_a_tolerance_that_says_nothing_is_refused_with_its_place(tolerance, said):
@@ -171,6 +174,13 @@ def test_tolerances_that_do_not_go_together_are_refused():
     others["b"] |= {"of": "collision.speed_km_h", "correlated": {"c": -0.9}}
     with pytest.raises(InputError, match="these correlations cannot all hold at once"):
         scatter_of(scenario({"a": gap | {"correlated": {"b": 0.9, "c": 0.9}}, **others}))
+    named = {"of": "curves.buffer", "scales": "force", "percent": 1}
+    heads = {"of": "devices.head", "scales": "force", **each}
+    with pytest.raises(InputError, match=r"a\.of.*changes the curve buffer, which b scales in a device that has it"):
+        scatter_of(scenario({"a": named, "b": heads}))
+    turned = {"of": "collision.train_end", "kind": "discrete", "values": ["front", "rear"]}
+    with pytest.raises(InputError, match="a: with 'rear' others stand where single vehicles or devices differ"):
+        scatter_of(scenario({"a": turned, "b": {"of": "mass_t", **each}}))
     with pytest.raises(InputError, match="as_built: does not go with tolerances"):
         scatter_of(scenario({"a": gap}, as_built={"M1": {"mass_t": 31}}))
 
@@ -197,6 +207,61 @@ def test_as_built_is_the_same_to_the_bit_as_a_scenario_that_states_it_otherwise(
     stated = plain.with_values({**masses, "devices.link.curve": curve})
     altered = plain.with_values({"as_built": built | {place: {"curve": curve} for place in ("M1-M2", "S1-S2")}})
     assert trainmj.summarise(trainmj.run(stated)).row() == trainmj.summarise(trainmj.run(altered)).row()
+
+
+def test_a_vehicle_as_built_keeps_what_it_takes_over_from_its_train():
+    """Breaks if one value of brakes or load as built takes the others of the train away, or a vehicle is left out."""
+    load = {"trains.two.load": {"seats": 100, "share": 0.5, "kg": 80}, "trains.two.vehicles.0.load": {"share": 0.9}}
+    brakes = {"force_kN": 40, "delay_s": 0.1, "adhesion": 0.1}
+    plain = scenario({}, **load, **{"trains.two.brakes": brakes})
+    stated = plain.with_values({"trains.two.vehicles.1.brakes": brakes | {"force_kN": 20}})
+    altered = plain.with_values({"as_built": {place: {"brakes.force_kN": 20} for place in ("M2", "S2")}})
+    assert altered.built.vehicles["M2"].brakes == stated.trains["two"].each()[1].brakes
+    assert trainmj.summarise(trainmj.run(stated)).row() == trainmj.summarise(trainmj.run(altered)).row()
+    tolerances = {
+        "kg": {"of": "trains.two.load.kg", "percent": 1, "copies": "independent"},
+        "share": {"of": "trains.two.load.share", "percent": 1, "copies": "independent"},
+        "brakes": {"of": "trains.two.brakes.force_kN", "percent": 1, "copies": "independent"},
+    }
+    names = scatter_of(plain.with_values({"tolerances": tolerances})).names
+    assert names[:6] == ("kg M1", "kg M2", "kg S1", "kg S2", "share M2", "share S2")
+    assert names[6:] == ("brakes M1", "brakes M2", "brakes S1", "brakes S2")
+
+
+@pytest.mark.parametrize(
+    ("place", "changes", "said"),
+    [
+        ("M1", {"front": "link"}, "M1: front: is a device, which has a place of its own, such as S1-M1"),
+        ("M1-M2", {"curve.force_kN.-1": 900}, "force_kN.-1: leads to no value"),
+        ("M1-M2", {"curve": "buffer", "curve.force_kN.1": 900}, "force_kN.1: is in curve, which is set too"),
+    ],
+)
+def test_what_would_not_be_built_is_refused(place, changes, said):
+    """Breaks if a value under as_built is without effect and nobody says so."""
+    with pytest.raises(InputError, match=said):
+        scenario({}, as_built={place: changes})
+
+
+def test_what_is_as_built_stays_the_same_vehicle():
+    """Breaks if the head as built becomes the tail, in an assessment or a load case that turns the train round."""
+    built = scenario({}, as_built={"M1": {"mass_t": 31}})
+    turned = {"collision.train_end": "rear"}
+    with pytest.raises(InputError, match="M1 would be another vehicle or device with"):
+        built.with_values(turned)
+    assert built.with_values(turned | {"as_built": {"M2": {"mass_t": 31}}}).built.vehicles["M2"].mass_t == 31
+    assert built.with_values({"collision.partner": "rigid_wall"}).built.vehicles["M1"].mass_t == 31
+
+
+def test_a_stroke_limit_as_built_is_judged_where_it_stands():
+    """Breaks if the largest stroke hides a smaller one that is past a limit of its own."""
+    plain = scenario({}, **{"devices.link.stroke_limit_mm": 400, "trains.two.front": "link"})
+    altered = plain.with_values({"as_built": {"M1-M2": {"stroke_limit_mm": 5}}})
+    found, *_ = trainmj.summarise(trainmj.run(altered)).limits
+    assert (found.where, found.limit, found.kept) == ("M1-M2", 5, False)
+    other = plain.with_values({"as_built.M1-M2.stroke_limit_mm": 5, "as_built.M2.mass_t": 30})
+    assert other.as_built == {"M1-M2": {"stroke_limit_mm": 5}, "M2": {"mass_t": 30}}
+    deep = other.with_values({"as_built.M1-M2.curve.force_kN.1": 900})
+    assert deep.built.devices["M1-M2"].curve.force_kN == [0, 900, 800]
 
 
 def test_a_batch_of_draws_is_the_single_runs_to_the_bit():

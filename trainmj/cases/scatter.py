@@ -27,12 +27,12 @@ from trainmj.doe.scatter import Marginal
 from trainmj.errors import InputError
 from trainmj.files.source import Path, Problem, dotted
 from trainmj.scenario import Scenario
-from trainmj.scenario.as_built import joints, standing
-from trainmj.scenario.curves import CurveRef
+from trainmj.scenario.as_built import in_place, joints, standing
+from trainmj.scenario.curves import CurveRef, listed
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance
 
-_OF_VEHICLES = ("mass_t", "rail_friction", "load")
+_OF_VEHICLES = ("mass_t", "length_m", "rail_friction", "load", "brakes", "body")
 """What vehicles take over from their train, and a single one may be built with."""
 
 Owner = tuple[Any, ...]
@@ -270,6 +270,7 @@ class _Found:
         self.values: list[_Value] = []
         self.curves: list[_Curve] = []
         self.problems: list[Problem] = []
+        self.through: set[tuple[str, str]] = set()  # named curves that a device has, with the tolerance that scales it
         self._standing = list(standing(scenario))
         self._installed = [at for joint in joints(scenario) for at in joint.devices]
         targets = {name: list(self._targets(name, part)) for name, part in scenario.tolerances.items()}
@@ -282,6 +283,7 @@ class _Found:
         for name, paths in targets.items():
             self._add(name, scenario.tolerances[name], paths)
         self._check_apart()
+        self._check_in_place()
 
     def _targets(self, name: str, tolerance: Tolerance) -> Iterator[Path]:
         for target in tolerance.targets:
@@ -298,6 +300,10 @@ class _Found:
             self.problems.append(Problem(("tolerances", name), rule))
             return
         columns: dict[str, int] = {}
+        if tolerance.scales and (twice := self.scenario.twice(tolerance.targets)):
+            both = " and ".join(dict.fromkeys(twice))
+            self.problems.append(Problem(("tolerances", name, "of"), f"leads to one curve twice, by {both}"))
+            return
         for path in paths:
             own = tolerance.copies == "independent"
             if own and not owners[path]:
@@ -320,12 +326,16 @@ class _Found:
                 return [at.place for at in self._installed if at.device == device]
             case ("trains", train, "vehicles", int(position), _, *_):
                 return [at.place for at in self._standing if (at.train, at.position) == (train, position)]
-            case ("trains", train, key, *_) if key in _OF_VEHICLES:
+            case ("trains", train, key, *inner) if key in _OF_VEHICLES:
                 vehicles = self.scenario.trains[str(train)].each()
+
+                def takes_over(own: Any) -> bool:
+                    return own is None or (key == "load" and bool(inner) and getattr(own, str(inner[0])) is None)
+
                 return [
                     at.place
                     for at in self._standing
-                    if at.train == train and getattr(vehicles[at.position], key) is None
+                    if at.train == train and takes_over(getattr(vehicles[at.position], key))
                 ]
         return []
 
@@ -334,6 +344,10 @@ class _Found:
         below = path
         if place:
             below = path[4:] if path[2:3] == ("vehicles",) else path[2:]
+        if not (below or tolerance.scales):
+            rule = f"is a whole device, of which single ones cannot be others: state its values, such as {dotted(path)}"
+            self.problems.append(Problem(("tolerances", name, "of"), f"{rule}.stiffness_kN_per_mm"))
+            return
         if tolerance.scales:
             at = _distributed(tolerance, 1.0)
             found = list(self._scaled(path, tolerance.scales))
@@ -342,6 +356,8 @@ class _Found:
                 self.problems.append(Problem(("tolerances", name, "of"), rule))
             which = "force_kN" if tolerance.scales == "force" else "stroke_mm"
             for inner, stated in found:
+                (ref,) = self.scenario.locate(dotted(inner))
+                self.through |= {(curve, name) for _, curve in listed(ref) if isinstance(curve, str)}
                 to = dotted((*below, *inner[len(path) :]))
                 self.curves.append(_Curve(column, place, to, at, which, stated))
             return
@@ -366,7 +382,8 @@ class _Found:
                 yield path, self.scenario.curve_points(curve)
             case ("devices", name, *_):
                 device = self.scenario.devices[str(name)]
-                for at, ref in device.curves():
+                whole = path[2:] == ()  # a draw gear alone is not the device
+                for at, ref in device.curves() if any(device.own_curves()) or not whole else ():
                     inner = ("devices", name, *at)
                     if inner[: len(path)] == path:
                         yield inner, self.scenario.curve_points(ref)
@@ -387,6 +404,32 @@ class _Found:
             if other != name or inside:
                 rule = f"sets {value.path}, as {inside or other} does: leave one of them out"
                 self.problems.append(Problem(("tolerances", name), rule))
+        for curve, other in sorted(self.through):  # a device is given the points of its curves, not their names
+            changed = [(p.column, p.path) for p in self.values if not p.place]
+            changed += [(p.column, p.path) for p in self.curves if not p.place]
+            for column, path in changed:
+                name = self.parts[column]
+                if name != other and _within((_PLACELESS, path), (_PLACELESS, f"curves.{curve}")):
+                    rule = f"changes the curve {curve}, which {other} scales in a device that has it: scale the device"
+                    self.problems.append(Problem(("tolerances", name, "of"), f"{rule} in both, or the curve"))
+
+    def _check_in_place(self) -> None:
+        """Where single vehicles and devices differ, no draw puts others in their places."""
+        single = {value.place for value in self.values} | {curve.place for curve in self.curves}
+        single -= {_PLACELESS}
+        here = in_place(self.scenario, single)
+        for value in self.values if single else ():
+            name = self.parts[value.column]
+            tolerance = self.scenario.tolerances[name]
+            for other in tolerance.values if isinstance(tolerance, Discrete) and not value.place else ():
+                try:
+                    there = in_place(self.scenario.with_values({value.path: other}), single)
+                except InputError:
+                    continue  # the row of the draw says why
+                if there != here:
+                    rule = f"with {other!r} others stand where single vehicles or devices differ: make it a load case"
+                    self.problems.append(Problem(("tolerances", name), rule))
+                    break
 
     def pairs(self) -> dict[tuple[int, int], float]:
         """Coefficients of correlation by two columns: of quantities of one place, or of which one has none."""

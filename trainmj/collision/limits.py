@@ -121,7 +121,7 @@ def reported(
 
 
 def of_stages(chain: Chain, interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
-    """The stroke limit of each stage under test that has one, where the stage is used most."""
+    """The stroke limit of each stage under test that has one, where most of it is used; it may differ as built."""
     found: dict[str, Criterion] = {}
     for interface in interfaces:
         for stage in interface.stages if interface.judged else ():
@@ -131,7 +131,7 @@ def of_stages(chain: Chain, interfaces: Iterable[InterfaceMetrics]) -> Iterator[
                 title = f"stroke of {interface.device}{f' {stage.name}' if several else ''}"
                 what = path, title, interface.name, stage.stroke_mm, stage.limit_mm, STAGE.unit, STAGE.digits
                 one = Criterion(*what, source=source_of(chain.sources, path))
-                found[path] = max(found.get(path, one), one, key=lambda criterion: _badness(criterion.found))
+                found[path] = max(found.get(path, one), one, key=lambda criterion: _badness(criterion.used))
     yield from found.values()
 
 

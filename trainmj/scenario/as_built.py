@@ -7,7 +7,7 @@ and M1-M2 M2 behind it. Results report them under the same names.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from copy import copy
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -27,6 +27,12 @@ Place = Annotated[
     Field(pattern=r"^([MS]\d{1,3}|[MS]\d{1,3}-([MS]\d{1,3}|wall)( partner| [MS]\d{1,3})?)$"),
     Spelt("must be a vehicle, such as M1, or a device, such as M1-M2, S1-M1 partner or M1-M2 M2"),
 ]
+_DEVICES = ("front", "rear", "coupler")
+"""Keys of a vehicle that name devices."""
+
+_TAKEN_OVER = {"brakes", "body"}
+"""Groups that a vehicle takes over from its train as a whole, if it has none of its own."""
+
 AsBuilt = dict[Place, Annotated[dict[str, Any], Field(min_length=1)]]
 """New values by their paths below the vehicle or device at a place."""
 
@@ -82,6 +88,13 @@ def joints(parts: Parts) -> Iterator[Joint]:
             yield Joint(name, tuple(map(Installed, places, devices)))
 
 
+def in_place(parts: Parts, places: Collection[str]) -> list[Standing | Installed]:
+    """What is at places; what is nowhere is left out."""
+    found: list[Standing | Installed] = list(standing(parts))
+    found += [at for joint in joints(parts) for at in joint.devices]
+    return [at for at in found if at.place in places]
+
+
 def _trains(parts: Parts) -> Iterator[tuple[str, str, End]]:
     """The trains that meet, with the letter of their vehicles and the end that meets the other side."""
     c = parts.collision
@@ -115,19 +128,25 @@ def built(parts: Parts) -> Built:
     if not parts.as_built:
         return found
     each = {name: parts.trains[name].each() for _, name, _ in _trains(parts)}
-    vehicles = {at.place: each[at.train][at.position] for at in standing(parts)}
+    vehicles = {at.place: (parts.trains[at.train], each[at.train][at.position]) for at in standing(parts)}
     values: dict[int, Any] = {}  # of those of a kind
 
-    def stated(part: Part) -> Any:
+    def stated(part: Part, only: set[str] | None = None) -> Any:
         if id(part) not in values:
-            values[id(part)] = part.model_dump(exclude_unset=True, by_alias=True)
+            values[id(part)] = part.model_dump(include=only, exclude_unset=True, exclude_none=True, by_alias=True)
         return values[id(part)]
 
     devices = {at.place: parts.devices[at.device] for joint in joints(parts) for at in joint.devices}
     for place, changes in parts.as_built.items():
         try:
             if place in vehicles:
-                found.vehicles[place] = _altered("vehicle", stated(vehicles[place]), changes).checked(_Vehicle).vehicle
+                for path in changes.keys() & _DEVICES:
+                    raise InputError(
+                        f"{path}: is a device, which has a place of its own, such as {next(iter(devices))}"
+                    )
+                train, vehicle = vehicles[place]
+                own = stated(train, _TAKEN_OVER) | stated(vehicle)
+                found.vehicles[place] = _altered("vehicle", own, changes).checked(_Vehicle).vehicle
             elif place in devices:
                 found.devices[place] = _altered("device", stated(devices[place]), changes).checked(_Device).device
             else:
@@ -141,16 +160,29 @@ def _altered(name: str, part: Mapping[str, Any], changes: Mapping[str, Any]) -> 
     """The plain values of a part with new ones by path, under a name; the part stays as it is."""
     values = {name: part}
     for path, value in changes.items():
+        if other := next((other for other in changes if path.startswith(f"{other}.")), None):
+            raise InputError(f"{path}: is in {other}, which is set too: leave one of them out")
         *way, last = (name, *path.split("."))
         here: Any = values
         try:
             for key in way:
-                at: Any = int(key) if isinstance(here, list) else key
+                at: Any = _position(key) if isinstance(here, list) else key
                 here[at] = here = copy(here[at] if isinstance(here, list) else here.get(at, {}))
-            here[int(last) if isinstance(here, list) else last] = value
+            here[_position(last) if isinstance(here, list) else last] = value
         except (IndexError, TypeError, ValueError, AttributeError):
             raise InputError(f"{path}: leads to no value") from None
     return Source(values)
+
+
+def _position(key: str) -> int:
+    """A position in a list, from 0.
+
+    Raises:
+        ValueError: if it is none.
+    """
+    if not (key.isascii() and key.isdecimal()):
+        raise ValueError(key)
+    return int(key)
 
 
 def cars_as_built(parts: Parts, letter: str) -> list[Car]:

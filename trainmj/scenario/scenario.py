@@ -30,7 +30,7 @@ from trainmj.files.source import (
     source_of,
     type_at,
 )
-from trainmj.scenario.as_built import cars_as_built
+from trainmj.scenario.as_built import cars_as_built, in_place
 from trainmj.scenario.partners import with_partner, with_partner_file
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
@@ -43,6 +43,7 @@ _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 _LONGEST_NAME = 120  # and of its path
 _PARTNER = ("collision", "partner")
+_BUILT = "as_built"
 
 
 class Scenario(Parts):
@@ -92,9 +93,18 @@ class Scenario(Parts):
                 takes a value back, so that its default applies.
 
         Raises:
-            InputError: if a path leads nowhere or the changed scenario breaks a rule.
+            InputError: if a path leads nowhere, the changed scenario breaks a rule, or another vehicle or device would
+                be at a place under as_built.
         """
-        return self.from_source(changed(self._source, self.parameters, group_given(changes)))
+        found = self.from_source(changed(self._source, self.parameters, group_given(changes)))
+        if self.as_built and not any(_keys(path)[0] == _BUILT for name in changes for path in self.paths(name)):
+            before, now = in_place(self, self.as_built), in_place(found, self.as_built)
+            if other := next((at.place for at, then in zip(before, now, strict=True) if at != then), None):
+                raise InputError(
+                    f"as_built: {other} would be another vehicle or device with {', '.join(changes)}: state as_built "
+                    "anew, too, or the values where they belong to all of a kind"
+                )
+        return found
 
     def with_partner(self, name: str, folder: FilePath) -> Self:
         """A copy that has the partner of a file, too, in a folder or shipped; the same if there is no file of the name.
@@ -327,7 +337,7 @@ def _find(values: Mapping[str, Any], target: str, parameters: Mapping[str, objec
     """The keys and positions to which a path leads."""
     path: list[str | int] = []
     here: Any = values
-    keys = target.split(".")
+    keys = _keys(target)
     for n, text in enumerate(keys):
         key = _resolve(here, text, path, target, parameters if n == 0 else {})
         path.append(key)
@@ -338,10 +348,11 @@ def _find(values: Mapping[str, Any], target: str, parameters: Mapping[str, objec
 
 def _resolve(here: Any, text: str, path: list[str | int], target: str, parameters: Mapping[str, object]) -> str | int:
     """The key or position that a part of a path means in the container it is in."""
-    last = target.count(".") == len(path)
+    last = len(_keys(target)) - 1 == len(path)
     if isinstance(here, dict):
-        # a key that has a default may be missing at the end of a path; the checks know whether it exists
-        if text in here or (last and path) or (not path and text in Parts.model_fields):
+        # a key that has a default may be missing at the end of a path, and a place under as_built; the checks know
+        # whether it exists
+        if text in here or (last and path) or path == [_BUILT] or (not path and text in Parts.model_fields):
             return text
         said = f"{target}: there is no {text!r}{_within(path)}"
         place = type_at(Parts, tuple(path))
@@ -367,6 +378,12 @@ def _resolve(here: Any, text: str, path: list[str | int], target: str, parameter
             return position
         raise InputError(f"{target}: there is no entry {text!r}{_within(path)}, which has {len(here)} (0 is the first)")
     raise InputError(f"{target}: {dotted(tuple(path))} is a single value and has no {text!r} inside")
+
+
+def _keys(target: str) -> list[str]:
+    """The parts of a path; a value of a single vehicle or device is one key there, however far down."""
+    keys = target.split(".")
+    return [*keys[:2], ".".join(keys[2:])] if keys[0] == _BUILT and len(keys) > 2 else keys
 
 
 def _within(path: list[str | int]) -> str:

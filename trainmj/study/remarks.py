@@ -6,6 +6,7 @@ generator below: it reads the study, the facts of its steps and their tables, an
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -17,6 +18,7 @@ from trainmj.doe import parse_terms
 from trainmj.files.source import Path
 from trainmj.scenario import Scenario
 from trainmj.study.designs import Designs
+from trainmj.study.file import AtQuantile
 from trainmj.study.folder import Tables
 from trainmj.study.plan import Limit, Study
 from trainmj.study.rules import ROBUST
@@ -46,7 +48,7 @@ class Remark:
 
 def of_plan(study: Study) -> tuple[Remark, ...]:
     """What can be known before anything is computed."""
-    return tuple(_loads(study, {}))
+    return (*_loads(study, {}), *_few_draws(study))
 
 
 def of_result(study: Study, facts: Facts, tables: Tables) -> tuple[Remark, ...]:
@@ -69,6 +71,7 @@ def of_result(study: Study, facts: Facts, tables: Tables) -> tuple[Remark, ...]:
         _loads(study, facts["decision"]["chosen"]),
         _edges(study, chosen),
         _left_out(study, simulated, chosen),
+        _few_draws(study),
         _held(facts),
     )
     return tuple(sorted((remark for part in found for remark in part), key=lambda remark: remark.kind != "fail"))
@@ -267,6 +270,24 @@ def _left_out(study: Study, simulated: Designs, chosen: Designs) -> Iterator[Rem
             f"{away[~simulated.failed].min():.3g}, with factors scaled to 0..1."
         )
         yield Remark("warn", "chosen design", text)
+
+
+def _few_draws(study: Study) -> Iterator[Remark]:
+    """Quantiles that lie beyond the trains of which they are asked."""
+    part = study.spec.robust
+    if part is None:
+        return
+    asked = {limit.response.stated: part.probability for limit in study.limits} | part.probabilities
+    asked |= {
+        name: min(of.quantile, 1.0 - of.quantile) for name, of in part.objectives.items() if isinstance(of, AtQuantile)
+    }
+    for name, share in asked.items():
+        if share * part.draws < 1.0:
+            text = (
+                f"{100 * share:.6g} % of {part.draws} trains is less than one: the search takes the worst of them, "
+                f"which does not tell so small a share. Ask for {math.ceil(10 / share - 1e-6)} draws or a larger share."
+            )
+            yield Remark("warn", name, text)
 
 
 def _held(facts: Facts) -> Iterator[Remark]:

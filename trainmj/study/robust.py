@@ -143,6 +143,12 @@ def robust_of(study: Study) -> Robust:
                 found[new] = ConstraintPart(at_least=limit.at_least, margin=limit.margin)
         return found
 
+    def lifted(constraints: Mapping[str, ConstraintPart]) -> dict[str, ConstraintPart]:
+        """No limits in place of both sides of those of all cases: a case may state only one of them."""
+        return {
+            name: ConstraintPart() for name in limited({k: v for k, v in spec.constraints.items() if k in constraints})
+        }
+
     goals = {
         named(name, _objective(part.objectives.get(name, "mean"), -1 if goal == "maximise" else 1)): goal
         for name, goal in spec.objectives.items()
@@ -150,7 +156,8 @@ def robust_of(study: Study) -> Robust:
     changed: dict[str, Any] = {"objectives": goals, "constraints": limited(spec.constraints), "robust": None}
     if spec.cases:
         changed["cases"] = {
-            case: of.model_copy(update={"constraints": limited(of.constraints)}) for case, of in spec.cases.items()
+            case: of.model_copy(update={"constraints": lifted(of.constraints) | limited(of.constraints)})
+            for case, of in spec.cases.items()
         }
     responses: list[Response] = []
     statistics: list[tuple[str, Statistic]] = []
@@ -350,10 +357,16 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
     for name, point in designs.items():
         try:
             trains = sampler.trains(point, study.spec.check.set, part.check_draws)
+<<<<<<< HEAD
         except InputError as error:
             place = ("also", name) if name in part.also else ()
             raise study.source.error(f"design {name}: {error}", "robust", *place) from None
         found = {r: values_of(trains[r.case], r.column) for r in study.responses}
+=======
+            found = {r: values_of(trains[r.case], r.column) for r in study.responses}
+        except InputError:  # the design breaks a rule, as the check of it says
+            found = dict.fromkeys(study.responses, np.full(part.check_draws, np.nan))
+>>>>>>> aef5a89f6c29a9fdf71f1a2695de13a567a7b577
         beyond = np.stack([limit.excess(found[limit.response]) for limit in study.limits])
         unknown = np.asarray(np.isnan(beyond))
         for k, limit in enumerate(study.limits):
@@ -366,9 +379,10 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
         used[name] = 100.0 * (1.0 + (beyond / scale[:, None]).max(axis=0))
         for response in (r for r in study.responses if r.stated in study.spec.objectives):
             known = found[response][np.isfinite(found[response])]
-            quantiles = zip(("q5", "q50", "q95"), np.quantile(known, (0.05, 0.5, 0.95)).tolist(), strict=True)
+            some = known if known.size > 1 else np.full(2, np.nan)
+            quantiles = zip(("q5", "q50", "q95"), np.quantile(some, (0.05, 0.5, 0.95)).tolist(), strict=True)
             about = {"design": name, "response": response.name, "unit": response.unit}
-            spread.append(about | {"mean": float(known.mean()), "sd": float(known.std(ddof=1)), **dict(quantiles)})
+            spread.append(about | {"mean": float(some.mean()), "sd": float(some.std(ddof=1)), **dict(quantiles)})
     chosen = study.space.table(np.stack(list(designs.values()))).to_dict("records")
     pictures: dict[str, Callable[[], Figure]] = {"11_probabilities": partial(figures.held, used)}
     if len(study.objectives) > 1:

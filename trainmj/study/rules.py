@@ -79,6 +79,7 @@ def _of_case(spec: StudyFile, case: str, scenario: Scenario, chain: Chain) -> It
     yield from _responses(spec, case, chain)
     yield from _everywhere(spec, case, scenario, chain)
     yield from _check(spec, scenario)
+    yield from _also(spec, scenario)
     yield from refused(("check", "set"), {name: {name: value} for name, value in spec.check.set.items()}, scenario)
 
 
@@ -139,6 +140,18 @@ def _check(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
                 yield Problem(
                     ("check", "set", fixed), f"is set by the factor {name}: the check is of the chosen design"
                 )
+
+
+def _also(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:
+    """Further designs of a robust study that the scenario refuses, as it is or as the check changes it."""
+    for name, design in spec.robust.also.items() if spec.robust else ():
+        values = {
+            target: value for f, value in design.items() if f in spec.factors for target in spec.factors[f].targets
+        }
+        if any(nowhere((((), target) for target in values), scenario)):
+            continue  # said of the factor
+        if reason := refusal({**spec.check.set, **values}, scenario):
+            yield Problem(("robust", "also", name), f"the scenario does not take it: {reason}")
 
 
 def _responses(spec: StudyFile, case: str, chain: Chain) -> Iterator[Problem]:
@@ -312,6 +325,9 @@ def _robust(spec: StudyFile) -> Iterator[Problem]:
     yield from _names((*at, "probabilities"), spec.robust.probabilities, limited, "constraint")
     if not limited:
         yield Problem(at, "has nothing to hold: state constraints")
+    if spec.robust.check_draws < 2 * spec.robust.draws:
+        rule = f"must be at least twice the {spec.robust.draws} draws of the search, which are the first of them"
+        yield Problem((*at, "check_draws"), f"{rule}: else it checks little that is new")
     for name, design in spec.robust.also.items():
         there = (*at, "also", name)
         yield from _names(there, design, spec.factors, "factor")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from trainmj.cases.store import KEY, Store
+from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, remove_own
 from trainmj.files.written import remove
@@ -117,7 +118,10 @@ def run_study(
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)
             chosen = _steps(study, files, simulator, watch)
-            robust = _robust_steps(study, files, simulator, watch, chosen) if study.spec.robust else None
+            try:
+                robust = _robust_steps(study, files, simulator, watch, chosen) if study.spec.robust else None
+            except InputError as error:
+                raise InputError(f"in the search for robust designs: {error}") from None
             files.finish()
             summary = summary_of(study, files.steps, robust, simulator.changes)
             files.write(SUMMARY, json.dumps(summary, indent=2).encode())
