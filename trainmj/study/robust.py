@@ -357,16 +357,9 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
     for name, point in designs.items():
         try:
             trains = sampler.trains(point, study.spec.check.set, part.check_draws)
-<<<<<<< HEAD
-        except InputError as error:
-            place = ("also", name) if name in part.also else ()
-            raise study.source.error(f"design {name}: {error}", "robust", *place) from None
-        found = {r: values_of(trains[r.case], r.column) for r in study.responses}
-=======
             found = {r: values_of(trains[r.case], r.column) for r in study.responses}
         except InputError:  # the design breaks a rule, as the check of it says
             found = dict.fromkeys(study.responses, np.full(part.check_draws, np.nan))
->>>>>>> aef5a89f6c29a9fdf71f1a2695de13a567a7b577
         beyond = np.stack([limit.excess(found[limit.response]) for limit in study.limits])
         unknown = np.asarray(np.isnan(beyond))
         for k, limit in enumerate(study.limits):
