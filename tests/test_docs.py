@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -30,6 +31,7 @@ from trainmj.cli import main
 from trainmj.doe import accuracy, cross_validate, fit_kriging, optimal_latin_hypercube
 from trainmj.files.yaml import parse
 from trainmj.paper.reproduce import reproduce
+from trainmj.reliability.tables import probabilities
 from trainmj.verification import kinds
 
 NOT_RUN = {
@@ -126,6 +128,57 @@ def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):
     for title in ("table.csv", "many.yaml"):
         (tmp_path / title).write_text(file_block("docs/sweeps.md", title), encoding="utf-8")
     assert f"{len(trainmj.load_sweep(tmp_path / 'many.yaml'))} cases" in read("docs/sweeps.md")
+
+
+def test_the_reliability_file_of_the_docs_is_the_plan_it_says(tmp_path):
+    """Breaks if the page shows a key that is refused, or a train that cannot be collided."""
+    for title in ("shuttle_train.yaml", "shuttle.reliability.yaml"):
+        (tmp_path / title).write_text(file_block("docs/reliability.md", title), encoding="utf-8")
+    plan = trainmj.load_reliability(tmp_path / "shuttle.reliability.yaml")
+    assert plan.cases == ("as_is", "laden", "faster")
+    assert plan.scatter.names == ("masses M1", "masses M2", "head", "friction")
+
+
+PLATEAU = {"empty_stroke_mm": 50, "mass_t": 32.8, "simulation.step_ms": 0.5}
+RISING = {"devices.front.stages.anti_climber.curve": {"stroke_mm": [0, 0.1385, 1147], "force_kN": [0, 1250, 1450]}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [({}, "it keeps {1:.2f} mm and the other one takes {0:.1f} mm"), (RISING, "take {0:.1f} and {1:.1f} mm")],
+)
+def test_two_unequal_crush_elements_in_series_share_as_told(changes, told):
+    """Breaks if the page tells another share of two anti-climbers, of which one is 0.8 % stronger."""
+    scenario = trainmj.load("b_type", PLATEAU | changes)
+    stroke, force = scenario.curve_points(scenario.devices["front"].stages["anti_climber"].curve)
+    stronger = {"stages.anti_climber.curve": {"stroke_mm": stroke, "force_kN": [1260 / 1250 * f for f in force]}}
+    as_built = {"as_built": {"S1-M1 partner": stronger}}
+    found = trainmj.summarise(trainmj.run(scenario.with_values(as_built)))
+    strokes = [i.stages[1].stroke_mm for i in found.interfaces if i.name.startswith("S1-M1")]
+    assert told.format(*strokes) in " ".join(read("docs/reliability.md").split())
+
+
+@pytest.mark.thorough
+def test_the_probabilities_of_the_docs_are_those_of_the_command(tmp_path):
+    """Breaks if the page tells other numbers than the file that ships gives, or another effect of copies."""
+    page = " ".join(read("docs/reliability.md").split())
+    plan = trainmj.load_reliability("b_type_as_built")
+    plan = replace(plan, spec=plan.spec.model_copy(update={"runs": 256, "sensitivity": None}))
+    shown = probabilities(trainmj.run_reliability(plan, tmp_path / "ship", figures=()))
+    for title, *cells in (row[:6] for row in shown.rows[2:4]):
+        assert " ".join([title, *map(str, cells[:4])]) in page
+    for copies, changes, told in (
+        ("independent", {}, "passed in every train (P = {:.0f} in 128 draws)"),
+        ("same", {}, "`copies: same` in {:.2f} of them"),
+        ("independent", RISING, "independent copies pass the limit in {:.2f} of the trains"),
+    ):
+        front = plan.scenarios[""].tolerances["front"].model_dump(exclude_unset=True) | {"copies": copies}
+        tolerances = {name: t.model_dump(exclude_unset=True) for name, t in plan.scenarios[""].tolerances.items()}
+        asked = {"scenario": "b_type", "set": PLATEAU | changes, "tolerances": tolerances | {"front": front}}
+        asked |= {"runs": 128, "seed": 1}
+        found = trainmj.run_reliability(trainmj.reliability_of(asked), tmp_path / f"{copies}{len(changes)}", figures=())
+        (anti_climber,) = [one for one in found.passed if "anti_climber" in one.name]
+        assert told.format(anti_climber.estimate.value) in page
 
 
 @pytest.mark.thorough

@@ -134,7 +134,7 @@ def test_a_study_uses_nothing_that_another_identity_computed(place, monkeypatch)
 def test_what_has_changed_is_said_until_a_study_comes_to_its_end(place, monkeypatch):
     later(monkeypatch, numba="0.99.0")
     with monkeypatch.context() as patch:
-        patch.setattr("trainmj.study.run._summary", lambda *_: pytest.fail("killed"))
+        patch.setattr("trainmj.study.run.summary_of", lambda *_: pytest.fail("killed"))
         with pytest.raises(pytest.fail.Exception, match="killed"):
             trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
     assert not (place / "study" / "summary.json").exists()  # a report must not mix the two
@@ -176,7 +176,7 @@ def test_a_changed_study_that_was_stopped_has_no_report(place):
     with (place / "my.study.yaml").open("w", encoding="utf-8") as out:
         YAML().dump(STUDY | {"design": {"kind": "sobol", "n": 7, "seed": 1}}, out)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("trainmj.study.run._summary", lambda *_: pytest.fail("killed"))
+        patch.setattr("trainmj.study.run.summary_of", lambda *_: pytest.fail("killed"))
         with pytest.raises(pytest.fail.Exception, match="killed"):
             trainmj.run_study(place / "my.study.yaml", place / "study", figures=())
     refused = CliRunner().invoke(main, ["report", str(place / "study")])

@@ -319,6 +319,10 @@ def test_check_and_schema_know_the_file(folder):
     assert done.exit_code == 0, done.output
     for words in ("64 scrambled Sobol' draws of 4 random quantities, each in 2", "normal, percent 3", "fast: "):
         assert words in done.output
+    Path("built.yaml").write_text(json.dumps(SMALL | {"tolerances": TOLERANCES}))
+    assert "normal, percent 3" in CliRunner().invoke(main, ["check", "built.yaml"]).output
+    wrong = CliRunner().invoke(main, ["check", "built.yaml", "--set", "tolerances.mass.of=mas_t"])
+    assert (wrong.exit_code, "mas_t: there is no 'mas_t' in the scenario" in wrong.output) == (2, True), wrong.output
     schema = json.loads(CliRunner().invoke(main, ["schema", "reliability"]).output)
     assert {"tolerances", "cases", "rare", "sensitivity"} <= set(schema["properties"])
 

@@ -57,6 +57,7 @@ def test_each_case_has_its_own_limits_and_all_outputs_name_the_one_that_governs(
     assert "wagon b_type (6 vehicles, 198 t) at 25 km/h into wagon_80t" in screen
     assert f"Governed: TS by {worst}, TAMA by normal." in screen
     assert "TS, worst" in screen
+    assert f"TS is governed by {several.summary['decision']['chosen']['TS_governed_by']}." in screen
     page = page_of_folder(several.folder).html()
     assert "The limit that is nearest" in page
     assert "TS is governed by" in page

@@ -7,6 +7,7 @@ from typing import Any
 
 from trainmj.assessment.file import AssessmentFile
 from trainmj.identification.file import TargetsFile
+from trainmj.reliability.file import ReliabilityFile
 from trainmj.scenario import schema as scenario_schema
 from trainmj.scenario.partners import PartnerFile
 from trainmj.scenario.parts import Parts
@@ -58,6 +59,12 @@ def partner_page() -> str:
     """Keys of a partner file."""
     text = "What any train can be run into; explained in [Scenarios](../scenario-files.md#partners)."
     return _page("Partner file", text, _schema(PartnerFile))
+
+
+def reliability_page() -> str:
+    """Keys of a reliability file."""
+    text = "What `trainmj reliability` draws and asks; explained in [Reliability](../reliability.md)."
+    return _page("Reliability file", text, _schema(ReliabilityFile))
 
 
 def _schema(model: Any) -> Schema:

@@ -20,6 +20,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/targets-file.md": fields.targets_page,
     "reference/assessment-file.md": fields.assessment_page,
     "reference/partner-file.md": fields.partner_page,
+    "reference/reliability-file.md": fields.reliability_page,
     "reference/responses.md": responses.page,
     "reference/python.md": api.page,
     "reference/python-study.md": api.study_page,

@@ -166,6 +166,27 @@ SWEEP = {
     "responses": ["TS_mm", "stroke_*"],
     "histories": [0],
 }
+RELIABILITY = {
+    "title": "Two wagons, as built",
+    "notes": "All tolerances are made up.",
+    "sources": {"tolerances.masses": {"mark": "assumed", "source": "a guess"}},
+    "scenario": "base.yaml",
+    "set": {"limits.TS_mm": 900},
+    "tolerances": {
+        "masses": {"of": "mass_t", "percent": 2, "copies": "same"},
+        "tubes": {"of": ["devices.link"], "scales": "force", "sigma": 0.03, "correlated": {"gap": 0.3}},
+        "gap": {"of": "gap", "kind": "truncated_normal", "sigma": 2, "range": [24, 36]},
+        "friction": {"of": "collision.rail_friction", "kind": "discrete", "values": [0.005, 0.01]},
+    },
+    "cases": {"plain": {}, "faster": {"title": "1 km/h above", "set": {"collision.speed_km_h": 13}}},
+    "runs": 6,
+    "seed": 2,
+    "draws": "random",
+    "responses": ["TS_mm", "stroke_*"],
+    "quantiles": [0.5, 0.95],
+    "level": 0.9,
+    "sensitivity": {"runs": 16, "responses": ["TS_mm"]},
+}
 CASES = b"trains.wagons.length_m\n18\n20\n"
 STUDY = {
     "title": "Gap and mass",
@@ -369,6 +390,19 @@ def use_assessment(file: Path, out: Path) -> list[tuple[int, str]]:
     return [command("check", file), command(*words, "--out", out / "assessed", "--report")]
 
 
+def cost_of_reliability(plan: trainmj.Reliability) -> float:
+    spec, scatter = plan.spec, plan.scatter
+    parts = len(set(scatter.parts))
+    runs = spec.runs + (spec.sensitivity.runs * 2 * (parts + 2) if spec.sensitivity else 0)
+    runs += 20 * spec.rare.runs * spec.rare.levels if spec.rare else 0
+    return runs * sum(map(cost_of_scenario, plan.scenarios.values()))
+
+
+def use_reliability(file: Path, out: Path) -> list[tuple[int, str]]:
+    words = ("reliability", file, "--out", out / "built", "--threads", "1", "--figures", "none")
+    return [command("check", file), command(*words, "--draw", "3"), command(*words, "--report")]
+
+
 def into(file: Path) -> Scenario:
     """A scenario that runs into the partner of a file."""
     return trainmj.load(file.parent / "base.yaml", {"collision.partner": file.name.partition(".")[0]})
@@ -479,6 +513,14 @@ KINDS = (
         trainmj.load_assessment,
         cost_of_assessment,
         use_assessment,
+    ),
+    Kind(
+        "reliability",
+        "my.reliability.yaml",
+        lambda: BESIDE | {"my.reliability.yaml": RELIABILITY},
+        trainmj.load_reliability,
+        cost_of_reliability,
+        use_reliability,
     ),
     Kind(
         "sweep",

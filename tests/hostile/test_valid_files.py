@@ -318,6 +318,10 @@ def result_of(loaded: Any) -> str:
         return repr((loaded.spec, loaded.space, loaded.responses, to_yaml(loaded.scenario)))
     if isinstance(loaded, Standard):
         return repr((loaded.spec, loaded.name, loaded.source.values))
+    if isinstance(loaded, trainmj.Reliability):
+        return repr(
+            (loaded.spec, [to_yaml(s) for s in loaded.scenarios.values()], loaded.scatter.names, loaded.draws(0, 9))
+        )
     unknowns = loaded.unknowns
     samples = [(s.observations, s.wanted, s.tolerance, s.bar) for s in (loaded.fitted, loaded.held_out)]
     return repr((loaded.spec, unknowns.parameters, unknowns.constraints, unknowns.curves, loaded.targets, samples))

@@ -78,6 +78,11 @@ def check(file: str, changes: dict[str, Any]) -> None:
         if kind is not SCENARIO:
             click.echo()
         print_chain(loaded, chain)
+        if kind is SCENARIO and loaded.tolerances:
+            from trainmj.reliability import screen as of_reliability
+
+            click.echo()
+            of_reliability.print_tolerances(trainmj.load_reliability(file, changes))
 
 
 def _run_into(file: str) -> Scenario:

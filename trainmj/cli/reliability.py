@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import going_on, takes_changes, takes_figures, takes_folder, takes_json
+from trainmj.cli.options import going_on, kind_of_input, takes_changes, takes_figures, takes_folder, takes_json
 from trainmj.cli.report import takes_report
 from trainmj.cli.tasks import engine_at, takes_dask
 from trainmj.errors import InputError
@@ -63,10 +63,8 @@ def reliability(
 
     Exit code: 0 when done; 1 if no collision has numbers that may be used; 2 for wrong input.
     """
-    from trainmj.cli.options import kind_of_input
-
     kind = kind_of_input(file)
-    if kind not in (SCENARIO, RELIABILITY):
+    if kind not in (SCENARIO, RELIABILITY) and not file.endswith(RELIABILITY.ending):
         raise InputError(f"{file}: is a {kind.name}: {kind.takes} reads it; give a scenario or a reliability file")
     plan = trainmj.load_reliability(file, changes)
     stated = {name: value for name, value in (("runs", runs), ("seed", seed)) if value is not None}

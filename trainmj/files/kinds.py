@@ -12,7 +12,7 @@ class Kind(NamedTuple):
     name: str
     ending: str  # of the names of shipped ones, and by custom of others
     takes: str  # what reads it: command and function
-    own: frozenset[str]  # keys that tell it from other kinds
+    own: frozenset[str]  # keys that tell it from other kinds, as no other one has them, or rarely
 
 
 def _kind(name: str, ending: str, takes: str, own: str) -> Kind:
@@ -30,7 +30,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "sweep file",
         ".sweep.yaml",
         "trainmj sweep or trainmj.load_sweep",
-        "vary together table sample histories",
+        "vary together cases table sample histories",
     ),
     _kind(
         "study file",
@@ -61,7 +61,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "reliability file",
         ".reliability.yaml",
         "trainmj reliability or trainmj.load_reliability",
-        "runs seed draws quantiles level rare sensitivity",
+        "tolerances runs seed draws quantiles level rare sensitivity",
     ),
 )
 

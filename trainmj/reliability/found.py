@@ -150,6 +150,7 @@ class Index:
     Attributes:
         case: load case.
         response: name of the response or limit.
+        title: in words.
         part: name of the tolerance, with all its copies.
         first: share that it causes alone, and ends of its interval.
         total: share in which it takes part, and ends of its interval.
@@ -158,6 +159,7 @@ class Index:
 
     case: str
     response: str
+    title: str
     part: str
     first: tuple[float, ...]
     total: tuple[float, ...]

@@ -22,8 +22,8 @@ def indices_of(searches: Searches, governing: Passed | None) -> list[Index]:
     z = ndtri(sobol_points(scatter.d, n, seed=plan.spec.seed, groups=scatter.parts))
     found: list[Index] = []
     for case in plan.cases:
-        names = list(plan.responses(case, asked.responses))
-        names += [governing.name] if governing is not None and governing.case == case else []
+        names = {name: column.title for name, column in plan.responses(case, asked.responses).items()}
+        names |= {governing.name: governing.title} if governing is not None and governing.case == case else {}
         if not names:
             continue
         y = np.column_stack([searches.numbers(case, name, z) for name in names])
@@ -31,9 +31,9 @@ def indices_of(searches: Searches, governing: Passed | None) -> list[Index]:
             shares = sobol_indices(y, parts, seed=plan.spec.seed, level=plan.spec.level)
         except InputError as error:
             raise InputError(f"sensitivity: {error}") from None
-        for name, share in zip(names, shares, strict=True):
+        for (name, title), share in zip(names.items(), shares, strict=True):
             for k, part in enumerate(parts):
                 first = (float(share.first[k]), *share.first_interval[k].tolist())
                 total = (float(share.total[k]), *share.total_interval[k].tolist())
-                found.append(Index(case, name, part, first, total, share.left_out))
+                found.append(Index(case, name, title, part, first, total, share.left_out))
     return found

@@ -165,7 +165,7 @@ def load_reliability(file: str | Path, changes: Mapping[str, Any] | None = None)
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
     name = str(file)
-    if kind_at(name) is SCENARIO and not name.endswith(RELIABILITY.ending):
+    if not name.endswith(RELIABILITY.ending) and kind_at(name) is SCENARIO:
         return reliability_of_scenario(load(file, changes), name)
     return _checked(read_yaml(find_file(file, RELIABILITY.ending, "reliability")), changes or {})
 

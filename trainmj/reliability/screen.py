@@ -19,10 +19,15 @@ def print_plan(plan: Reliability) -> None:
     console = new_console()
     console.print(Text(plan.title, style="bold"))
     console.print(tables.size(plan), soft_wrap=True)
-    print_table(console, tables.tolerances(plan))
+    print_tolerances(plan)
     for name, scenario in plan.scenarios.items():
         if name:
             console.print(Text(f"Load case {name}: {scenario.subject}"))
+
+
+def print_tolerances(plan: Reliability) -> None:
+    """What scatters."""
+    print_table(new_console(), tables.tolerances(plan))
 
 
 def print_reliability(result: ReliabilityResult) -> None:

@@ -157,7 +157,11 @@ def rare(result: ReliabilityResult) -> Table:
         r = one.rare
         ends = f"{share(r.lower)} to {share(r.upper)}"
         rows.append((title, share(r.value), ends, r.runs, judged(r.trusted, "yes", "no"), r.status))
-    note = "Levels of a search are in % of the limit beyond it. Not trusted: the interval says nothing." if rows else ""
+    note = (
+        "Levels of a search are in % of the limit beyond it. Not reached: the upper end is that of its first draws."
+        if rows
+        else ""
+    )
     return Table(heads, rows, "Small probabilities, searched for", note)
 
 
@@ -167,9 +171,9 @@ def indices(result: ReliabilityResult) -> Table:
     heads = [
         *(worded("Load case") if several else []),
         *worded("Response", "tolerance"),
-        Column("first order", "", 2, head="alone"),
+        Column("first order", "", ".2f", head="alone"),
         Column("interval"),
-        Column("total", "", 2),
+        Column("total", "", ".2f"),
         Column("interval"),
     ]
     rows = []
@@ -178,7 +182,7 @@ def indices(result: ReliabilityResult) -> Table:
         of = [one for one in result.indices if (one.case, one.response) == key]
         for one in sorted(of, key=lambda one: -one.total[0])[:_MOST_INDICES]:
             case = (one.case,) if several else ()
-            rows.append((*case, one.response, one.part, one.first[0], _ends(one.first), one.total[0], _ends(one.total)))
+            rows.append((*case, one.title, one.part, one.first[0], _ends(one.first), one.total[0], _ends(one.total)))
     note = "Share of the variance that a tolerance, with all its copies, causes alone, and in which it takes part."
     if any(t.correlated for scenario in result.plan.scenarios.values() for t in scenario.tolerances.values()):
         note += " Of correlated tolerances, what they share goes to the one that comes first."

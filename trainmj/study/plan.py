@@ -93,6 +93,7 @@ class Study:
         responses: in the order of the file.
         source: the file, for messages and the files that it names.
         given: points of a design that a file gives, (n, d); empty for the others.
+        margins: found by simulation, in place of those of the file, by the text of a limit.
     """
 
     spec: StudyFile
@@ -103,6 +104,7 @@ class Study:
     responses: tuple[Response, ...]
     source: Source = field(repr=False)
     given: Sequence[Sequence[float]] = field(default=(), repr=False)
+    margins: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     @property
     def title(self) -> str:
@@ -136,13 +138,14 @@ class Study:
     @property
     def limits(self) -> tuple[Limit, ...]:
         """The constraints, each side and load case by itself, (c,)."""
-        return tuple(
+        stated = (
             Limit(response, sign, value, part.margin)
             for response in self.responses
             for name, part in self.spec.constraints_in(response.case).items()
             for sign, value in ((1, part.at_most), (-1, part.at_least))
             if name == response.stated and value is not None
         )
+        return tuple(replace(limit, margin=self.margins.get(limit.text, limit.margin)) for limit in stated)
 
     def criteria(self, values: FloatArray) -> FloatArray:
         """The objectives (n, m) among the responses (n, r), of several load cases the worst."""

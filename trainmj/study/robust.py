@@ -22,7 +22,8 @@ from trainmj.doe import normal_draws, proportion
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.study import figures_front as figures
-from trainmj.study.choice import Choice
+from trainmj.study import fronts
+from trainmj.study.choice import Choice, decision, weights
 from trainmj.study.designs import Designs
 from trainmj.study.file import (
     AtQuantile,
@@ -33,15 +34,18 @@ from trainmj.study.file import (
     StatisticPart,
     name_in,
 )
-from trainmj.study.folder import Output
+from trainmj.study.folder import Output, Tables
 from trainmj.study.plan import Response, Study
 from trainmj.study.rules import DEFAULT, NOMINAL, ROBUST
 from trainmj.study.simulator import Simulator
+from trainmj.study.surrogates import Models
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ANY = "any of them"
+_ATTEMPTS = 6  # of finding margins
+_FURTHER = 1.1  # a margin over what a prediction was short of: the next design is another one
 _CHUNK = 2048  # trains at a time
 _LEAST_USABLE = 0.99  # share of the trains as built that must have numbers for a mean
 
@@ -62,16 +66,24 @@ class Statistic:
     quantile: float | None = None
     sigmas: float = 0.0
 
-    def of(self, values: FloatArray) -> float:
+    def of(self, values: FloatArray, sure: bool = False) -> float:
         """The statistic of values (n,), nan for a train without numbers; nan if it has none itself.
 
         A train without numbers counts as worse than any other for a quantile; a mean leaves it out, and there is none
         if more than 1 % are without.
+
+        Args:
+            values: of trains as built.
+            sure: of a quantile, take the value that so few trains pass that the interval of their share does not reach
+                beyond what the quantile stands for.
         """
         known = values[np.isfinite(values)]
         if self.quantile is not None:
+            n = len(values)
             found = self.worse * np.sort(np.where(np.isfinite(values), self.worse * values, np.inf))
-            place = min(max(int(np.ceil(len(values) * self.quantile - 1e-9)), 1), len(values))
+            place = min(max(int(np.ceil(n * self.quantile - 1e-9)), 1), n)
+            while sure and place < n and proportion(n - place, n).upper > 1.0 - self.quantile:
+                place += 1
             return float(found[place - 1]) if np.isfinite(found[place - 1]) else np.nan
         if len(known) < max(2, _LEAST_USABLE * len(values)):
             return np.nan
@@ -205,6 +217,14 @@ class Sampler:
         """Simulate points (n, d) as the check asks, with its draws."""
         return self._designs(points, self.study.spec.check.set, self.part.check_draws)
 
+    def sure(self, point: FloatArray) -> FloatArray:
+        """The statistics (r,) of the check of a design (d,), quantiles so that they hold surely.
+
+        Raises:
+            InputError: if a tolerance does not fit the design.
+        """
+        return self._statistics(self.trains(point, self.study.spec.check.set, self.part.check_draws), sure=True)
+
     def as_it_stands(self) -> dict[str, Row]:
         """Status, reason and statistics of the trains of each load case, without the factors of the study."""
         rows = self.trains(None, {}, self.part.draws)
@@ -233,10 +253,10 @@ class Sampler:
                 found[case] += simulator.rows(fleet.cases(case, z), scenario, self._columns)
         return found
 
-    def _statistics(self, rows: Mapping[str, Sequence[Row]]) -> FloatArray:
+    def _statistics(self, rows: Mapping[str, Sequence[Row]], sure: bool = False) -> FloatArray:
         """The statistics of the trains, (r,)."""
         pairs = zip(self.study.responses, self._robust.statistics, strict=True)
-        return np.array([of.of(values_of(rows[response.case], column)) for response, (column, of) in pairs])
+        return np.array([of.of(values_of(rows[response.case], column), sure) for response, (column, of) in pairs])
 
     def _designs(self, points: FloatArray, changes: Mapping[str, Any], draws: int) -> Designs:
         found: list[FloatArray] = []
@@ -273,6 +293,58 @@ def values_of(rows: Sequence[Row], column: str) -> FloatArray:
     """A response of trains, (n,); nan where it has no number that may be used."""
     found = [np.nan if row["status"] in UNUSABLE else row.get(column, np.nan) for row in rows]
     return np.array(found, dtype=np.float64)
+
+
+def margins(study: Study, models: Models, simulated: Designs, sampler: Sampler) -> Output[dict[str, float]]:
+    """How far inside its limits the search on the surrogates must stay for the chosen design to keep them surely.
+
+    The tail of a few hundred trains is uncertain, and a search picks what it flatters. So the design that is chosen is
+    built as often as the check asks, and where it passes a limit, the margin grows by what the prediction was short of.
+
+    Args:
+        study: of the statistics.
+        models: their surrogates.
+        simulated: the design of experiments.
+        sampler: builds the trains.
+
+    Returns:
+        Margins by the text of each limit.
+
+    Raises:
+        InputError: if no design keeps the limits with such margins.
+    """
+    import pandas as pd
+
+    found = {limit.text: limit.margin for limit in study.limits}
+    rows: list[dict[str, Any]] = []
+    for attempt in range(1, _ATTEMPTS + 1):
+        inside = replace(study, margins=found)
+        front = fronts.on_surrogates(inside, models).value
+        chosen = decision(inside, front, weights(inside, simulated, front).value).value.chosen
+        values = sampler.sure(chosen.points[0])
+        passed = study.excess(values[None])[0] > 0
+        for limit, over in zip(study.limits, passed.tolist(), strict=True):
+            k = study.responses.index(limit.response)
+            predicted, now = float(chosen.responses[0, k]), float(values[k])
+            design = zip(
+                (f.head for f in study.space.factors), study.space.decode(chosen.points[0]).values(), strict=True
+            )
+            row = {"attempt": attempt, **dict(design), "limit": limit.text}
+            rows.append(row | {"margin": found[limit.text], "predicted": predicted, "simulated": now, "passed": over})
+            if over:
+                found = found | {limit.text: _FURTHER * limit.sign * (now - predicted)}
+        if not passed.any():
+            break
+    tables = {"04_margins": pd.DataFrame(rows)}
+    facts = {"attempts": attempt, "margins": margins_in(tables), "kept": not passed.any()}
+    return Output(margins_in(tables), tables, facts, {})
+
+
+def margins_in(tables: Tables) -> dict[str, float]:
+    """The margins that a table of them ends at."""
+    table = tables["04_margins"]
+    last = table[table["attempt"] == table["attempt"].max()]
+    return dict(zip(last["limit"], last["margin"].astype(float), strict=True))
 
 
 def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:

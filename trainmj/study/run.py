@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,7 +19,7 @@ from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs, Simulates
 from trainmj.study.folder import OF_STEPS, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
-from trainmj.study.robust import Sampler, held, robust_of
+from trainmj.study.robust import Sampler, held, margins, margins_in, robust_of
 from trainmj.study.simulator import FILE, Simulator
 from trainmj.study.summary import summary_of, tables_of
 
@@ -198,6 +198,16 @@ def _steps(study: Study, files: Folder, simulator: Simulates, watch: Watch, of: 
         lambda: surrogates.surrogates(study, simulations.value()),
         lambda _: surrogates.fit_all(study, simulations.value()),
     )
+    if isinstance(simulator, Sampler) and study.on_surrogates:
+        sampler, nominal = simulator, study
+        inner = step(
+            "margins",
+            [data, scenario, limits, *(asked[part] for part in ("surrogates", "weights", "decision", "check"))],
+            lambda: margins(nominal, models.value(), simulations.value(), sampler),
+            lambda tables: margins_in(tables),
+        )
+        study = replace(study, margins=inner.value())
+        limits = [*limits, study.margins]
     found: dict[str, Step[Designs]] = {}
     if spec.optimiser.on != "simulator":
         found["surrogate"] = step(

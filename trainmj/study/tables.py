@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
+from trainmj.study.designs import governs
 from trainmj.study.file import ChoiceFactor
 from trainmj.study.plan import LIMITS, Study
 from trainmj.study.remarks import Remark
@@ -155,6 +156,10 @@ def fronts(summary: Summary) -> Table:
 
 def notes_on_fronts(summary: Summary) -> Iterator[str]:
     """How the searches went, and what the surrogates' front is worth."""
+    if "margins" in summary:
+        made = summary["margins"]
+        said = ", ".join(f"{number(margin, 3)} inside {limit}" for limit, margin in made["margins"].items() if margin)
+        yield f"Margins found by simulation in {made['attempts']} attempts: {said or 'none'}."
     for where, front in searches(summary).items():
         left_out = f" ({front['failed']} failed or not valid)" if front["failed"] else ""
         yield (
@@ -193,8 +198,12 @@ def decision(summary: Summary) -> Table:
 
 
 def notes_on_decision(summary: Summary) -> Iterator[str]:
-    """How far the weights may change before another design is chosen."""
+    """Which load case governs the chosen design; how far the weights may change before another one is chosen."""
     found = summary["decision"]
+    governing = {name: found["chosen"].get(governs(name)) for name in (*summary["objectives"], LIMITS)}
+    for name, what in governing.items():
+        if what:
+            yield f"Nearest limit of the chosen design: {what}." if name == LIMITS else f"{name} is governed by {what}."
     for name, ends in found.get("stays", {}).items():
         low, high = (number(end, _FRACTION) for end in ends)
         yield f"The choice stays for weights of {name} from {low} to {high}."
