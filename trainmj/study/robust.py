@@ -290,7 +290,8 @@ def margins(study: Study, models: Models, simulated: Designs, sampler: Sampler) 
     """How far inside its limits the search on the surrogates must stay for the chosen design to keep them surely.
 
     The tail of a few hundred trains is uncertain, and a search picks what it flatters. So the design that is chosen is
-    built as often as the check asks, and where it passes a limit, the margin grows by what the prediction was short of.
+    built as often as the check asks, and where it passes a limit, the margin becomes 1.1 times what the prediction was
+    short of.
 
     Args:
         study: of the statistics.
