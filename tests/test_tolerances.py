@@ -174,7 +174,7 @@ def test_tolerances_that_do_not_go_together_are_refused():
         "c": {"of": "devices.link.stiffness_kN_per_mm", "sigma": 1, "copies": "same"},
     }
     others["b"] |= {"of": "collision.speed_km_h", "correlated": {"c": -0.9}}
-    with pytest.raises(InputError, match="these correlations cannot all hold at once"):
+    with pytest.raises(InputError, match=r"tolerances: correlation .* make them smaller"):
         scatter_of(scenario({"a": gap | {"correlated": {"b": 0.9, "c": 0.9}}, **others}))
     named = {"of": "curves.buffer", "scales": "force", "percent": 1}
     heads = {"of": "devices.head", "scales": "force", **each}

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Annotated, Any, Protocol
 
 from pydantic import Field
 
+from trainmj.errors import InputError
 from trainmj.files.parts import Name, Part, Title
 from trainmj.files.source import Path, Problem, Source
 from trainmj.scenario import Scenario
@@ -97,3 +99,12 @@ def in_vain(at: Path, stated: Mapping[str, Iterable[str]], scenario: Scenario) -
 def in_case(name: str, problems: Iterable[Problem]) -> Iterator[Problem]:
     """Problems that a value for all load cases has in one of them, which the rules then name; "" is none."""
     return (Problem(p.path, f"{p.rule} (in load case {name})") if name else p for p in problems)
+
+
+@contextmanager
+def within(case: str) -> Iterator[None]:
+    """Say of what is wrong that it is so in a load case; "" is none."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{error} (in load case {case})" if case else str(error)) from None

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from trainmj.cases.engine import Case, Computed, Engine, Key, Row
 from trainmj.cases.store import Store
 from trainmj.collision.quantities import Column
+from trainmj.collision.status import UNUSABLE
+from trainmj.doe.arrays import FloatArray
 
 COMMIT_EVERY = 0.5
 """Longest time that finished cases wait to be written [s]."""
@@ -63,3 +67,14 @@ def rows_of(
         fill(store, engine, missing.items(), keep, progress)
         found |= store.read(missing)
     return found
+
+
+def numbers_of(rows: Sequence[Row], column: str) -> FloatArray:
+    """A column of rows, (n,); nan where a case has no number that may be used."""
+    found = [np.nan if row["status"] in UNUSABLE else row.get(column, np.nan) for row in rows]
+    return np.array(found, dtype=np.float64)
+
+
+def onwards(progress: Callable[[int], None], before: int) -> Callable[[int], None]:
+    """Progress for :func:`fill` that counts on from a number of cases that were there before."""
+    return lambda finished: progress(before + finished)

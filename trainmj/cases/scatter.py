@@ -23,7 +23,7 @@ from scipy.special import ndtr
 
 from trainmj.cases.engine import Case
 from trainmj.doe.arrays import FloatArray, as_matrix
-from trainmj.doe.scatter import Marginal
+from trainmj.doe.scatter import Marginal, correlation_root
 from trainmj.errors import InputError
 from trainmj.files.source import Path, Problem, dotted
 from trainmj.scenario import Scenario
@@ -183,11 +183,9 @@ def _root(d: int, pairs: Mapping[tuple[int, int], float]) -> FloatArray | None:
     for (i, j), coefficient in pairs.items():
         matrix[i, j] = matrix[j, i] = coefficient
     try:
-        return np.asarray(np.linalg.cholesky(matrix), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        raise InputError(
-            "tolerances: these correlations cannot all hold at once: their matrix is not positive definite"
-        ) from None
+        return correlation_root(matrix)
+    except InputError as error:
+        raise InputError(f"tolerances: {error}") from None
 
 
 def _case(values: Sequence[tuple[str, str, Any]], curves: Sequence[tuple[_Curve, float]]) -> Case:

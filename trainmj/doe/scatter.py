@@ -198,7 +198,7 @@ class Scatter:
             object.__setattr__(self, "_root", self._checked(matrix))
 
     def _checked(self, matrix: FloatArray) -> FloatArray:
-        """The root L of the matrix, L L' = matrix."""
+        """The root of a matrix that all names can have."""
         if matrix.shape[0] != self.d or not np.allclose(matrix, matrix.T, rtol=0, atol=1e-12):
             raise InputError(f"correlation must be a symmetric matrix ({self.d}, {self.d}) (got {matrix.tolist()})")
         if not np.allclose(np.diag(matrix), 1.0, rtol=0, atol=1e-12):
@@ -210,13 +210,7 @@ class Scatter:
                 f"correlation of {self.names[i]!r} with {self.names[j]!r} must lie between -1 and 1, without the ends "
                 f"(got {matrix[i, j]:g}); quantities that go along with each other are one"
             )
-        least = float(np.linalg.eigvalsh(matrix)[0])
-        if least < 1e-10:
-            raise InputError(
-                f"correlation must be positive definite (its smallest eigenvalue is {least:.3g}): no quantities can "
-                "have these coefficients together; make them smaller"
-            )
-        return frozen(np.asarray(np.linalg.cholesky(matrix), dtype=np.float64))
+        return correlation_root(matrix)
 
     @property
     def d(self) -> int:
@@ -245,6 +239,21 @@ class Scatter:
         """The values of one point (d,) by name: floats and levels."""
         values = as_vector("point", point, self.d, each="quantity")
         return {m.name: m.decode(float(v)) for m, v in zip(self.marginals, values, strict=True)}
+
+
+def correlation_root(matrix: FloatArray) -> FloatArray:
+    """The lower triangular root L (d, d) of a matrix of correlations: L L' = matrix.
+
+    Raises:
+        InputError: if it is not positive definite.
+    """
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    if least < 1e-10:
+        raise InputError(
+            f"correlation must be positive definite (its smallest eigenvalue is {least:.3g}): no quantities can "
+            "have these coefficients together; make them smaller"
+        )
+    return frozen(np.asarray(np.linalg.cholesky(matrix), dtype=np.float64))
 
 
 def _check(name: str, **numbers: float) -> None:

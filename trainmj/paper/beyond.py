@@ -42,7 +42,6 @@ ENDS = "b_type_ends"
 SPREADS = (0.0, 5.0, 10.0, 20.0, 35.0, 50.0)
 """By how much vehicles differ from the mean at most, in % of it."""
 
-
 TURNS_KM_H = (22.0, 25.0, 28.0)
 TURN_D_MM = (*np.arange(5.0, 60.0, 2.5).tolist(), *np.arange(60.0, 151.0, 10.0).tolist())
 _APART_MM = 300.0  # too far for the anti-climbers to meet before M1 and M2 stop closing
@@ -50,7 +49,6 @@ _USUAL_KN = published("4")[list(PEAKS)].max().to_numpy() * MASS_T * G
 """Largest force on each vehicle, ahead less behind, from Table 4."""
 
 _HIT = 1.25  # times that, which takes a coupler behind that carries little
-
 
 GRADUAL = "no device enters another part of its curve"
 """Why a law breaks where every device does what it does in the paper's range."""

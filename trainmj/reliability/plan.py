@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from trainmj.cases.engine import Case
-from trainmj.cases.load_cases import scenarios_of, with_tolerances
+from trainmj.cases.load_cases import scenarios_of, with_tolerances, within
 from trainmj.cases.scatter import Together, scatter_of, together
 from trainmj.cases.table import STATUS
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import Column, columns_of, matching, no_number
+from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number
 from trainmj.doe.arrays import FloatArray
 from trainmj.doe.draws import normal_draws
 from trainmj.errors import InputError
@@ -59,13 +57,13 @@ class Reliability:
         """Check everything that needs no collision."""
         scatters = {}
         for name, scenario in self.scenarios.items():
-            with _in_case(name):
+            with within(name):
                 scatters[name] = scatter_of(scenario)
         object.__setattr__(self, "scatter", together(scatters))
         chains = {}
         for name, scenario in self.scenarios.items():
             (median,) = scatters[name].cases(np.zeros((1, scatters[name].d)))
-            with _in_case(name):
+            with within(name):
                 chains[name] = line_up(scenario)
                 line_up(self.changed(name, median))
         object.__setattr__(self, "chains", chains)
@@ -95,8 +93,7 @@ class Reliability:
 
     def responses(self, case: str, patterns: Sequence[str]) -> dict[str, Column]:
         """The responses of a load case that patterns choose."""
-        columns = columns_of(self.chains[case])
-        return {name: c for name, c in columns.items() if any(fnmatchcase(name, pattern) for pattern in patterns)}
+        return fitting(patterns, columns_of(self.chains[case]))
 
     def draws(self, first: int, n: int) -> FloatArray:
         """Independent standard normal draws (n, d) from a number on; the same however many are made."""
@@ -143,15 +140,6 @@ class Reliability:
         if pattern in STATUS:
             raise InputError(f"responses: {pattern}: every draw has it: leave it out")
         raise InputError(reasons[0])
-
-
-@contextmanager
-def _in_case(name: str) -> Iterator[None]:
-    """Say in which load case something is wrong."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"load case {name}: {error}" if name else str(error)) from None
 
 
 def load_reliability(file: str | Path, changes: Mapping[str, Any] | None = None) -> Reliability:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from trainmj.cases.engine import Case, Computed, Engine, Local, Row
+from trainmj.cases.load_cases import within
 from trainmj.cases.origin import Origin
-from trainmj.cases.runner import fill
+from trainmj.cases.runner import fill, onwards
 from trainmj.cases.store import CASE, KEY, Store
 from trainmj.cases.table import STATUS
 from trainmj.collision.limits import Criterion
@@ -91,12 +92,13 @@ def run_reliability(
             result = ReliabilityResult(
                 plan, folder, passed, scattered, draws.endings, draws.first_unusable, (), (), 0, 0.0, engine.identity
             )
-            found = tuple(searches.search(passed)), tuple(indices_of(searches, result.governing))
-            seconds = time.monotonic() - began
-            result = ReliabilityResult(
-                plan, folder, passed, scattered, draws.endings, draws.first_unusable, *found,
-                computed + searches.computed, seconds, engine.identity,
-            )  # fmt: skip
+            result = replace(
+                result,
+                searched=tuple(searches.search(passed)),
+                indices=tuple(indices_of(searches, result.governing)),
+                computed=computed + searches.computed,
+                seconds=time.monotonic() - began,
+            )
             with staged(folder, _MADE, SUMMARY) as stage:
                 _write(result, store, stage, formats, figure_width)
     return result
@@ -136,8 +138,8 @@ def _as_designed(
     for name, scenario in plan.scenarios.items():
         (designed,) = engine.of(scenario)([(0, {})])
         if designed.row["status"] in FAILED:
-            said = f"load case {name}: " if name else ""
-            raise InputError(f"{said}the train as designed: {designed.row['status']}: {designed.row['reason']}")
+            with within(name):
+                raise InputError(f"the train as designed: {designed.row['status']}: {designed.row['reason']}")
         limits[name], columns[name] = designed.limits, designed.columns
     return limits, columns
 
@@ -158,14 +160,10 @@ def _fill(plan: Reliability, store: Store, engine: Engine, progress: Callable[[i
                 engine.of(plan.scenarios[case]),
                 _missing(plan, case, missing),
                 _keeper(plan, case, list(wanted)),
-                partial(_sum, progress, before + computed),
+                onwards(progress, before + computed),
             )
             computed += int(missing.sum())
     return computed
-
-
-def _sum(progress: Callable[[int], None], before: int, finished: int) -> None:
-    progress(before + finished)
 
 
 def _missing(plan: Reliability, case: str, missing: np.ndarray) -> Iterator[tuple[int, Case]]:

@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from trainmj.cases.engine import Computed, Engine, Row
-from trainmj.cases.runner import rows_of
+from trainmj.cases.runner import numbers_of, rows_of
 from trainmj.cases.store import Store, key_of
 from trainmj.cases.table import STATUS
 from trainmj.collision.limits import Criterion
-from trainmj.collision.status import PAST_LIMITS, UNUSABLE
+from trainmj.collision.status import PAST_LIMITS
 from trainmj.doe.arrays import FloatArray
 from trainmj.doe.probability import Rare, importance_sampling, subset_simulation
 from trainmj.errors import InputError, close_match
@@ -71,8 +71,7 @@ class Searches:
 
     def numbers(self, case: str, name: str, z: FloatArray) -> FloatArray:
         """A response, or how much of a limit is used [%], (n,); nan where there is no usable number."""
-        rows = self.rows(case, z)
-        return np.array([np.nan if r["status"] in UNUSABLE else r.get(name, np.nan) for r in rows], dtype=np.float64)
+        return numbers_of(self.rows(case, z), name)
 
     def beyond(self, case: str, limit: str, z: FloatArray) -> FloatArray:
         """By how much a limit is passed (n,) [% of it]; at or below 0 where it is kept."""

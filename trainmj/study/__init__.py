@@ -9,8 +9,9 @@ The numerical methods are in :mod:`trainmj.doe`; this package applies them to tr
     surrogates                what stands in for the simulation
     fronts                    searches on the surrogates and on the simulator, and their comparison
     choice                    weights, decision, check
+    robust                    the same steps on statistics of many trains as built
     remarks                   what there is to know before the study is believed
-    run                       all steps, in order
+    run, summary              all steps, in order, and what summary.json says of them
     tables                    what was found, told once for terminal and page
     screen, page, figures     terminal, report, pictures
 """

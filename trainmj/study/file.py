@@ -313,7 +313,7 @@ Percent = Annotated[float, Field(ge=0, le=100)]
 
 
 class QualityPart(Part):
-    """What a study asks of itself before it is trusted; see Remarks in Studies."""
+    """What a study asks of itself before it is trusted."""
 
     least_r2: Share = Field(default=0.8, description="R² of points left out, below which a surrogate is poor")
     largest_error_percent: Percent = Field(
@@ -424,6 +424,7 @@ class StudyFile(Part, title="study file"):
     robust: RobustPart | None = Field(
         default=None, description="search for designs that hold under the tolerances, beside the nominal one"
     )
+    quality: QualityPart = Field(default=QualityPart(), description="what is asked of a study before it is trusted")
 
     def column(self, response: str) -> str:
         """The column of the results that a response is."""
@@ -438,8 +439,6 @@ class StudyFile(Part, title="study file"):
     def constraints_in(self, case: str) -> dict[str, ConstraintPart]:
         """The limits in a load case, by response."""
         return self.constraints | (self.cases[case].constraints if self.cases and case else {})
-
-    quality: QualityPart = Field(default=QualityPart(), description="what is asked of a study before it is trusted")
 
 
 def name_in(response: str, case: str) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trainmj.cases.engine import Row
+from trainmj.cases.runner import numbers_of
 from trainmj.cases.scatter import scatter_of, together
 from trainmj.collision.status import UNUSABLE, Kind
 from trainmj.doe import normal_draws, proportion
@@ -256,7 +257,7 @@ class Sampler:
     def _statistics(self, rows: Mapping[str, Sequence[Row]], sure: bool = False) -> FloatArray:
         """The statistics of the trains, (r,)."""
         pairs = zip(self.study.responses, self._robust.statistics, strict=True)
-        return np.array([of.of(values_of(rows[response.case], column), sure) for response, (column, of) in pairs])
+        return np.array([of.of(numbers_of(rows[response.case], column), sure) for response, (column, of) in pairs])
 
     def _designs(self, points: FloatArray, changes: Mapping[str, Any], draws: int) -> Designs:
         found: list[FloatArray] = []
@@ -289,17 +290,12 @@ class Sampler:
         return Kind.LIMIT if broken else Kind.OVER, "; ".join((*broken, *said))
 
 
-def values_of(rows: Sequence[Row], column: str) -> FloatArray:
-    """A response of trains, (n,); nan where it has no number that may be used."""
-    found = [np.nan if row["status"] in UNUSABLE else row.get(column, np.nan) for row in rows]
-    return np.array(found, dtype=np.float64)
-
-
 def margins(study: Study, models: Models, simulated: Designs, sampler: Sampler) -> Output[dict[str, float]]:
     """How far inside its limits the search on the surrogates must stay for the chosen design to keep them surely.
 
     The tail of a few hundred trains is uncertain, and a search picks what it flatters. So the design that is chosen is
-    built as often as the check asks, and where it passes a limit, the margin grows by what the prediction was short of.
+    built as often as the check asks, and where it passes a limit, the margin becomes 1.1 times what the prediction was
+    short of.
 
     Args:
         study: of the statistics.
@@ -361,7 +357,7 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
     for name, point in designs.items():
         try:
             trains = sampler.trains(point, study.spec.check.set, part.check_draws)
-            found = {r: values_of(trains[r.case], r.column) for r in study.responses}
+            found = {r: numbers_of(trains[r.case], r.column) for r in study.responses}
         except InputError:  # the design breaks a rule, as the check of it says
             found = dict.fromkeys(study.responses, np.full(part.check_draws, np.nan))
         beyond = np.stack([limit.excess(found[limit.response]) for limit in study.limits])

@@ -204,7 +204,7 @@ def _steps(study: Study, files: Folder, simulator: Simulates, watch: Watch, of: 
             "margins",
             [data, scenario, limits, *(asked[part] for part in ("surrogates", "weights", "decision", "check"))],
             lambda: margins(nominal, models.value(), simulations.value(), sampler),
-            lambda tables: margins_in(tables),
+            margins_in,
         )
         study = replace(study, margins=inner.value())
         limits = [*limits, study.margins]

@@ -78,7 +78,7 @@ class Simulator:
         designs = [self.case(point) for point in points]
         rows = {case: self._rows(designs, of, self._only, texts.get(case)) for case, of in scenarios.items()}
         values = [[rows[r.case][n].get(r.column, np.nan) for r in self.study.responses] for n in range(len(points))]
-        ended = [together({case: of_case[n] for case, of_case in rows.items()}) for n in range(len(points))]
+        ended = [ending_of({case: of_case[n] for case, of_case in rows.items()}) for n in range(len(points))]
         status, reason = zip(*ended, strict=True)
         return Designs(self.study, points, np.array(values, dtype=np.float64), status, reason)
 
@@ -130,7 +130,7 @@ class Simulator:
         return case
 
 
-def together(rows: Mapping[str, Row]) -> tuple[str, str]:
+def ending_of(rows: Mapping[str, Row]) -> tuple[str, str]:
     """Status and reason of a design in all load cases: the worst, and why in each that is not simply over."""
     if len(rows) == 1:
         ((row,),) = (rows.values(),)

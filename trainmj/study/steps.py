@@ -25,7 +25,7 @@ from trainmj.study.designs import Designs, Simulates
 from trainmj.study.file import CentralComposite, FullFactorial, GivenPoints, LatinHypercube, SobolSequence
 from trainmj.study.folder import Output, Tables
 from trainmj.study.plan import Study
-from trainmj.study.simulator import together
+from trainmj.study.simulator import ending_of
 
 
 def as_it_stands(study: Study, simulator: Simulates) -> Output[FloatArray]:
@@ -48,7 +48,7 @@ def as_it_stands(study: Study, simulator: Simulates) -> Output[FloatArray]:
         for case, row in rows.items()
     )
     tables = {"00_as_it_stands": table}
-    status, reason = together(rows)
+    status, reason = ending_of(rows)
     facts = {"status": status, "reason": reason, "set": study.spec.set}
     return Output(read_as_it_stands(study, tables), tables, facts, {})
 

@@ -9,13 +9,12 @@ import json
 import math
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from trainmj.cases.load_cases import LoadCase, in_case, scenarios_of
+from trainmj.cases.load_cases import LoadCase, in_case, scenarios_of, within
 from trainmj.cases.table import STATUS
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
@@ -206,15 +205,6 @@ def _fixed(sweep: Sweep, fixed: Iterable[str], cases: Mapping[str, LoadCase]) ->
                 same = "" if name == lost else f", as {lost},"
                 raise InputError(f"{name}: is varied, and set{same} {places[lost]}: leave one of them out")
     return sweep
-
-
-@contextmanager
-def within(case: str) -> Iterator[None]:
-    """Say of what is wrong that it is so in a load case; "" is none."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{error} (in load case {case})" if case else str(error)) from None
 
 
 def grid_values(values: Any, said: str) -> list[Any]:

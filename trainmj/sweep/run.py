@@ -14,7 +14,7 @@ from typing import Any
 from trainmj.cases.engine import Case, Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
 from trainmj.cases.reader import read_about, read_table
-from trainmj.cases.runner import fill
+from trainmj.cases.runner import fill, onwards
 from trainmj.cases.store import FILE, Store
 from trainmj.cases.table import STATUS
 from trainmj.collision.identity import identity
@@ -116,9 +116,7 @@ def run_sweep(
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # of fewer cases than there will be
             for scenario, cases in sweep.by_scenario(left_out=finished):
-                fill(
-                    store, _computed(engine.of(scenario), sweep), cases, _keeper(sweep), _onwards(progress, len(store))
-                )
+                fill(store, _computed(engine.of(scenario), sweep), cases, _keeper(sweep), onwards(progress, len(store)))
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
@@ -204,10 +202,6 @@ def _history(number: int) -> Path:
 def _computed(engine: Engine, sweep: Sweep) -> Callable[[Iterable[tuple[Any, Case]]], Iterator[Computed]]:
     """What computes cases, and how much of each limit they use if load cases are to be compared."""
     return (lambda cases: map(with_uses, engine(cases))) if sweep.load_cases else engine
-
-
-def _onwards(progress: Callable[[int], None], before: int) -> Callable[[int], None]:
-    return lambda n: progress(before + n)
 
 
 def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
