@@ -206,37 +206,47 @@ class Sampler:
         return self._robust.study
 
     @property
+    def unseen(self) -> range:
+        """The draws of the check: by none of them a design or a margin was found."""
+        return range(self.part.check_draws, 2 * self.part.check_draws)
+
+    @property
     def asks(self) -> list[Any]:
         """What its numbers depend on besides the scenarios and points."""
         return [self.part.model_dump(), [[column, vars(of)] for column, of in self._robust.statistics]]
 
     def at(self, points: FloatArray) -> Designs:
         """Simulate points (n, d) of the space, as many trains of each as the study states."""
-        return self._designs(points, {}, self.part.draws)
+        return self._designs(points, {}, range(self.part.draws))
 
     def check(self, points: FloatArray) -> Designs:
-        """Simulate points (n, d) as the check asks, with its draws."""
-        return self._designs(points, self.study.spec.check.set, self.part.check_draws)
+        """Simulate points (n, d) as the check asks, with draws that no search has seen."""
+        return self._designs(points, self.study.spec.check.set, self.unseen)
 
     def sure(self, point: FloatArray) -> FloatArray:
-        """The statistics (r,) of the check of a design (d,), quantiles so that they hold surely.
+        """The statistics (r,) of a design (d,) as the check asks, but with other draws; quantiles hold surely.
 
         Raises:
             InputError: if a tolerance does not fit the design.
         """
-        return self._statistics(self.trains(point, self.study.spec.check.set, self.part.check_draws), sure=True)
+        return self._statistics(self.trains(point, self.study.spec.check.set, range(self.part.check_draws)), sure=True)
 
     def as_it_stands(self) -> dict[str, Row]:
         """Status, reason and statistics of the trains of each load case, without the factors of the study."""
-        rows = self.trains(None, {}, self.part.draws)
+        rows = self.trains(None, {}, range(self.part.draws))
         values = self._statistics(rows).tolist()
         found: dict[str, Row] = {case: {"status": Kind.OVER.value, "reason": ""} for case in rows}
         for response, value in zip(self.study.responses, values, strict=True):
             found[response.case][response.column] = value
         return found
 
-    def trains(self, point: FloatArray | None, changes: Mapping[str, Any], draws: int) -> dict[str, list[Row]]:
+    def trains(self, point: FloatArray | None, changes: Mapping[str, Any], draws: range) -> dict[str, list[Row]]:
         """The rows of the trains as built of a design (d,), or of the scenario as it stands, by load case.
+
+        Args:
+            point: of the space; None for the scenario as it stands.
+            changes: of every scenario besides.
+            draws: their numbers.
 
         Raises:
             InputError: if a tolerance does not fit the design.
@@ -248,8 +258,8 @@ class Sampler:
         }
         fleet = together({case: scatter_of(scenario) for case, scenario in scenarios.items()})
         found: dict[str, list[Row]] = {case: [] for case in scenarios}
-        for first in range(0, draws, _CHUNK):
-            z = normal_draws(fleet.d, min(_CHUNK, draws - first), seed=self.part.seed, first=first)
+        for first in draws[::_CHUNK]:
+            z = normal_draws(fleet.d, min(_CHUNK, draws.stop - first), seed=self.part.seed, first=first)
             for case, scenario in scenarios.items():
                 found[case] += simulator.rows(fleet.cases(case, z), scenario, self._columns)
         return found
@@ -259,7 +269,7 @@ class Sampler:
         pairs = zip(self.study.responses, self._robust.statistics, strict=True)
         return np.array([of.of(numbers_of(rows[response.case], column), sure) for response, (column, of) in pairs])
 
-    def _designs(self, points: FloatArray, changes: Mapping[str, Any], draws: int) -> Designs:
+    def _designs(self, points: FloatArray, changes: Mapping[str, Any], draws: range) -> Designs:
         found: list[FloatArray] = []
         ended: list[tuple[str, str]] = []
         for point in points:
@@ -294,8 +304,8 @@ def margins(study: Study, models: Models, simulated: Designs, sampler: Sampler) 
     """How far inside its limits the search on the surrogates must stay for the chosen design to keep them surely.
 
     The tail of a few hundred trains is uncertain, and a search picks what it flatters. So the design that is chosen is
-    built as often as the check asks, and where it passes a limit, the margin becomes 1.1 times what the prediction was
-    short of.
+    built as often as the check asks, by other draws, and where it passes a limit, the margin becomes 1.1 times what the
+    prediction was short of.
 
     Args:
         study: of the statistics.
@@ -356,7 +366,7 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
     used: dict[str, FloatArray] = {}
     for name, point in designs.items():
         try:
-            trains = sampler.trains(point, study.spec.check.set, part.check_draws)
+            trains = sampler.trains(point, study.spec.check.set, sampler.unseen)
             found = {r: numbers_of(trains[r.case], r.column) for r in study.responses}
         except InputError:  # the design breaks a rule, as the check of it says
             found = dict.fromkeys(study.responses, np.full(part.check_draws, np.nan))

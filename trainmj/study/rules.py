@@ -334,8 +334,8 @@ def _robust(spec: StudyFile) -> Iterator[Problem]:
     if not limited:
         yield Problem(at, "has nothing to hold: state constraints")
     if spec.robust.check_draws < 2 * spec.robust.draws:
-        rule = f"must be at least twice the {spec.robust.draws} draws of the search, which are the first of them"
-        yield Problem((*at, "check_draws"), f"{rule}: else it checks little that is new")
+        rule = f"must be at least twice the {spec.robust.draws} draws of the search: it tells how much these say"
+        yield Problem((*at, "check_draws"), rule)
     for name, design in spec.robust.also.items():
         there = (*at, "also", name)
         yield from _names(there, design, spec.factors, "factor")

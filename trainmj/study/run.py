@@ -118,13 +118,16 @@ def run_study(
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)
             chosen = _steps(study, files, simulator, watch)
+            robust, failed = None, ""
             try:
                 robust = _robust_steps(study, files, simulator, watch, chosen) if study.spec.robust else None
             except InputError as error:
-                raise InputError(f"in the search for robust designs: {error}") from None
+                failed = f"in the search for robust designs: {error}"
             files.finish()
-            summary = summary_of(study, files.steps, robust, simulator.changes)
+            summary = summary_of(study, files.steps, robust, failed, simulator.changes)
             files.write(SUMMARY, json.dumps(summary, indent=2).encode())
+            if failed:
+                raise InputError(f"{failed}; the nominal study is finished: see its summary and report")
             simulator.finish()
         further = list(robust[1]) if robust else []
         tables = tables_of(files.steps) | {f"robust_{name}": of for name, of in tables_of(further).items()}

@@ -11,21 +11,26 @@ from trainmj.files.written import finite
 from trainmj.scenario import to_yaml
 from trainmj.study.folder import Step
 from trainmj.study.plan import Study
-from trainmj.study.remarks import of_result
+from trainmj.study.remarks import Remark, of_result
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 def summary_of(
-    study: Study, done: Sequence[Step[Any]], robust: tuple[Study, Sequence[Step[Any]]] | None, changes: Sequence[str]
+    study: Study,
+    done: Sequence[Step[Any]],
+    robust: tuple[Study, Sequence[Step[Any]]] | None,
+    failed: str,
+    changes: Sequence[str],
 ) -> dict[str, Any]:
     """The summary of a study; null where JSON has no number.
 
     Args:
         study: what was asked.
         done: its steps.
-        robust: the study of the statistics, and its steps, if robust designs were searched.
+        robust: the study of the statistics, and its steps, if robust designs were found.
+        failed: why none were; empty if they were, or were not asked for.
         changes: what had changed since the last run, in words.
     """
     about = {
@@ -35,6 +40,9 @@ def summary_of(
         "changes": list(changes),
     }
     found = about | _found(study, done)
+    if failed:
+        found["remarks"] = [asdict(Remark("fail", "robust designs", failed)), *found["remarks"]]
+        found["trusted"] = False
     if robust is not None:
         found["robust"] = _found(*robust)
         found["trusted"] = found["trusted"] and found["robust"]["trusted"]
