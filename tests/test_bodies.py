@@ -105,13 +105,12 @@ def test_batches_and_single_runs_are_the_same_bits():
         for body in (STIFF, STIFF | {"members": 1}, STIFF | {"collapse_force_kN": 900, "hardening_kN_per_mm": 3})
         for mass in (30, 36)
     ]
+    alone = [summarise(run(_of(case.vehicles[0].body, case.vehicles[0].mass))) for case in cases]
     for threads, places in ((1, 2), (2, 128)):
         found = dict(run_chains(enumerate(cases), threads, places))
-        for k, case in enumerate(cases):
-            body = case.vehicles[0].body
-            alone = summarise(run(_of(body, case.vehicles[0].mass)))
-            assert repr(found[k].responses) == repr(alone.responses)
-            assert repr(found[k].vehicles) == repr(alone.vehicles)
+        for k, single in enumerate(alone):
+            assert repr(found[k].responses) == repr(single.responses)
+            assert repr(found[k].vehicles) == repr(single.vehicles)
 
 
 def _of(body, mass):

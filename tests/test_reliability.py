@@ -189,7 +189,7 @@ def test_threads_kills_and_more_runs_leave_the_same_files(folder):
     """Breaks if a result depends on threads, on where a run was stopped, or on how many draws were asked for first."""
     keys = {"rare": {"limits": ["TS_mm"], "runs": 100, "levels": 2}}
     keys |= {"sensitivity": {"runs": 16}}
-    run("whole", runs=24, **keys)
+    whole = run("whole", runs=24, **keys)
     expected = files_of("whole")
     assert {"draws.csv", "limits.csv", "rare.csv", "indices.csv", "summary.json"} <= set(expected)
     run("threads", threads=2, runs=24, **keys)
@@ -199,7 +199,7 @@ def test_threads_kills_and_more_runs_leave_the_same_files(folder):
         db.execute('DELETE FROM results WHERE "case" IN (0, 5)')  # as if they had not been written yet
     again = run("more", runs=24, **keys)
     assert files_of("more") == expected
-    assert again.computed < trainmj.run_reliability(plan(runs=24, **keys), "fresh", figures=(), threads=1).computed
+    assert again.computed < whole.computed
     fewer = run("more", runs=8)
     assert fewer.computed == 0
     assert len(pd.read_csv("more/draws.csv")) == 8
@@ -241,10 +241,10 @@ def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
 def test_subset_simulation_and_importance_sampling_find_a_small_probability(folder):
     """Breaks if a search goes by another limit than the draws, or its points are not those of the plan's seed."""
     for method in ("subset_simulation", "importance_sampling"):
-        found = run(method, engine=Linear(4.0), runs=64, **GAP, rare={"method": method, "runs": 400, "limits": "any"})
+        found = run(method, engine=Linear(3.0), runs=64, **GAP, rare={"method": method, "runs": 400, "limits": "any"})
         (one,) = found.searched
         assert one.rare.trusted, one.rare.status
-        assert one.rare.lower < norm.sf(4.0) < one.rare.upper
+        assert one.rare.lower < norm.sf(3.0) < one.rare.upper
         assert found.any.passes == 0
 
 

@@ -11,7 +11,9 @@ from scipy.special import ndtri
 import trainmj
 from trainmj.cases.engine import Local
 from trainmj.cases.scatter import scatter_of, together
+from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
+from trainmj.single.devices import table, users
 
 HEAD = {
     "stages": {
@@ -240,6 +242,17 @@ def test_what_would_not_be_built_is_refused(place, changes, said):
     """Breaks if a value under as_built is without effect and nobody says so."""
     with pytest.raises(InputError, match=said):
         scenario({}, as_built={place: changes})
+
+
+def test_the_device_of_a_kind_is_shown_and_not_one_that_differs():
+    """Breaks if the curve and limits of a single device as built are shown as those of all."""
+    built = {"S1-M1": {"curve.force_kN.1": 900, "stroke_limit_mm": 100}}
+    altered = scenario({}, **{"trains.two.front": "link", "as_built": built})
+    chain = line_up(altered)
+    assert [place.name for place in users(chain, altered.as_built)["link"]][-1] == "S1-M1"
+    assert users(chain, altered.as_built)["link"][0].device.is_like(line_up(scenario({})).interfaces[0].devices[0])
+    (row,) = table(altered, chain).rows
+    assert "100" not in str(row)
 
 
 def test_what_is_as_built_stays_the_same_vehicle():

@@ -60,7 +60,7 @@ def held(found, p):
 
 
 @pytest.mark.parametrize("name", KNOWN)
-@pytest.mark.parametrize("seeds", [40, pytest.param(400, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("seeds", [40, pytest.param(200, marks=pytest.mark.thorough)])
 def test_the_interval_of_a_known_probability_holds_in_nine_of_ten_seeds(name, seeds):
     limit, d, p = KNOWN[name]
     found = [subset_simulation(limit, d, seed=seed) for seed in range(seeds)]
@@ -72,7 +72,7 @@ def test_the_interval_of_a_known_probability_holds_in_nine_of_ten_seeds(name, se
 
 
 @pytest.mark.parametrize("name", RARE)
-@pytest.mark.parametrize("seeds", [20, pytest.param(200, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("seeds", [20, pytest.param(100, marks=pytest.mark.thorough)])
 def test_one_in_a_hundred_thousand_is_found_with_a_fiftieth_of_the_runs(name, seeds):
     """Within a factor of 1.5 in 19 of 20 seeds; plain sampling needs (1 - P) / (P c^2) for the same deviation c."""
     limit, d, p = RARE[name]

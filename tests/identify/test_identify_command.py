@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner
 from forked import Forked
 from ruamel.yaml import YAML
-from twins import KNOWN, scenario, values
+from twins import CASES, KNOWN, rows, scenario, values
 
 import trainmj
 from trainmj.cases.store import KEY, Store
@@ -30,7 +30,7 @@ def targets_file(folder: Path, **changes) -> Path:
     save(scenario(), folder / "train.yaml")
     file = folder / "mine.targets.yaml"
     with file.open("w", encoding="utf-8") as out:
-        YAML().dump(values(**copy.deepcopy(QUICK), **changes), out)
+        YAML().dump(values(**copy.deepcopy(QUICK), data__tests__rows=rows(cases=CASES[:2]), **changes), out)
     return file
 
 

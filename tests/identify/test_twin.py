@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.stats import t
-from twins import AREA_KJ, KNOWN, plan, rows, scenario, values
+from twins import AREA_KJ, CASES, KNOWN, plan, rows, scenario, values
 
 from trainmj import run_cases
 from trainmj.collision.lineup import line_up
@@ -26,7 +26,7 @@ def found_by(folder: Path, given: dict[str, Any]) -> Found:
 
 
 def test_known_parameters_come_back(tmp_path):
-    found = found_by(tmp_path, values())
+    found = found_by(tmp_path, values(data__tests__rows=rows(cases=CASES[:3])))
     for name, value in zip(found.plan.unknowns.names, found.point.value, strict=True):
         assert value == pytest.approx(KNOWN[name], rel=2e-3), name
     assert found.residuals["deviation_percent"].abs().max() < 0.1
@@ -39,6 +39,7 @@ def test_known_parameters_come_back(tmp_path):
 def test_a_curve_sought_whole_comes_back_from_a_cold_start(tmp_path):
     """From the middle of all bounds, the energy known: the forces by which the responses were made."""
     given = values(
+        data__tests__rows=rows(cases=CASES[:3]),
         parameters__f10=None,
         parameters__f30=None,
         parameters__buffer={"curve": "curves.buffer"},

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from trainmj.errors import InputError
 from trainmj.files.parts import Name, Part, Title
-from trainmj.files.source import Problem, Source
+from trainmj.files.source import Path, Problem, Source
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import refused, scenario_of
 
@@ -79,7 +79,21 @@ def with_tolerances(source: Source, scenarios: Mapping[str, Scenario]) -> dict[s
     for name, scenario in scenarios.items():
         source.refuse(refused(("tolerances",), stated, scenario))
         found[name] = scenario.with_values(changes) if changes else scenario
+        if name:
+            own = source.values["cases"][name].get("set") or {}
+            source.refuse(in_vain(("cases", name, "set"), {key: [key] for key in own}, found[name]))
     return found
+
+
+def in_vain(at: Path, stated: Mapping[str, Iterable[str]], scenario: Scenario) -> Iterator[Problem]:
+    """Values that are without effect on trains as built, by key with their paths: a tolerance draws others instead."""
+    for name, tolerance in scenario.tolerances.items():
+        if not tolerance.own_values or any(key.startswith(f"tolerances.{name}") for key in stated):
+            continue
+        for key, targets in stated.items():
+            if any(scenario.overlap(target, of) for target in targets for of in tolerance.targets):
+                rule = f"the tolerance {name} states values of its own for it, whatever is set here"
+                yield Problem((*at, key), f"{rule}: state sigma or percent there, without a mean")
 
 
 def in_case(name: str, problems: Iterable[Problem]) -> Iterator[Problem]:

@@ -19,6 +19,7 @@ _SPREADS = ("sigma", "percent", "range")
 
 
 class _Tolerance(Part):
+    kind: str
     of: Annotated[str | Annotated[list[str], Field(min_length=1, max_length=100)], Either()] = Field(
         description="parameter or path of the value that scatters, or several that scatter together"
     )
@@ -42,6 +43,12 @@ class _Tolerance(Part):
     def targets(self) -> tuple[str, ...]:
         """The parameters and paths that scatter."""
         return (self.of,) if isinstance(self.of, str) else tuple(self.of)
+
+    @property
+    def own_values(self) -> bool:
+        """Whether it says what is drawn whatever value stands there, not by how much that scatters."""
+        whole = ("mean", "range") if self.kind in ("normal", "lognormal", "uniform") else ("mean", "values")
+        return self.scales is None and any(getattr(self, key, None) is not None for key in whole)
 
 
 class _Spread(_Tolerance):

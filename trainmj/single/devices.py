@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -67,8 +67,11 @@ class Drawn:
         return (u[:n], f[:n]), (u[n - 1 :], f[n - 1 :])
 
 
-def users(chain: Chain) -> dict[str, list[Place]]:
-    """Where each device stands, the front first; if both sides of an interface are equal, one stands for both."""
+def users(chain: Chain, as_built: Collection[str] = ()) -> dict[str, list[Place]]:
+    """Where each device stands, the front first, those places last where one differs as it was built.
+
+    If both sides of an interface are equal, one stands for both.
+    """
     found: dict[str, list[Place]] = {}
     for k, side in places_of_sides(chain):
         place = Place(chain.interfaces[k], k, side)
@@ -76,7 +79,7 @@ def users(chain: Chain) -> dict[str, list[Place]]:
     for k, interface in enumerate(chain.interfaces):
         for side, device in enumerate(interface.devices):
             found.setdefault(device.name, [Place(interface, k, side)])  # equal to the other side, of another name
-    return found
+    return {name: sorted(places, key=lambda place: place.name in as_built) for name, places in found.items()}
 
 
 def curves(chain: Chain, places: list[Place], reached: float = 0.0) -> Iterator[Drawn]:
@@ -121,7 +124,7 @@ def _end(device: Device) -> float:
 
 def table(scenario: Scenario, chain: Chain) -> Table:
     """What each device is: kind, stages, end, draw gear."""
-    found = [(scenario.devices[name], places[0].device) for name, places in users(chain).items()]
+    found = [(scenario.devices[name], places[0].device) for name, places in users(chain, scenario.as_built).items()]
     pulls = any(spec.pull for spec, _ in found)
     rows = [
         (device.name, _kind(spec), _stages(device), _behind(spec, device), *([_pull(spec)] if pulls else []))

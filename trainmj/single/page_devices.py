@@ -12,7 +12,7 @@ from trainmj.output.plot import GREY, Trace, axes, line
 from trainmj.output.style import PALETTE
 from trainmj.scenario.curves import Curve
 from trainmj.scenario.devices import AnyDevice, StagedDevice
-from trainmj.single.devices import Drawn, Place, curves, pulled, table, users
+from trainmj.single.devices import Drawn, Place, as_built, curves, pulled, table, users
 from trainmj.single.page_histories import MOST_LINES
 from trainmj.units import KJ, KN, MM, MS, readable, unit_of, words
 
@@ -23,8 +23,11 @@ _LIGHT, _DARK = "#b4bac4", "#7a808a"
 def add_devices(section: Section, result: Result) -> None:
     """Put each device, its force over its stroke and the paths taken on it, into a section."""
     chain = result.chain
-    used = users(chain)
+    used = users(chain, result.scenario.as_built)
     section.table(table(result.scenario, chain))
+    if result.scenario.as_built:
+        section.table(as_built(result.scenario))
+        section.text("A device that differs as built follows a curve of its own, not the grey one of its kind.")
     section.text(
         "Grey: force over stroke of a new device, pressed (solid) and let go (dotted) at rest; darker, where the force "
         "depends on the rate, at the largest rate that it sees as the sides close. In colour: stroke and force of the "

@@ -93,9 +93,9 @@ def print_convergence(convergence: Convergence) -> None:
     )
 
 
-def _print_curves(console: Console, chain: Chain) -> None:
+def _print_curves(console: Console, scenario: Scenario, chain: Chain) -> None:
     """Force over stroke of the first devices, two side by side."""
-    users = devices.users(chain)
+    users = devices.users(chain, scenario.as_built)
     console.print()
     console.print("Force (kN) over stroke (mm): * loading and . unloading at rest; + and - at a rate", style="bold")
     plots = [Text(_curve(chain, name, users[name])) for name in list(users)[:_MOST_CURVES]]
@@ -135,7 +135,7 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     if scenario.as_built:
         console.print()
         print_table(console, devices.as_built(scenario))
-    _print_curves(console, chain)
+    _print_curves(console, scenario, chain)
     if scenario.sources:
         console.print()
         print_table(console, sources_table(scenario.sources, scenario.values()))

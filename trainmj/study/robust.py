@@ -276,8 +276,12 @@ class Sampler:
 
     def _ended(self, rows: Mapping[str, Sequence[Row]], values: FloatArray) -> tuple[str, str]:
         """Status and reason of a design: whether it keeps its limits, and how many trains have no numbers."""
-        without = sum(row["status"] in UNUSABLE for of_case in rows.values() for row in of_case)
-        said = [f"{without} of {sum(map(len, rows.values()))} trains have no numbers that may be used"] * bool(without)
+        without = [(case, row) for case, of_case in rows.items() for row in of_case if row["status"] in UNUSABLE]
+        said = [
+            f"{len(without)} of {sum(map(len, rows.values()))} trains have no numbers that may be used, the first "
+            + " ".join(filter(None, (f"in load case {case}:" if case else "", row["status"], row["reason"])))
+            for case, row in without[:1]
+        ]
         broken = [
             limit.text
             for limit, by in zip(self.study.limits, self.study.excess(values[None])[0], strict=True)
@@ -368,7 +372,8 @@ def held(sampler: Sampler, nominal: Choice, robust: Choice) -> Output[None]:
         used[name] = 100.0 * (1.0 + (beyond / scale[:, None]).max(axis=0))
         for response in (r for r in study.responses if r.stated in study.spec.objectives):
             known = found[response][np.isfinite(found[response])]
-            some = known if known.size > 1 else np.full(2, np.nan)
+            enough = known.size >= max(2, _LEAST_USABLE * len(found[response]))
+            some = known if enough else np.full(2, np.nan)  # those with numbers may be the better ones
             quantiles = zip(("q5", "q50", "q95"), np.quantile(some, (0.05, 0.5, 0.95)).tolist(), strict=True)
             about = {"design": name, "response": response.name, "unit": response.unit}
             spread.append(about | {"mean": float(some.mean()), "sd": float(some.std(ddof=1)), **dict(quantiles)})

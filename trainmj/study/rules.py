@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from trainmj.cases.load_cases import in_case
+from trainmj.cases.load_cases import in_case, in_vain
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, in_place_of, no_number
@@ -79,6 +79,8 @@ def _of_case(spec: StudyFile, case: str, scenario: Scenario, chain: Chain) -> It
     yield from _responses(spec, case, chain)
     yield from _everywhere(spec, case, scenario, chain)
     yield from _check(spec, scenario)
+    if spec.robust:
+        yield from in_vain(("factors",), {name: part.targets for name, part in spec.factors.items()}, scenario)
     yield from _also(spec, scenario)
     yield from refused(("check", "set"), {name: {name: value} for name, value in spec.check.set.items()}, scenario)
 
@@ -204,13 +206,19 @@ def _without_number(spec: StudyFile, case: str, chain: Chain) -> Iterator[tuple[
 def _heads(spec: StudyFile, columns: Mapping[str, Mapping[str, Column]]) -> Iterator[Problem]:
     """Factors and responses that would share the name of a column in the study's tables."""
     taken = set(_TAKEN)
+    said: dict[str, tuple[str, str]] = {}  # by name in the tables, the response that it is of, and its unit
     made = [(("factors", name), head(name, part.stated_unit)) for name, part in spec.factors.items()]
     for name in spec.responses:
         units = {case: of[spec.column(name)].unit for case, of in columns.items() if spec.column(name) in of}
         names = [(name_in(name, case), units[case]) for case in spec.cases_of(name) if case in units]
         if spec.cases and name in spec.objectives and names:  # the worst of them, too
             names.append((name, names[0][1]))
-        made += [(("responses", name), head(*each)) for each in names]
+        for named in names:
+            other, unit = said.setdefault(named[0], (name, named[1]))
+            if other != name and unit != named[1]:  # the columns tell them apart, their rows do not
+                rule = f"is {named[0]} in the tables, as {other} is: choose another name"
+                yield Problem(("responses", name), rule)
+        made += [(("responses", name), head(*named)) for named in names]
     for (group, name), column in made:
         if column in taken and name not in spec.factors.keys() & spec.responses.keys():
             yield Problem((group, name), f"makes a second column {column!r} in the study's tables: choose another name")
