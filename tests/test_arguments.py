@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ from builders import values
 
 import trainmj
 from trainmj.assessment.file import AssessmentFile
+from trainmj.cli.options import set_again, split_assignment
 from trainmj.files.kinds import KINDS, PARTNER, RELIABILITY, SWEEP, kind_of
 from trainmj.files.parts import keys_of
+from trainmj.files.yaml import read_value
 from trainmj.identification.file import TargetsFile
 from trainmj.reliability.file import ReliabilityFile
 from trainmj.scenario import Scenario
@@ -181,3 +184,11 @@ def test_the_kinds_of_files_are_told_apart_by_the_keys_that_only_they_have():
         assert kind.own == keys[kind.name] - set().union(*others), kind.name
         assert kind_of(keys[kind.name]) is kind
     assert kind_of(["title", "notes", "scenario", "set"]) is None
+
+
+def test_command_of_a_page_sets_the_same_values_again():
+    """Breaks if null, a truth value or a group means something else in the command that a page gives."""
+    changes = {"a": None, "b": True, "c": {"k": [1, 2.5]}, "d": "wagon 80", "e": 1e-5, "f": 33}
+    texts = shlex.split(" ".join(set_again(changes)))[1::2]
+    assignments = (split_assignment("--set", text, "") for text in texts)
+    assert {path: read_value(value, "") for path, value in assignments} == changes

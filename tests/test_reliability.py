@@ -107,6 +107,18 @@ class Linear:
 GAP = {"tolerances": {"gap": {"of": "collision.gap_mm", "sigma": 1}}, "set": {"collision.gap_mm": 50}}
 
 
+def test_a_limit_that_scatters_is_used_by_its_own_value(folder):
+    """Breaks if the worst draw, the causes and the distribution go by the limit as designed."""
+    tolerances = {"limit": {"of": "limits.TS_mm", "sigma": 60}, "mass": TOLERANCES["mass"]}
+    found = run("out", tolerances=tolerances, runs=16)
+    (ts, *_), draws = found.passed, pd.read_csv("out/draws.csv")
+    judged = [trainmj.scenario_of_draw(found.plan, n).limits["TS_mm"] for n in range(16)]
+    used = 100 * draws["TS_mm found"] / judged
+    assert (ts.worst, ts.passes) == (used.argmax(), (used > 100).sum())
+    assert ts.used[-1] == pytest.approx(used.max(), rel=1e-12)
+    assert min(cause.correlation for cause in ts.causes if cause.name == "limit") < -0.5
+
+
 def test_a_known_probability_its_cause_and_its_quantiles_are_found(folder):
     """Breaks if draws are counted in the wrong column, or an interval does not belong to its probability."""
     found = run("out", engine=Linear(1.0), runs=2048, responses=["TS_mm"], **GAP)

@@ -1,5 +1,6 @@
 """Robust studies: statistics of trains as built in place of responses, limits that few of them may pass."""
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -10,9 +11,11 @@ from studies import run
 import trainmj
 from trainmj.cases.scatter import scatter_of
 from trainmj.doe import normal_draws, proportion
+from trainmj.study import tables
 from trainmj.study.page import page_of_folder
 from trainmj.study.remarks import of_plan
 from trainmj.study.robust import Sampler, Statistic, held, robust_of
+from trainmj.study.rules import NOMINAL
 from trainmj.study.screen import print_study
 
 TRAIN = """
@@ -215,7 +218,7 @@ def test_a_share_that_so_few_draws_cannot_tell_is_said(folder):
     """Breaks if the worst of a few trains passes for a quantile far beyond them."""
     robust = STUDY["robust"] | {"probability": 0.001, "objectives": {"TAMA": {"quantile": 0.99}}}
     said = {remark.about: remark.text for remark in of_plan(trainmj.study_of(STUDY | {"robust": robust}, folder))}
-    assert said["front"].startswith("0.1 % of 20 trains is less than one")
+    assert said["front"].startswith(f"0.1 % of {robust['draws']} trains is less than one")
     assert "Ask for 10000 draws" in said["front"]
     assert "Ask for 1000 draws" in said["TAMA"]
 
@@ -236,3 +239,14 @@ def test_a_design_that_breaks_a_rule_holds_nothing(study, monkeypatch):
     facts = held(Sampler(robust, None), one, one).facts
     assert [(row["probability"], row["kept"]) for row in facts["limits"] if row["wanted"]] == [(1.0, False)] * 2
     assert all(math.isnan(row["mean"]) for row in facts["objectives"])
+
+
+def test_a_design_without_a_mean_is_shown_without_what_it_costs(done):
+    """Breaks if a design of which no train has numbers, or a mean of 0, ends a finished study in a traceback."""
+    summary = json.loads(json.dumps(done.summary))
+    first, *_ = means = [row for row in summary["robust"]["held"]["objectives"] if row["design"] == NOMINAL]
+    for row in means:
+        row["mean"] = row["sd"] = None
+    first["mean"] = 0.0
+    _, costs = tables.held(summary)
+    assert [row[-1] for row in costs.rows] == [None] * len(means)

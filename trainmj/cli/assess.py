@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 import trainmj
-from trainmj.cli.options import takes_changes, takes_json, takes_threads
+from trainmj.cli.options import set_again, takes_changes, takes_json, takes_threads
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
 from trainmj.files.folder import filling
@@ -85,7 +85,7 @@ def _command(
     train: str, changes: dict[str, Any], standard: str, category: str | None, line_speed: float | None, out: Path
 ) -> str:
     """The command that makes the page again."""
-    words = ["trainmj assess", quote(train), *(f"--set {quote(f'{path}={value}')}" for path, value in changes.items())]
+    words = ["trainmj assess", quote(train), *set_again(changes)]
     words += [f"--standard {quote(standard)}"] + ([f"--category {quote(category)}"] if category else [])
     words += [f"--line-speed {line_speed:g}"] if line_speed is not None else []
     return " ".join([*words, f"--out {quote(out.resolve().name)} --report"])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -44,6 +46,12 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
             raise InputError(f"--set {text}: {path} is set twice")
         changes[path] = read_value(value, f"--set {text}")
     return changes
+
+
+def set_again(changes: Mapping[str, Any]) -> list[str]:
+    """The words that make the same changes again."""
+    said = {path: value if isinstance(value, str) else json.dumps(value) for path, value in changes.items()}
+    return [f"--set {quote(f'{path}={value}')}" for path, value in said.items()]
 
 
 def kind_of_input(file: str) -> Kind:

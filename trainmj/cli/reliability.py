@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import going_on, kind_of_input, takes_changes, takes_figures, takes_folder, takes_json
+from trainmj.cli.options import (
+    going_on,
+    kind_of_input,
+    set_again,
+    takes_changes,
+    takes_figures,
+    takes_folder,
+    takes_json,
+)
 from trainmj.cli.report import takes_report
 from trainmj.cli.tasks import engine_at, takes_dask
 from trainmj.errors import InputError
@@ -118,10 +126,6 @@ def _write_draw(plan: trainmj.Reliability, draw: int, case: str | None, out: Pat
 
 def _command(file: str, changes: dict[str, Any], stated: dict[str, int], out: Path) -> str:
     """The command that makes the page again."""
-    words = [
-        "trainmj reliability",
-        quote(file),
-        *(f"--set {quote(f'{path}={value}')}" for path, value in changes.items()),
-    ]
+    words = ["trainmj reliability", quote(file), *set_again(changes)]
     words += [f"--{name} {value}" for name, value in stated.items()]
     return " ".join([*words, f"--out {quote(out.resolve().name)} --report"])

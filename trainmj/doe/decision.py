@@ -131,9 +131,8 @@ def knee_point(values: ArrayLike, *, maximise: Sequence[bool] | None = None) -> 
         InputError: wrong number of directions.
     """
     x = as_matrix("values", values)
-    scaled = normalise(x * _signs(maximise, x.shape[1]), "min_max")[
-        :, varies(x)
-    ]  # what is the same all over has no best
+    varying = varies(x)  # what is the same all over has no best
+    scaled = normalise(x * _signs(maximise, x.shape[1]), "min_max")[:, varying]
     ends = scaled[scaled.argmin(axis=0)]  # (k, k), the best alternative of each criterion that varies
     normal, offset = np.linalg.lstsq(ends, np.ones(len(ends)), rcond=None)[0], 1.0
     if not ends.any():  # one alternative is the best in all of them: any plane through it

@@ -91,7 +91,7 @@ def sobol_units(d: int, n: int, rng: np.random.Generator, first: int = 0) -> Flo
     from scipy.stats import qmc
 
     if d > _MOST:
-        raise InputError(f"Sobol' points have at most {_MOST} coordinates (got {d}); take method='random'")
+        raise InputError(f"Sobol' points have at most {_MOST} coordinates (got {d}); take fewer, or random draws")
     sequence = qmc.Sobol(d, scramble=True, bits=_BITS, rng=rng)
     if first:
         sequence.fast_forward(first)

@@ -272,8 +272,7 @@ def subset_simulation(
         known = proportion(int(fails.sum()) - lost, n, failed=lost, level=level)
         lower, upper = known.lower, known.upper
     else:
-        wide = math.exp(float(ndtri(0.5 + level / 2)) * math.sqrt(math.log1p(squared)))
-        lower, upper = value / wide * (1.0 - unknown), min(1.0, value * wide)
+        lower, upper = _lognormal(value, squared, unknown, level)
     status = f"failure reached at level {len(thresholds)}, {int(fails.sum())} of {n} points"
     if unknown:  # nothing says that these are failures: they may be all of the estimate, and none of it
         status += f"; {unknown:.0%} of them are runs that failed (nan), counted as failures"
@@ -356,6 +355,12 @@ def _correlation(inside: NDArray[np.bool_], chain: NDArray[np.int64], p: float) 
     return max(0.0, float((sums**2).sum()) / alone - 1.0) if alone > 0 and sums.size < inside.size else 0.0
 
 
+def _lognormal(value: float, squared: float, unknown: float, level: float) -> tuple[float, float]:
+    """Ends of an interval by the squared coefficient of variation; runs that failed, a share, are safe in the lower."""
+    wide = math.exp(float(ndtri(0.5 + level / 2)) * math.sqrt(math.log1p(squared)))
+    return value / wide * (1.0 - unknown), min(1.0, value * wide)
+
+
 def importance_sampling(
     limit_state: LimitState, d: int, *, seed: int, n: int = 4000, start: Rare | None = None, level: float = 0.95
 ) -> Rare:
@@ -404,9 +409,8 @@ def importance_sampling(
     value = total / n
     cov = float(w.std(ddof=1)) / value / math.sqrt(n)
     effective = total**2 / float((w**2).sum())
-    wide = math.exp(float(ndtri(0.5 + level / 2)) * math.sqrt(math.log1p(cov**2)))
     unknown = float(w[np.isposinf(g)].sum()) / total
-    lower, upper = value / wide * (1.0 - unknown), min(1.0, value * wide)
+    lower, upper = _lognormal(value, cov**2, unknown, level)
     meets = lower <= start.upper and start.lower <= upper
     status = f"{int((w > 0).sum())} of {n} points fail, as good as {effective:.0f} independent failures"
     if effective < _FEW:

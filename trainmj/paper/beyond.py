@@ -20,7 +20,7 @@ from trainmj.collision.device import CAR_BODY
 from trainmj.collision.lineup import line_up
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary
-from trainmj.paper.laws_beyond import COUPLER_MM, HALF_D_MM, HALF_M_T, RULES, Around, N, Rule, s_anti
+from trainmj.paper.laws_beyond import COUPLER_MM, HALF_D_MM, HALF_M_T, RULES, Around, N, Rule, s_anti, used_up
 from trainmj.paper.printed import (
     BUFFER_MM,
     EMPTY_STROKE_MM,
@@ -335,10 +335,9 @@ def states_of(some: Iterable[Around]) -> tuple[str, ...]:
 
 
 def _states(s: Summary) -> Iterator[str]:
-    coupler = s.interfaces[0].stages[0].stroke_mm
     if s.not_valid:
         yield "a curve has ended behind which nothing is stated"
-    if coupler < COUPLER_MM - 0.05:
+    if not used_up(s):
         yield "the coupler of the front does not shear off"
     if s_anti(s) > LIMIT_ANTI_CLIMBER_MM:
         yield f"the anti-climber passes {LIMIT_ANTI_CLIMBER_MM:g} mm"

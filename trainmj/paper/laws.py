@@ -13,12 +13,17 @@ from trainmj.paper.collisions import Collisions, cases_of
 from trainmj.paper.finding import Law
 from trainmj.paper.laws_of_bodies import laws_of_bodies
 from trainmj.paper.laws_of_factors import laws_of_D, laws_of_M
-from trainmj.paper.printed import EMPTY_STROKE_MM, LIMIT_ACCELERATION_G, LIMIT_OTHERS_MM, MASS_T, PEAKS, published
+from trainmj.paper.printed import (
+    EMPTY_STROKE_MM,
+    LIMIT_ACCELERATION_G,
+    LIMIT_OTHERS_MM,
+    MASS_T,
+    PEAKS,
+    STRONG,
+    published,
+)
 from trainmj.paper.tables import OURS, Comparison, Tables
 from trainmj.units import KM_H, against
-
-STRONG = 0.5
-"""Least |r| that Section 7 calls strong: 0.554 is, 0.446 is not."""
 
 
 def laws(collisions: Collisions, tables: Tables, ours: Analysis) -> Iterator[Law]:

@@ -29,6 +29,8 @@ OWN = (
 OWN_BEYOND = rf"beyond_\w+\.(csv|{ENDINGS})|beyond\.(json|html)"
 """Those of --beyond, which may be in the same folder."""
 
+_LONG = ("beyond_values", "beyond_responses")  # tables that the summary leaves out
+
 
 def write_paper(reproduction: Reproduction, folder: Path, formats: Sequence[Format] = ("png",)) -> None:
     """Write tables, figures, verdicts and page into a folder; all are finished before the first one is replaced.
@@ -71,9 +73,6 @@ def summary_beyond(found: Beyond) -> dict[str, Any]:
     """Where the laws hold, break and why, as JSON holds it."""
     given = {name: table for name, table in page_beyond.tables(found).items() if name not in _LONG}
     return {name.removeprefix("beyond_"): json.loads(t.to_json(orient="records")) for name, t in given.items()}
-
-
-_LONG = ("beyond_values", "beyond_responses")
 
 
 def tables(reproduction: Reproduction) -> dict[str, pd.DataFrame]:

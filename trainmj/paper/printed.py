@@ -47,6 +47,9 @@ LIMIT_OTHERS_MM = 418.0
 BUFFER_MM = 73.0
 """Stroke of the buffers of all couplers, Section 2."""
 
+STRONG = 0.5
+"""Least |r| that Section 7 calls strong: 0.554 is, 0.446 is not."""
+
 LIMIT_ACCELERATION_G = 5.0
 """What Section 8.2 holds the peak accelerations against."""
 

@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from trainmj.cases.load_cases import LoadCases
-from trainmj.files.parts import WHOLE, Either, Name, Notes, Part, Seed, Title
+from trainmj.files.parts import WHOLE, Either, Notes, Part, Seed, Title
 from trainmj.files.provenance import Sources
-from trainmj.scenario.tolerances import Tolerance
+from trainmj.scenario.tolerances import FurtherTolerances
 
 MAX_RUNS = 10_000_000
 ANY = "any"
@@ -62,11 +62,7 @@ class ReliabilityFile(Part, title="reliability file"):
     sources: Sources = Field(default_factory=dict, description="where values come from, by path")
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
-    tolerances: dict[Name, Tolerance | None] = Field(
-        default_factory=dict,
-        max_length=200,
-        description="what scatters from train to train, by a name each, over those of the scenario; null takes one out",
-    )
+    tolerances: FurtherTolerances = Field(default_factory=dict)
     cases: LoadCases | None = Field(
         default=None, description="load cases: the same train as built is collided in each; one if left out"
     )

@@ -75,7 +75,7 @@ class Passed:
         worst: number of the draw that uses most of the limit; None if none has a usable number.
         causes: random quantities, the most telling first.
         running: the probability over the draws.
-        limit: the limit; None for any.
+        limit: the limit as designed; None for any.
         designed: what the train as designed comes to; None for any.
         found: what the worst draw comes to.
         used: quantiles of how much of the limit is used [%], (n,) evenly spaced from the least to the most.
@@ -341,7 +341,7 @@ class Draws:
             place for place, yes in zip(self._column(f"{criterion.name} at", case), passed, strict=True) if yes
         )
         place, often = places.most_common(1)[0] if places else ("", 0)
-        used = np.abs(found) / criterion.limit * 100.0
+        used = self._numbers(f"{criterion.name} used", case)
         worst = _largest(used)
         return (
             Passed(

@@ -182,7 +182,8 @@ def _keeper(plan: Reliability, case: str, wanted: Sequence[str]) -> Callable[[Co
         row: dict[str, Any] = {"draw": computed.key // len(plan.cases)} | ({"load_case": case} if case else {})
         row |= {name: computed.row[name] for name in STATUS}
         for c in computed.limits:
-            row |= {f"{c.name} found": c.found, f"{c.name} at": c.where, f"{c.name} passed": int(not c.kept)}
+            row |= {f"{c.name} found": c.found, f"{c.name} at": c.where}
+            row |= {f"{c.name} used": c.used, f"{c.name} passed": int(not c.kept)}  # the limit itself may scatter
         return row | {name: computed.row[name] for name in wanted if name in computed.row}
 
     return keep

@@ -46,10 +46,8 @@ def size(plan: Reliability) -> str:
 
 def probabilities(result: ReliabilityResult) -> Table:
     """How likely each limit is passed."""
-    several = len(result.plan.cases) > 1
     heads = [
-        *(worded("Load case") if several else []),
-        *worded("Limit passed"),
+        *worded("Load case", "Limit passed"),
         Column("P"),
         Column("interval"),
         Column("draws passed", head="passed"),
@@ -58,21 +56,28 @@ def probabilities(result: ReliabilityResult) -> Table:
         *worded("most often at"),
         Column("worst draw"),
     ]
-    rows = [_probability(result, one, several) for one in result.passed]
+    rows = [_probability(one) for one in result.passed]
     note = (
         f"Interval: {100 * result.plan.spec.level:g} %, of independent draws (Clopper and Pearson), which is cautious "
         "for the others. A draw without usable numbers counts as passed in P and the upper end, as kept in the lower."
     )
-    return Table(heads, rows, "Probability that a limit is passed", note)
+    return _by_case(result, heads, rows, "Probability that a limit is passed", note)
 
 
-def _probability(result: ReliabilityResult, one: Passed, several: bool) -> tuple[Any, ...]:
-    case = ((one.case or ("all" if several else "")),) if several else ()
+def _probability(one: Passed) -> tuple[Any, ...]:
     place = f"{one.place} ({100 * one.share:.0f} %)" if one.place else "-"
     limit = "-" if one.limit is None else f"{one.limit:.12g} {one.unit}".rstrip()
     designed = "-" if one.designed is None else against(one.designed, one.limit, one.digits)
     p = one.estimate
-    return (*case, one.title, share(p.value), interval(p), one.passes, limit, designed, place, one.worst)
+    return (one.case or "all", one.title, share(p.value), interval(p), one.passes, limit, designed, place, one.worst)
+
+
+def _by_case(
+    result: ReliabilityResult, heads: list[Column], rows: list[tuple[Any, ...]], title: str, note: str = ""
+) -> Table:
+    """A table whose first column is the load case, which is left out where there is only one."""
+    first = 0 if len(result.plan.cases) > 1 else 1
+    return Table(heads[first:], [row[first:] for row in rows], title, note)
 
 
 def share(value: float) -> str:
@@ -108,38 +113,33 @@ def causes(result: ReliabilityResult) -> Table:
 
 def quantiles(result: ReliabilityResult) -> Table:
     """How limited quantities and responses scatter."""
-    several = len(result.plan.cases) > 1
     asked = result.plan.spec.quantiles
     heads = [
-        *(worded("Load case") if several else []),
-        *worded("Response"),
-        *worded("unit"),
+        *worded("Load case", "Response", "unit"),
         Column("mean"),
         Column("standard deviation", head="std.\ndev."),
         *(Column(f"{100 * q:g} % quantile", head=f"{100 * q:g} %") for q in asked),
     ]
     rows = []
     for one in result.scattered:
-        case = (one.case,) if several else ()
         shown = [readable(e.value, one.digits) if math.isfinite(e.value) else "-" for _, e in one.quantiles]
         shown += ["-"] * (len(asked) - len(shown))
         numbers = [readable(v, one.digits) if math.isfinite(v) else "-" for v in (one.mean.value, one.deviation)]
-        rows.append((*case, one.title, one.unit, *numbers, *shown))
+        rows.append((one.case, one.title, one.unit, *numbers, *shown))
     note = "Of limited quantities the largest of all places in each draw. Intervals are in quantiles.csv."
-    return Table(heads, rows, "How responses scatter", note)
+    return _by_case(result, heads, rows, "How responses scatter", note)
 
 
 def endings(result: ReliabilityResult) -> Table:
     """How the draws ended, where not all were over within all limits."""
-    several = len(result.plan.cases) > 1
     rows = []
     for case, of in result.endings.items():
         for kind in (kind for kind in Kind if of[kind]):
             verdict = failed if kind in (*FAILED, *NOT_VALID, *PAST_LIMITS) else warned
             said = passed(kind) if kind is Kind.OVER else verdict(kind)
-            rows.append((*((case,) if several else ()), said, of[kind], MEANING[kind]))
-    heads = [*(worded("Load case") if several else []), *worded("Ended"), Column("draws"), *worded("what it means")]
-    return Table(heads, rows, "How the draws ended")
+            rows.append((case, said, of[kind], MEANING[kind]))
+    heads = [*worded("Load case", "Ended"), Column("draws"), *worded("what it means")]
+    return _by_case(result, heads, rows, "How the draws ended")
 
 
 def rare(result: ReliabilityResult) -> Table:
@@ -167,10 +167,8 @@ def rare(result: ReliabilityResult) -> Table:
 
 def indices(result: ReliabilityResult) -> Table:
     """Sobol' indices, the largest shares first."""
-    several = len(result.plan.cases) > 1
     heads = [
-        *(worded("Load case") if several else []),
-        *worded("Response", "tolerance"),
+        *worded("Load case", "Response", "tolerance"),
         Column("first order", "", ".2f", head="alone"),
         Column("interval"),
         Column("total", "", ".2f"),
@@ -181,14 +179,13 @@ def indices(result: ReliabilityResult) -> Table:
     for key in keys:
         of = [one for one in result.indices if (one.case, one.response) == key]
         for one in sorted(of, key=lambda one: -one.total[0])[:_MOST_INDICES]:
-            case = (one.case,) if several else ()
-            rows.append((*case, one.title, one.part, one.first[0], _ends(one.first), one.total[0], _ends(one.total)))
+            rows.append((one.case, one.title, one.part, one.first[0], _ends(one.first), one.total[0], _ends(one.total)))
     note = "Share of the variance that a tolerance, with all its copies, causes alone, and in which it takes part."
     if any(t.correlated for scenario in result.plan.scenarios.values() for t in scenario.tolerances.values()):
         note += " Of correlated tolerances, what they share goes to the one that comes first."
     if lost := max((one.left_out for one in result.indices), default=0):
         note += f" Up to {lost} samples are left out, as a collision of theirs has no usable number."
-    return Table(heads, rows, "Which tolerance the scatter comes from (Sobol' indices)", note)
+    return _by_case(result, heads, rows, "Which tolerance the scatter comes from (Sobol' indices)", note)
 
 
 def _ends(found: Sequence[float]) -> str:

@@ -105,6 +105,13 @@ class Discrete(_Tolerance):
 
 Tolerance = Annotated[Normal | TruncatedNormal | Uniform | Lognormal | Discrete, Either(by="kind")]
 Tolerances = Annotated[dict[Name, Tolerance], Field(max_length=200)]
+FurtherTolerances = Annotated[
+    dict[Name, Tolerance | None],
+    Field(
+        max_length=200,
+        description="what scatters from train to train, by a name each, over those of the scenario; null takes one out",
+    ),
+]
 
 
 def tolerance_rules(at: Path, tolerances: dict[str, Tolerance]) -> Iterator[Problem]:

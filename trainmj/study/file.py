@@ -14,7 +14,7 @@ from trainmj.cases.load_cases import LoadCase
 from trainmj.doe.decision import Normalisation
 from trainmj.doe.weights import Transform
 from trainmj.files.parts import WHOLE, Bounds, Either, Name, Notes, Number, Part, Positive, Seed, Title
-from trainmj.scenario.tolerances import Tolerance
+from trainmj.scenario.tolerances import FurtherTolerances
 from trainmj.units import unit_of
 
 MAX_POINTS = 5000
@@ -416,11 +416,7 @@ class StudyFile(Part, title="study file"):
     weights: WeightsPart = Field(default=EntropyWeights(), description="how much each objective counts")
     decision: DecisionPart = Field(default=Topsis(), description="how one design of the front is chosen")
     check: CheckPart = Field(default=CheckPart(), description="how the chosen design is simulated again")
-    tolerances: dict[Name, Tolerance | None] = Field(
-        default_factory=dict,
-        max_length=200,
-        description="what scatters from train to train, by a name each, over those of the scenario; null takes one out",
-    )
+    tolerances: FurtherTolerances = Field(default_factory=dict)
     robust: RobustPart | None = Field(
         default=None, description="search for designs that hold under the tolerances, beside the nominal one"
     )

@@ -39,7 +39,10 @@ Tables = Mapping[str, "pd.DataFrame"]
 """Tables of a step by file name without ending."""
 
 STATE = "steps.json"
-OF_STEPS = rf"(robust_)?\d\d_\w+\.(csv|{ENDINGS})"
+ROBUST_FILES = "robust_"
+"""Before the names of the files of the robust search."""
+
+OF_STEPS = rf"({ROBUST_FILES})?\d\d_\w+\.(csv|{ENDINGS})"
 """The files of steps, as a pattern of their names."""
 
 _MOST_BYTES = 500_000_000  # of a table; of the record

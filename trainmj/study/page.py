@@ -20,6 +20,7 @@ from trainmj.output.plot import axes, dots, line, numbers, plain, scale
 from trainmj.output.style import BLUE, DIVERGING, ORANGE, PALETTE, YELLOW
 from trainmj.output.table import Column, judged
 from trainmj.study import tables
+from trainmj.study.folder import ROBUST_FILES
 from trainmj.study.fronts import FILES
 from trainmj.study.run import SUMMARY
 from trainmj.study.tables import Summary, columns, number, table_of
@@ -36,7 +37,6 @@ _MOST_BYTES = 50_000_000  # of the summary
 _LOOKS = {"surrogate": (YELLOW, "square-open"), "simulator": (BLUE, "circle")}
 """Colour and sign of each search."""
 
-_ROBUST = "robust_"
 _MOST_FACTORS = 4  # pairs of factors over which the design is drawn
 _MOST_OBJECTIVES = 6  # pairs of objectives over which the front is drawn
 _MOST_ROWS = 20  # of simulations that are shown unfolded
@@ -77,7 +77,7 @@ def page_of_folder(folder: Path) -> Page:
 def _add_robust(page: Page, summary: Summary, files: Tables) -> None:
     """The search for designs that hold under the tolerances, and how they do."""
     found = summary["robust"]
-    own = {name.removeprefix(_ROBUST): table for name, table in files.items() if name.startswith(_ROBUST)}
+    own = {name.removeprefix(ROBUST_FILES): table for name, table in files.items() if name.startswith(ROBUST_FILES)}
     section = page.section("Robust designs")
     section.cards(Card("Robust design", "", verdict=tables.verdict(found)))
     for table in tables.held(summary):
@@ -102,7 +102,8 @@ def _read(folder: Path) -> tuple[Summary, Tables]:
         raise unfinished
     try:
         summary = from_json(read_bytes(folder / SUMMARY, _MOST_BYTES, follow=False))
-        files = {file.stem: read_back(file) for file in sorted(folder.glob("*[0-9][0-9]_*.csv"))}
+        named = (f"{prefix}[0-9][0-9]_*.csv" for prefix in ("", ROBUST_FILES))
+        files = {file.stem: read_back(file) for pattern in named for file in sorted(folder.glob(pattern))}
     except ValueError as error:
         raise InputError(f"{folder}: a file of the study cannot be read ({error}): run it again") from None
     if not isinstance(summary, dict) or "check" not in summary:

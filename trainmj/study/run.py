@@ -17,7 +17,7 @@ from trainmj.output.style import Format, Width, formats_given
 from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs, Simulates
-from trainmj.study.folder import OF_STEPS, Folder, Output, Step, Tables
+from trainmj.study.folder import OF_STEPS, ROBUST_FILES, Folder, Output, Step, Tables
 from trainmj.study.plan import Study, load_study
 from trainmj.study.robust import Sampler, held, margins, margins_in, robust_of
 from trainmj.study.simulator import FILE, Simulator
@@ -130,7 +130,7 @@ def run_study(
                 raise InputError(f"{failed}; the nominal study is finished: see its summary and report")
             simulator.finish()
         further = list(robust[1]) if robust else []
-        tables = tables_of(files.steps) | {f"robust_{name}": of for name, of in tables_of(further).items()}
+        tables = tables_of(files.steps) | {f"{ROBUST_FILES}{name}": of for name, of in tables_of(further).items()}
         named = [(step.name, step) for step in files.steps] + [(f"{_ROBUST}{step.name}", step) for step in further]
         computed = tuple(name for name, step in named if step.seconds is not None)
         return StudyResult(study, path, tables, summary, computed, simulator.computed, tuple(simulator.changes))
@@ -141,7 +141,7 @@ def _robust_steps(
 ) -> tuple[Study, list[Step[Any]]]:
     """The steps of the search for designs that hold under tolerances: of which study, and what was done."""
     robust = robust_of(study)
-    sampler, part = Sampler(robust, simulator), files.part("robust_")
+    sampler, part = Sampler(robust, simulator), files.part(ROBUST_FILES)
     chosen = _steps(robust.study, part, sampler, watch, _ROBUST)
     watch.begin("how the designs hold")
     scenarios = [{case: to_yaml(scenario) for case, scenario in study.scenarios.items()}, study.targets]

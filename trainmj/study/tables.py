@@ -294,12 +294,17 @@ def held(summary: Summary) -> Iterator[Table]:
                 response,
                 unit,
                 *(f"{number(of[name]['mean'])} ± {number(of[name]['sd'], '.2g')}" for name in names),
-                100.0 * (of[ROBUST]["mean"] - of[NOMINAL]["mean"]) / of[NOMINAL]["mean"],
+                _change(of[ROBUST]["mean"], of[NOMINAL]["mean"]),
             ]
             for (response, unit), of in of_response.items()
         ],
         "What it costs: mean and standard deviation over the trains",
     )
+
+
+def _change(robust: float | None, nominal: float | None) -> float | None:
+    """What a mean changes by [%]; None where too few trains have numbers, or it is measured by 0."""
+    return 100.0 * (robust - nominal) / nominal if robust is not None and nominal else None
 
 
 def _share(row: Mapping[str, Any]) -> str:
