@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from trainmj.collision import kernel
 from trainmj.collision.block import Tally, alone
 from trainmj.collision.chain import Chain, Element, Interface, meet
@@ -13,11 +15,12 @@ from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, N_ELEMENT
 from trainmj.collision.law import KINDS
 from trainmj.collision.simulation import start
-from trainmj.scenario import Scenario
+from trainmj.scenario import Scenario, shipped
 from trainmj.verification.systems import chain, device, envelope, pulses, scenario, values
 
 __all__ = [
     "KINDS_OF_DEVICE",
+    "SHIPPED",
     "Alone",
     "built",
     "chain",
@@ -30,6 +33,12 @@ __all__ = [
     "step_once",
     "values",
 ]
+
+_VARIANTS = {"b_type_ends", "b_type_scenario_1", "b_type_two_formations", "fra_cem_two", "fra_conventional_single"}
+SHIPPED = [pytest.param(name, marks=[pytest.mark.thorough] * (name in _VARIANTS)) for name in sorted(shipped())]
+"""Shipped scenarios, each to be simulated; those that differ little from others only in thorough runs."""
+
+assert {param.values[0] for param in SHIPPED} > _VARIANTS
 
 
 def points(*pairs: tuple[float, float]) -> dict[str, list[float]]:

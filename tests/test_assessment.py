@@ -10,6 +10,7 @@ import yaml
 from click.testing import CliRunner
 
 import trainmj
+from trainmj.assessment.plan import cases_of
 from trainmj.cli import main
 from trainmj.files.provenance import MEANING
 from trainmj.files.resources import shipped_files
@@ -242,9 +243,10 @@ def test_a_collapse_or_an_ended_curve_is_no_pass(train):
 
 
 def test_the_line_speed_counts():
+    standard, train = trainmj.load_assessment("en15227"), trainmj.load("en15227_c1")
     for line, speed in ((None, 110.0), (100, 50.0), (300, 110.0)):
-        cases = trainmj.assess("en15227_c1", "en15227", "C-I", line_speed_km_h=line).outcomes
-        (found,) = {o.case.changes["collision.speed_km_h"] for o in cases if o.case.key == "deformable_obstacle"}
+        cases = cases_of(standard, train, "C-I", line)
+        (found,) = {case.changes["collision.speed_km_h"] for case in cases if case.key == "deformable_obstacle"}
         assert found == speed
     slow = trainmj.assess("en15227_c1", "en15227", "C-I", line_speed_km_h=50)
     assert not [o for o in slow.outcomes if o.case.key == "deformable_obstacle"], "a line of 50 km/h asks for no 0 km/h"

@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 import pandas as pd
 import pytest
+from builders import SHIPPED
 from click.testing import CliRunner, Result
 from jsonschema import Draft202012Validator
 from pages import ROOT
@@ -184,7 +185,7 @@ def test_settings_of_the_paper():
     assert {v["mass_t"] for v in found["vehicles"]} == {31.25}
 
 
-@pytest.mark.parametrize("name", sorted(shipped()))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_scenario_runs_and_prints_within_80_columns(name):
     text = works("run", name)
     assert max(len(line.rstrip()) for line in text.splitlines()) <= 80

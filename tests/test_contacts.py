@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from builders import pulses, scenario, values
+from builders import SHIPPED, pulses, scenario, values
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.fields import KEPT
@@ -17,7 +17,6 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load
-from trainmj.scenario import shipped as shipped_names
 from trainmj.single import tables
 from trainmj.units import G
 
@@ -173,7 +172,7 @@ MIXED = {
 }
 
 
-@pytest.mark.parametrize("name", shipped_names())
+@pytest.mark.parametrize("name", SHIPPED)
 def test_windows_of_shipped_scenarios_are_those_of_the_definition(name):
     """Breaks if a step is left out of a window, a crossing is elsewhere, or a window is lost or invented."""
     compared(load(name))

@@ -98,8 +98,16 @@ def later(monkeypatch, **parts):
 every_command = pytest.mark.parametrize("command", COMMANDS)
 
 
-@every_command
-@pytest.mark.parametrize("part", identity())
+@pytest.mark.parametrize(
+    ("command", "part"),
+    [
+        pytest.param(
+            command, part, marks=[pytest.mark.thorough] * (command != "sweep" and part not in ("trainmj", "law"))
+        )
+        for command in COMMANDS
+        for part in identity()
+    ],
+)
 def test_numbers_of_another_identity_are_refused_or_computed_again_and_what_differs_is_said(
     place, command, part, monkeypatch
 ):

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 import pytest
+from builders import SHIPPED
 from builders import scenario as small
 
 from trainmj.collision import kernel
@@ -18,7 +19,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.model import MOTION, SENSED, build, spec, stand_in_of
 from trainmj.collision.simulation import start
 from trainmj.files.resources import shipped_folder
-from trainmj.scenario import Scenario, load, shipped
+from trainmj.scenario import Scenario, load
 from trainmj.view.scene import export, visible
 
 TABLE_2 = [34.08, 36.26, 36.26, 36.26, 36.26, 34.08]
@@ -146,7 +147,7 @@ def test_front_curve_of_the_standard_case_is_that_of_the_file():
         assert front.force[k] == pytest.approx(1e3 * force)
 
 
-@pytest.mark.parametrize("name", sorted(shipped()))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
     """The batch runs without tendons and sensors; its numbers must be those of a single run."""
     case = line_up(load(name))
@@ -174,7 +175,7 @@ def test_wall_stands_where_the_train_would_touch_it():
 # export
 
 
-@pytest.mark.parametrize("name", sorted(shipped()))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_export_reloads_with_masses_names_and_speeds(name):
     case = line_up(load(name))
     model = mujoco.MjModel.from_xml_string(export(case, name))

@@ -230,9 +230,9 @@ def test_other_input_is_refused_and_fresh_starts_over(folder):
 @pytest.mark.thorough
 def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
     """Breaks if what a killed process leaves is taken for finished, or lost."""
-    run("whole", runs=400)
+    run("whole", runs=200)
 
-    Path("my.reliability.yaml").write_text(json.dumps(FILE | {"runs": 400}))
+    Path("my.reliability.yaml").write_text(json.dumps(FILE | {"runs": 200}))
     process = Forked(folder, "reliability", "my.reliability.yaml", "--out", "killed", "--figures", "none")
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
@@ -243,7 +243,7 @@ def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
     process.send(signal.SIGKILL)
     assert process.ended().returncode == -signal.SIGKILL
     assert not Path("killed/summary.json").exists()
-    run("killed", runs=400)
+    run("killed", runs=200)
     assert files_of("killed") == files_of("whole")
 
 
@@ -282,10 +282,10 @@ def test_indices_are_those_of_a_linear_train(folder):
 def test_searches_agree_with_plain_draws_on_a_train(folder):
     """Breaks if a method is biased where collisions, not formulas, are the limit state: P is about 1 in 100."""
     limit = {"set": {"limits.TS_mm": 830, "devices.tube.stroke_limit_mm": None}}
-    plain = run("plain", threads=0, runs=4000, draws="random", **limit).any.estimate
+    plain = run("plain", threads=0, runs=1500, draws="random", **limit).any.estimate
     assert 0.004 < plain.value < 0.03
     for method in ("subset_simulation", "importance_sampling"):
-        found = run(method, threads=0, runs=16, **limit, rare={"method": method, "runs": 1000, "limits": "any"})
+        found = run(method, threads=0, runs=16, **limit, rare={"method": method, "runs": 500, "limits": "any"})
         rare = found.searched[0].rare
         assert rare.trusted
         assert max(rare.lower, plain.lower) < min(rare.upper, plain.upper), (rare, plain)

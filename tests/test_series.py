@@ -296,7 +296,7 @@ def strokes_beside(seed: int, of_plates: Callable[[dict[str, Any]], dict[str, fl
     return list(found.values()), [beside[names[name]] for name in found]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(k, marks=pytest.mark.thorough) for k in range(6, 12))])
 def test_a_device_at_each_end_is_a_chain_with_plates_between_them(seed):
     """Breaks if a device is at another end than stated, or two in series are not what a light plate makes of them."""
     by_ends, plates = strokes_beside(

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import KINDS_OF_DEVICE, built
+from builders import KINDS_OF_DEVICE, SHIPPED, built
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, meet
@@ -15,7 +15,7 @@ from trainmj.collision.measured import Measured
 from trainmj.collision.simulation import run
 from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import Summary, summarise
-from trainmj.scenario import Scenario, load, shipped
+from trainmj.scenario import Scenario, load
 
 APEX = {
     "devices": {
@@ -64,7 +64,7 @@ def test_a_batch_makes_the_same_smaller_steps():
     assert found["plain"] == summarise(run(load("b_type_wall")))
 
 
-@pytest.mark.parametrize("name", sorted(shipped()))
+@pytest.mark.parametrize("name", SHIPPED)
 def test_shipped_scenarios_need_no_smaller_steps(name):
     """Breaks if every user of a shipped scenario were to pay for two runs."""
     assert not run(load(name)).chain.refined
