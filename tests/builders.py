@@ -34,7 +34,8 @@ __all__ = [
     "values",
 ]
 
-_VARIANTS = {"b_type_ends", "b_type_scenario_1", "b_type_two_formations", "fra_cem_two", "fra_conventional_single"}
+_VARIANTS = {"b_type_ends", "b_type_scenario_1", "b_type_scenario_2", "b_type_two_formations"}
+_VARIANTS |= {"fra_cem_single", "fra_cem_two", "fra_conventional_single"}
 SHIPPED = [pytest.param(name, marks=[pytest.mark.thorough] * (name in _VARIANTS)) for name in sorted(shipped())]
 """Shipped scenarios, each to be simulated; those that differ little from others only in thorough runs."""
 

@@ -85,6 +85,7 @@ def test_python_blocks_are_whole():
             assert block.title or "import " in block.text, f"{block.page}: a block that cannot be pasted: {block.text}"
 
 
+@pytest.mark.thorough
 def test_the_python_of_the_readme_runs(python, tmp_path):
     (code,) = (b.text for b in blocks("README.md") if b.language == "python")
     done = python("-c", code, cwd=tmp_path)

@@ -29,6 +29,9 @@ THOROUGH = {
     "Brake that rises",
     "Brake after a delay, downhill",
     "Draw gear that breaks",
+    "Gas buffer, no orifice",
+    "Hysteresis, from zero force",
+    "Rate factor, C 20 m/s, P 1",
     "Hydraulic buffer, constant orifice",
     "Standing wagon on 5 per mille",
 }

@@ -112,7 +112,7 @@ def test_the_conventional_train_is_the_failure_that_the_docs_name():
 @pytest.mark.parametrize(
     ("count", "rounded", "lead", "zones", "near"),
     [
-        (2, False, None, None, 0),
+        (1, False, None, None, 0),
         pytest.param(100, False, (670, 949), (3944, 4339), 80, marks=pytest.mark.thorough),
         pytest.param(100, True, (624, 1017), (3672, 4557), 82, marks=pytest.mark.thorough),
     ],

@@ -84,6 +84,7 @@ def test_a_design_that_is_best_for_one_case_and_fails_another_is_refused(tmp_pat
     assert rows["TS_normal"]["simulated"] < rows["TS_fast"]["simulated"] == rows["TS"]["simulated"]
 
 
+@pytest.mark.thorough
 def test_going_on_knows_which_case_has_changed(tmp_path):
     """Breaks if a step is taken over from another load case, or one that has not changed is computed again."""
     first = run(small(cases={"normal": {}} | FAST), tmp_path)

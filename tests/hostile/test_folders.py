@@ -92,7 +92,9 @@ def test_the_paper_knows_all_that_it_leaves() -> None:
     assert not re.fullmatch(paper.OWN, "tables.csv")
 
 
-@every_command
+@pytest.mark.parametrize(
+    "name", ["run", "sweep", *(pytest.param(n, marks=pytest.mark.thorough) for n in ("study", "identify"))]
+)
 def test_a_link_in_a_folder_is_replaced_and_never_followed(name: str, place: Path) -> None:
     stores = (".sqlite",)
     for file in list((place / name).iterdir()):
@@ -109,9 +111,8 @@ def test_a_link_in_a_folder_is_replaced_and_never_followed(name: str, place: Pat
     ("name", "file", "end"),
     [
         ("sweep", "results", ""),
-        ("sweep", "results", "-journal"),
+        *(pytest.param("sweep", "results", end, marks=pytest.mark.thorough) for end in ("-journal", "-shm")),
         ("sweep", "results", "-wal"),
-        ("sweep", "results", "-shm"),
         ("study", "simulations", "-journal"),
         ("identify", "trials", ""),
     ],

@@ -36,6 +36,7 @@ def test_known_parameters_come_back(tmp_path):
     assert constraint["found_kJ"] == pytest.approx(AREA_KJ, rel=1e-5)
 
 
+@pytest.mark.thorough
 def test_a_curve_sought_whole_comes_back_from_a_cold_start(tmp_path):
     """From the middle of all bounds, the energy known: the forces by which the responses were made."""
     given = values(
