@@ -291,7 +291,13 @@ def _few_draws(study: Study) -> Iterator[Remark]:
 
 
 def _held(facts: Facts) -> Iterator[Remark]:
-    """Limits that the robust design seems to keep, but not as surely as its trains were counted."""
+    """Limits that the robust design seems to keep, but not surely."""
+    if "margins" in facts and not facts["margins"]["kept"]:
+        text = (
+            f"did not keep its limits surely after {facts['margins']['attempts']} attempts to find margins: give the "
+            "constraints larger ones, or ask for more draws."
+        )
+        yield Remark("warn", "robust design", text)
     held = facts.get("held", {"limits": []})
     for row in held["limits"]:
         if row["design"] == ROBUST and row["kept"] and row["upper"] > row["wanted"]:

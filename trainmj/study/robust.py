@@ -328,7 +328,7 @@ def margins(study: Study, models: Models, simulated: Designs, sampler: Sampler) 
         front = fronts.on_surrogates(inside, models).value
         chosen = decision(inside, front, weights(inside, simulated, front).value).value.chosen
         values = sampler.sure(chosen.points[0])
-        passed = study.excess(values[None])[0] > 0
+        passed = ~(study.excess(values[None])[0] <= 0)  # also without a number
         for limit, over in zip(study.limits, passed.tolist(), strict=True):
             k = study.responses.index(limit.response)
             predicted, now = float(chosen.responses[0, k]), float(values[k])
@@ -337,7 +337,7 @@ def margins(study: Study, models: Models, simulated: Designs, sampler: Sampler) 
             )
             row = {"attempt": attempt, **dict(design), "limit": limit.text}
             rows.append(row | {"margin": found[limit.text], "predicted": predicted, "simulated": now, "passed": over})
-            if over:
+            if over and np.isfinite(now):
                 found = found | {limit.text: _FURTHER * limit.sign * (now - predicted)}
         if not passed.any():
             break
