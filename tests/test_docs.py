@@ -35,9 +35,11 @@ from trainmj.reliability.tables import probabilities
 from trainmj.verification import kinds
 
 NOT_RUN = {
+    ("docs/beyond.md", "they compute the same once already"): 1,
     ("docs/identification.md", "takes a quarter of an hour"): 1,
     ("docs/safety.md", "takes an hour"): 1,
     ("docs/safety.md", "takes a quarter of an hour"): 1,
+    ("docs/studies.md", "takes several minutes"): 1,
     ("docs/sweeps.md", "needs a SLURM cluster"): 1,
 }
 """Blocks that no test runs, by what they say themselves."""
