@@ -324,6 +324,7 @@ def test_nobodys_callback_is_called_and_it_is_back_afterwards(fast, ours, name):
     assert getattr(mujoco, name.replace("set", "get", 1))() is failing
 
 
+@pytest.mark.thorough
 def test_a_callback_that_was_there_before_trainmj_stops_nothing(python):
     """MuJoCo compiles models as its parts are imported, too."""
     code = """

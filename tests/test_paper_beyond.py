@@ -15,7 +15,7 @@ from trainmj.cli import main
 from trainmj.collision.batch import run_chains
 from trainmj.collision.lineup import line_up
 from trainmj.paper import BEYOND
-from trainmj.paper.beyond import AXES, EMPTY, ENDING, MASS, PARTNER, SPEED, Axis, Beyond, conditions, judge_beyond, turn
+from trainmj.paper.beyond import AXES, EMPTY, ENDING, MASS, PARTNER, SPEED, Axis, conditions, judge_beyond, turn
 from trainmj.paper.beyond import around as around_of
 from trainmj.paper.laws_beyond import RULES, Around, s_anti, strokes
 from trainmj.paper.output import summary_beyond, write_beyond
@@ -31,11 +31,6 @@ def at(axis: Axis, value: float) -> Around:
 
 def judged(around: Around) -> dict[str, bool]:
     return {rule.statement: rule.judge(around)[0] for rule in RULES}
-
-
-@pytest.fixture(scope="module")
-def found() -> Beyond:
-    return judge_beyond()
 
 
 # the rules
@@ -142,8 +137,7 @@ def test_the_sweeps_have_the_values_that_the_page_says(name):
 # all of it
 
 
-@pytest.mark.thorough
-def test_the_tables_of_the_page_are_those_of_the_command(found):
+def the_tables_of_the_page_are_those_of_the_command(found):
     """Breaks if a place where a law breaks, or a turn, is told otherwise than it is found."""
     rows = [[c.strip() for c in line.strip("|").split("|")] for line in read("docs/beyond.md").splitlines()]
     told = [tuple(row) for row in rows]
@@ -160,16 +154,14 @@ def test_the_tables_of_the_page_are_those_of_the_command(found):
     assert all(f"{a.resolution:g} {a.unit}" in text for a in (SPEED, MASS, EMPTY, PARTNER))
 
 
-@pytest.mark.thorough
-def test_what_the_page_says_of_the_formations_of_table_2(found):
+def what_the_page_says_of_the_formations_of_table_2(found):
     held = [sum(judged(around).values()) for around in found.loaded.values()]
     assert held == [32, 28, 17]
     assert "all 32 laws hold; with passengers (scenario 2) 28 do" in read("docs/beyond.md")
     assert "17 at its own 15 km/h" in read("docs/beyond.md")
 
 
-@pytest.mark.thorough
-def test_every_collision_is_valid_over_and_balanced(found):
+def every_collision_is_valid_over_and_balanced(found):
     summaries = [s for a in found.along.values() for some in a.around.values() for one in some for s in one.all]
     assert len(summaries) > 2000
     assert not [s.not_valid for s in summaries if s.not_valid]
@@ -177,8 +169,7 @@ def test_every_collision_is_valid_over_and_balanced(found):
     assert max(abs(s.balance.energy_error) for s in summaries) < 3e-5
 
 
-@pytest.mark.thorough
-def test_speed_and_mass_meet_the_same_borders(found):
+def speed_and_mass_meet_the_same_borders(found):
     """With one mass for all, strokes depend on M V^2 alone: two axes that were searched apart must agree."""
     places = [{s: sorted(p) for s, *p in found.along[axis.name].begins()} for axis in (SPEED, MASS)]
     for state, dM in (
@@ -192,8 +183,7 @@ def test_speed_and_mass_meet_the_same_borders(found):
         assert by_mass[0] < by_speed[1], state
 
 
-@pytest.mark.thorough
-def test_numbers_of_the_text(found):
+def numbers_of_the_text(found):
     """What the page says outside its tables."""
     speed, ends = (found.along[axis.name].around for axis in (SPEED, ENDING[0]))
     coupler = {v: some[0].mid.interfaces[0].stages[0].stroke_mm for v, some in speed.items()}
@@ -213,8 +203,17 @@ def test_numbers_of_the_text(found):
 
 
 @pytest.mark.thorough
-def test_the_folder_and_its_json(found, tmp_path):
-    """Breaks if a break has no reason or no numbers, or a figure or table is missing."""
+def test_the_page_and_the_folder_are_what_the_command_finds(tmp_path):
+    """Breaks if the page tells what is not found, a break has no reason or no numbers, or a figure or table is missing.
+
+    One test, since half a minute of collisions is behind it.
+    """
+    found = judge_beyond()
+    the_tables_of_the_page_are_those_of_the_command(found)
+    what_the_page_says_of_the_formations_of_table_2(found)
+    every_collision_is_valid_over_and_balanced(found)
+    speed_and_mass_meet_the_same_borders(found)
+    numbers_of_the_text(found)
     write_beyond(found, tmp_path, formats=())
     breaks = pd.read_csv(tmp_path / "beyond_breaks.csv")
     broken = breaks[breaks["side"] != "none"]

@@ -41,6 +41,7 @@ def files(pictures):
     return {(width, form): encode(pictures[width], form) for width, form in wanted}
 
 
+@pytest.mark.thorough
 def test_the_same_result_gives_the_same_bytes_without_a_date(result, files):
     again = collision(result, "column")
     for form in FORMATS:

@@ -173,6 +173,7 @@ STUDY = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_a_study_uses_none_of_them(tmp_path):
     """Breaks if a design that is not valid enters correlation, surrogates or a front, or a check passes on one."""
     stiff = {"stroke_mm": [0, 10, 30], "force_kN": [0, 300, 500]}
