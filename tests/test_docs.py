@@ -196,7 +196,7 @@ def test_the_study_of_the_docs_is_sensible_and_ends_as_told(tmp_path):
     assert check["status"] == "over"
     assert found["simulations"]["failed"] == 0
     assert (found["simulations"]["past_limits"], found["simulations"]["n"]) == (4, 20)  # three and one
-    assert all(row["r2"] > 0.97 for row in found["surrogates"]["responses"].values())
+    assert all(row["r2"] > 0.9 for row in found["surrogates"]["responses"].values())  # the example's own gate
     assert found["trusted"]
     assert [(r["kind"], r["about"]) for r in found["remarks"]] == [("warn", "D")]
     assert not any(row["missed"] for row in check["rows"])
