@@ -87,16 +87,16 @@ class Scatter:
         return len(self.names)
 
     @cached_property
-    def _root(self) -> FloatArray | None:
-        return _root(self.d, self._pairs)
+    def _alone(self) -> Together:
+        return together({"": self})
 
     def scores(self, z: FloatArray) -> FloatArray:
         """The normal scores (n, d) of independent standard normal draws (n, d): correlated as stated."""
-        return _scores(z, self.d, self._root)
+        return self._alone.scores(z)
 
     def cases(self, z: FloatArray) -> list[Case]:
         """The changes of the scenario for independent standard normal draws (n, d), one mapping for each draw."""
-        return self.at(self.scores(z))
+        return self._alone.cases("", z)
 
     def at(self, y: FloatArray) -> list[Case]:
         """The changes of the scenario at normal scores (n, d)."""
@@ -138,7 +138,8 @@ class Together:
 
     def scores(self, z: FloatArray) -> FloatArray:
         """The normal scores (n, d) of independent standard normal draws (n, d): correlated as stated."""
-        return _scores(z, self.d, self._root)
+        z = as_matrix("draws", z, self.d)
+        return z if self._root is None else z @ self._root.T
 
     def cases(self, case: str, z: FloatArray) -> list[Case]:
         """The changes of the scenario of a load case for independent standard normal draws (n, d)."""
@@ -164,11 +165,6 @@ def together(scatters: Mapping[str, Scatter]) -> Together:
         pairs |= {(columns[case][i], columns[case][j]): r for (i, j), r in scatter._pairs.items()}
     parts = tuple(part for part, _ in known)
     return Together(dict(scatters), tuple(names), parts, columns, _root(len(names), pairs))
-
-
-def _scores(z: FloatArray, d: int, root: FloatArray | None) -> FloatArray:
-    z = as_matrix("draws", z, d)
-    return z if root is None else z @ root.T
 
 
 def _root(d: int, pairs: Mapping[tuple[int, int], float]) -> FloatArray | None:
@@ -235,7 +231,7 @@ def scatter_of(scenario: Scenario) -> Scatter:
         tuple(owner[place] for place in found.places),
         pairs,
     )
-    scatter.scores(np.zeros((1, scatter.d)))  # refuses correlations that cannot hold
+    together({"": scatter})  # refuses correlations that cannot hold
     return scatter
 
 
