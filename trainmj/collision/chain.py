@@ -16,7 +16,9 @@ import numpy as np
 from trainmj.collision.body import Body, Member, Point, members_of, nearest, points_of
 from trainmj.collision.device import Device
 from trainmj.collision.envelope import Array
+from trainmj.collision.gear import Gear
 from trainmj.collision.kind import Law
+from trainmj.collision.line import Line
 from trainmj.units import KN, G
 
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
@@ -55,6 +57,7 @@ class Vehicle:
     brake: Brake | None = None
     drawing: str = "passenger"  # what pictures show it as
     body: Body | None = None  # if it gives
+    gear: Gear | None = None  # what it stands on, in the vertical plane
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +72,7 @@ class Element:
         breaks: force at which it breaks for good [N].
         starts: of each law, the stroke of its device at which it engages [m].
         right_only: whether its one law is that of the right side alone.
+        line: along which it acts, in the vertical plane.
     """
 
     laws: tuple[Law, ...]
@@ -78,6 +82,7 @@ class Element:
     breaks: float = np.inf
     starts: tuple[float, ...] = (0.0, 0.0)
     right_only: bool = False
+    line: Line | None = None
 
     @property
     def n_places(self) -> int:
@@ -228,6 +233,7 @@ class Chain:
         twin: whether the partner is the same train, whose devices are judged as those of the moving one.
         obstacle: what stands fixed at the wall, as a vehicle; for pictures.
         free_flights: distances over which occupants fly freely, rising [m].
+        plane: whether vehicles move in the vertical plane, and not only along the track.
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -247,6 +253,7 @@ class Chain:
     twin: bool = False
     obstacle: Vehicle | None = None
     free_flights: tuple[float, ...] = ()
+    plane: bool = False
 
     @property
     def front(self) -> int:
