@@ -20,6 +20,8 @@ MS = 1e-3
 KM_H = 1.0 / 3.6
 KN_PER_MM = 1e6
 KN_S_PER_M = 1e3
+MN_M = 1e6
+MRAD = 1e-3
 
 ROUND_OFF = 1e-9
 """Part of a limit by which a value may pass it and still keep it: rounding in the last digits breaks no limit."""
@@ -33,6 +35,9 @@ _UNITS = {
     "kN_per_mm": "kN/mm",
     "kN_s2_per_m2": "kN s2/m2",
     "kN_s_per_m": "kN s/m",
+    "MN_m_per_rad": "MN m/rad",
+    "mrad": "mrad",
+    "t_m2": "t m2",
     "per_mille": "per mille",
     "km_h": "km/h",
     "mm": "mm",
@@ -50,7 +55,7 @@ _UNITS = {
 
 def unit_of(name: str) -> str:
     """The unit at the end of an input key or path; empty if there is none, or one that is not known."""
-    last = name.rpartition(".")[2]
+    last = "_" + name.rpartition(".")[2]  # a key may be a unit alone, as kN_per_mm of a suspension
     end = next((end for end in _UNITS if last.endswith(f"_{end}")), "")
     return "" if not end or last.endswith(f"_per_{end}") else _UNITS[end]
 

@@ -172,29 +172,36 @@ class Interface:
         return float(stiffness), float(damping)
 
 
-def meet(left: Device, right: Device | None = None, *, coupled: bool = True) -> tuple[Element, ...]:
+def meet(
+    left: Device, right: Device | None = None, *, coupled: bool = True, lines: tuple[Line, ...] = ()
+) -> tuple[Element, ...]:
     """The elements of an interface.
 
     Two equal devices in series act as one with half of the stroke each. Two different ones act in series, each with its
     own state. Where both have a stage behind a shear-off, there are two ways side by side, coupler with coupler and
-    anti-climber with anti-climber, which meet at the sum of their starts whichever coupler has sheared.
+    anti-climber with anti-climber, which meet at the sum of their starts whichever coupler has sheared. In the vertical
+    plane these ways are apart for equal devices and for a single one as well, each along its own line; draw gear acts
+    along the first.
 
     Args:
         left: the device of the left side, or of the whole interface.
         right: the device of the right side, if it has its own.
         coupled: whether the draw gear of the devices holds the vehicles together, as between those of a train.
+        lines: in the vertical plane, that of each path; otherwise none.
     """
     pulls = [device.pull for device in (left, right) if device is not None and device.pull is not None]
     found: list[Element] = []
-    if right is None:
-        found.append(Element((left.law,)))
-    elif left.is_like(right):
-        found.append(Element((left.law,), share=0.5))
-    else:
-        n = min(left.n_paths, right.n_paths)
+    if right is None or left.is_like(right):
+        share = 1.0 if right is None else 0.5
         found += [
-            Element((a.law, b.law), start=a.start + b.start, starts=(a.start, b.start))
-            for a, b in zip(left.paths(n), right.paths(n), strict=True)
+            Element((path.law,), share, start=path.start / share, line=line)
+            for path, line in zip(left.paths(len(lines) or 1), lines or (None,), strict=True)
+        ]
+    else:
+        n = len(lines) or min(left.n_paths, right.n_paths)
+        found += [
+            Element((a.law, b.law), start=a.start + b.start, starts=(a.start, b.start), line=line)
+            for a, b, line in zip(left.paths(n), right.paths(n), lines or n * (None,), strict=True)
         ]
     if coupled and pulls:
         start, breaks = sum(pull.slack for pull in pulls), min(pull.breaks for pull in pulls)
@@ -208,6 +215,7 @@ def meet(left: Device, right: Device | None = None, *, coupled: bool = True) -> 
                 start,
                 breaks,
                 right_only=left.pull is None,
+                line=lines[0] if lines else None,
             )
         )
     return tuple(found)
@@ -236,6 +244,7 @@ class Chain:
         obstacle: what stands fixed at the wall, as a vehicle; for pictures.
         free_flights: distances over which occupants fly freely, rising [m].
         plane: whether vehicles move in the vertical plane, and not only along the track.
+        flattened: whether they do not, and the scenario states what has an effect there only.
     """
 
     vehicles: tuple[Vehicle, ...]
@@ -256,6 +265,7 @@ class Chain:
     obstacle: Vehicle | None = None
     free_flights: tuple[float, ...] = ()
     plane: bool = False
+    flattened: bool = False
 
     @property
     def front(self) -> int:

@@ -39,7 +39,7 @@ class Line:
 
     Attributes:
         left: that of the left vehicle.
-        right: that of the right one; a wall has the face and the height of the left.
+        right: that of the right one; a wall has the face of the left and the height at which that stands at the start.
         walled: whether the right end is on a wall.
         inner: whether it is between vehicles of a train, so that a strut is coupled from the start.
         shears: whether a strut is dead once its law has ended.

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from trainmj.collision.body import Body, Bogies
 from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, meet
 from trainmj.collision.device import Device
+from trainmj.collision.gear import Gear, Suspension
 from trainmj.collision.law import KINDS
+from trainmj.collision.line import Line, LineEnd
 from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
 from trainmj.collision.stability import check_step
 from trainmj.files.provenance import said
@@ -19,8 +21,9 @@ from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.as_built import Installed, cars_as_built, joints
 from trainmj.scenario.bodies import BodySpec
 from trainmj.scenario.parts import Collision
+from trainmj.scenario.running_gear import SuspensionSpec, VehicleType
 from trainmj.scenario.trains import RIGID_WALL, Car
-from trainmj.units import KM_H, KN, KN_PER_MM, MM, MS, TONNE, G
+from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MRAD, MS, TONNE, G
 
 
 def line_up(scenario: Scenario | str | Path) -> Chain:
@@ -38,17 +41,18 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     moving = cars_as_built(scenario, "M")
     n = len(moving)
     drawn: str = scenario.trains[c.train].drawing
-    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, c, drawn, True) for i, car in enumerate(moving)][::-1]
+    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, scenario, drawn, True) for i, car in enumerate(moving)][::-1]
     obstacle, fixed = scenario.obstacles.get(c.partner), None
     if obstacle is not None and obstacle.fixed:
         fixed = Vehicle("wall", c.partner, math.inf, obstacle.length_m, 0.0, drawing=obstacle.drawn)
     elif c.partner != RIGID_WALL:
         cars, drawn = _partner(scenario)
-        vehicles += [_vehicle(f"S{i + 1}", car, c.partner_speed_km_h, c, drawn, False) for i, car in enumerate(cars)]
+        speed = c.partner_speed_km_h
+        vehicles += [_vehicle(f"S{i + 1}", car, speed, scenario, drawn, False) for i, car in enumerate(cars)]
     s = scenario.simulation
     chain = Chain(
         tuple(vehicles),
-        tuple(_interfaces(scenario, n)),
+        tuple(_interfaces(scenario, n, vehicles[n - 1])),
         n,
         c.gap_mm * MM,
         s.step_ms * MS,
@@ -63,6 +67,8 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         twin=c.partner == c.train,
         obstacle=fixed,
         free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),
+        plane=scenario.plane == "vertical",
+        flattened=scenario.plane == "line" and scenario.states_the_plane,
     )
     check_step(chain)
     scenario.refuse(_limits(chain))
@@ -89,8 +95,8 @@ def _partner(scenario: Scenario) -> tuple[list[Car], str]:
     return [Car(name, obstacle.mass_t, obstacle.length_m, rail_friction=obstacle.rail_friction)], obstacle.drawn
 
 
-def _interfaces(scenario: Scenario, n_moving: int) -> list[Interface]:
-    """The interfaces from left to right."""
+def _interfaces(scenario: Scenario, n_moving: int, head: Vehicle) -> list[Interface]:
+    """The interfaces from left to right; head leads the moving train."""
     made: dict[str, Device] = {}
 
     def device(at: Installed) -> Device:
@@ -106,27 +112,88 @@ def _interfaces(scenario: Scenario, n_moving: int) -> list[Interface]:
     like = len(devices) == 1 or devices[0].is_like(devices[1])  # equal ones are reported as one
     right = WALL if front.name.endswith("wall") else n_moving
     ends = () if like else front.places
-    found = [Interface(front.name, n_moving - 1, right, meet(*devices, coupled=False), devices, ends)]
+    elements = meet(*devices, coupled=False, lines=_lines(devices, False, head if right == WALL else None))
+    found = [Interface(front.name, n_moving - 1, right, elements, devices, ends)]
     for joint in behind:
         leads_right = joint.name.startswith("M")
         order = -1 if leads_right else 1
         devices = tuple(map(device, joint.devices[::order]))
         ends = joint.places[::order] if len(devices) > 1 else ()
         left = n_moving - len(found) - 1 if leads_right else len(found)
-        found.insert(0 if leads_right else left, Interface(joint.name, left, left + 1, meet(*devices), devices, ends))
+        elements = meet(*devices, lines=_lines(devices, True))
+        found.insert(0 if leads_right else left, Interface(joint.name, left, left + 1, elements, devices, ends))
     return found
 
 
-def _vehicle(name: str, car: Car, speed_km_h: float, collision: Collision, drawing: str, leads_right: bool) -> Vehicle:
+def _lines(devices: tuple[Device, ...], inner: bool, before_wall: Vehicle | None = None) -> tuple[Line, ...]:
+    """The line of each path between two vehicles, or one and the wall before which it comes; none without the plane."""
+    left, right = devices[0].lines, devices[-1].lines
+    if before_wall is not None and len(devices) == 1:
+        right = tuple(_on_wall(end, before_wall) for end in left)
+    last, walled = len(left) - 1, before_wall is not None
+    return tuple(Line(*ends, walled, inner, shears=k < last) for k, ends in enumerate(zip(left, right, strict=True)))
+
+
+def _on_wall(end: LineEnd, before: Vehicle) -> LineEnd:
+    """What a wall has for an end of a line: a face, at the height at which the vehicle before it stands."""
+    gear = before.gear
+    assert gear is not None  # held by the rules of a scenario
+    along, up = 0.5 * before.length - gear.cog_x, end.height - gear.cog_height
+    height = gear.cog_height + gear.offset + along * math.sin(gear.pitch) + up * math.cos(gear.pitch)
+    return replace(end, height=height, pin=0.0, free=math.inf, swing=0.0)
+
+
+def _vehicle(name: str, car: Car, speed_km_h: float, scenario: Scenario, drawing: str, leads_right: bool) -> Vehicle:
     assert car.mass_t is not None  # held by the rules of a scenario
     brake = None
     if car.brakes is not None:
         b = car.brakes
         most = math.inf if b.adhesion is None else b.adhesion * car.mass_t * TONNE * G
         brake = Brake(b.whole_kN(car.mass_t) * KN, b.delay_s, b.rise_s, most)
-    friction = collision.rail_friction if car.rail_friction is None else car.rail_friction
+    friction = scenario.collision.rail_friction if car.rail_friction is None else car.rail_friction
     speed, body = speed_km_h * KM_H, None if car.body is None else _body(car.body, car, leads_right)
-    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed, friction, brake, drawing, body)
+    gear = None
+    if scenario.plane == "vertical" and car.type is not None:  # obstacles have none
+        gear = _gear(scenario.vehicle_types[car.type], name, car, scenario.collision, leads_right)
+    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed, friction, brake, drawing, body, gear)
+
+
+def _gear(spec: VehicleType, name: str, car: Car, collision: Collision, leads_right: bool) -> Gear:
+    """What carries a vehicle, whose end that meets the other side is on its right or on its left."""
+    assert car.mass_t is not None
+    bogies, own_t = spec.bogies, car.mass_t - spec.bogies.mass_t
+    ahead = 1.0 if leads_right else -1.0
+    return Gear(
+        own_t * TONNE,
+        spec.body.inertia_t_m2(own_t) * TONNE,
+        spec.body.cog_height_m,
+        (-ahead if car.turned else ahead) * spec.body.cog_x_m,
+        bogies.centres_m,
+        bogies.wheelbase_m,
+        bogies.frame_t * TONNE,
+        bogies.frame_pitch_t_m2 * TONNE,
+        bogies.cog_height_m,
+        bogies.wheelset_t * TONNE,
+        bogies.axle_height_m,
+        bogies.link_height_m,
+        _suspension(spec.secondary),
+        _suspension(spec.primary),
+        spec.rail.kN_per_mm * KN_PER_MM,
+        spec.rail.kN_s_per_m * KN_S_PER_M,
+        _of_vehicle(collision.offset_mm, name) * MM,
+        ahead * _of_vehicle(collision.pitch_mrad, name) * MRAD,
+    )
+
+
+def _suspension(spec: SuspensionSpec) -> Suspension:
+    lift, bump = (math.inf if isinstance(mm, str) else mm * MM for mm in (spec.lift_stop_mm, spec.bump_stop_mm))
+    stop = 0.0 if spec.stop_kN_per_mm is None else spec.stop_kN_per_mm * KN_PER_MM
+    return Suspension(spec.kN_per_mm * KN_PER_MM, spec.kN_s_per_m * KN_S_PER_M, lift, bump, stop)
+
+
+def _of_vehicle(values: Mapping[str, float], name: str) -> float:
+    """What is stated of a vehicle, or of its side; 0 if nothing is."""
+    return values.get(name, values.get(name[0], 0.0))
 
 
 def _body(spec: BodySpec, car: Car, leads_right: bool) -> Body:

@@ -51,6 +51,13 @@ class Above:
     cure: str
 
 
+@dataclass(frozen=True)
+class Below:
+    """Marks a number with a lower bound, ``ge``: what is probably wrong with one below it, likewise."""
+
+    cure: str
+
+
 Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]

@@ -16,7 +16,7 @@ from trainmj.errors import InputError, close_match, nearest
 from trainmj.files.arguments import group_given
 from trainmj.files.kinds import kind_of
 from trainmj.files.numbers import LARGEST
-from trainmj.files.parts import Above, Either, Spelt, alternatives, base_of, is_group, keys_of
+from trainmj.files.parts import Above, Below, Either, Spelt, alternatives, base_of, is_group, keys_of
 
 Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
@@ -193,6 +193,9 @@ _RULES = {
 }
 
 
+_BEYOND: dict[str, type[Above] | type[Below]] = {"less_than_equal": Above, "greater_than_equal": Below}
+
+
 def _from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
     """The problems of a failed validation of a model."""
     problems: dict[Path, Problem] = {}
@@ -208,8 +211,9 @@ def _from_pydantic(error: ValidationError, model: type[BaseModel]) -> list[Probl
             rule = place.unknown()
         elif e["type"] == "string_pattern_mismatch":
             rule = next((note.rule for note in _bare(place.type)[1] if isinstance(note, Spelt)), rule)
-        elif e["type"] == "less_than_equal":
-            rule = ": ".join([rule, *(note.cure for note in _bare(place.type)[1] if isinstance(note, Above))])
+        elif e["type"] in _BEYOND:
+            cures = (note.cure for note in _bare(place.type)[1] if isinstance(note, _BEYOND[e["type"]]))
+            rule = ": ".join([rule, *cures])
         elif e["type"].startswith("union_tag") or (e["type"] == "literal_error" and place.union):
             union, notes = _bare(place.union or place.type)
             either = next(note for note in notes if isinstance(note, Either))

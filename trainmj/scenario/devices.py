@@ -14,6 +14,7 @@ from pydantic import Field
 
 from trainmj.files.parts import Above, Either, Part
 from trainmj.scenario.curves import CurveRef, Metering, MeteringFile
+from trainmj.scenario.lines import LineSpec
 from trainmj.scenario.ranges import Damping, Force, Key, Orifice, Stiffness, Stroke
 
 DEVICE = "device"  # the name of the only stage of a device with one curve
@@ -111,6 +112,10 @@ class AnyDevice(Part):
         if self.pull is not None and self.pull.curve is not None:
             yield ("pull", "curve"), self.pull.curve
 
+    @abstractmethod
+    def lines(self) -> Iterator[tuple[Place, LineSpec | None]]:
+        """The line of each path through the device, with the place below it that states the line."""
+
     def end(self) -> End | None:
         """What lies beyond its end; None if nothing is stated."""
         match self.beyond:
@@ -150,6 +155,10 @@ class StageSpec(Part):
     shear_off: ShearOff | None = Field(default=None, description="bolts that fail at the end of the curve")
     stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
         default=None, description="largest stroke the design allows [mm]"
+    )
+    line: LineSpec | None = Field(
+        default=None,
+        description="along which it acts in the vertical plane; stages with no bolts in between act along one",
     )
 
 
@@ -211,6 +220,22 @@ class CrushDevice(AnyDevice):
     def place_of(self, stage: str) -> Place:
         """The place of a stage below the device."""
 
+    def runs(self) -> list[list[str]]:
+        """Names of the stages that act along one line, up to a shear-off each."""
+        stages = self.all_stages()
+        runs: list[list[str]] = [[]]
+        for name, stage in stages.items():
+            runs[-1].append(name)
+            if stage.shear_off is not None:
+                runs.append([])
+        return [run for run in runs if run]
+
+    def lines(self) -> Iterator[tuple[Place, LineSpec | None]]:
+        """Those of the stages that come first on each path."""
+        stages = self.all_stages()
+        for first, *_ in self.runs():
+            yield self.place_of(first), stages[first].line
+
     def rate_curves(self) -> list[RateCurve]:
         """The curves at several rates; empty if there are none."""
         return self.rate.curves if isinstance(self.rate, RateCurves) else []
@@ -261,6 +286,11 @@ class RecoveringDevice(AnyDevice):
     stroke_limit_mm: Annotated[Stroke, Field(gt=0)] | None = Field(
         default=None, description="largest stroke the design allows, from where it engages [mm]"
     )
+    line: LineSpec | None = Field(default=None, description="along which it acts in the vertical plane")
+
+    def lines(self) -> Iterator[tuple[Place, LineSpec | None]]:
+        """Its only one."""
+        yield (), self.line
 
 
 class HysteresisDevice(RecoveringDevice):

@@ -29,9 +29,11 @@ from trainmj.scenario.parts import MAX_NAMES, Parts
 from trainmj.scenario.ranges import Key
 from trainmj.scenario.reading import with_tables
 from trainmj.scenario.rules import broken_rules
+from trainmj.scenario.running_gear import VehicleType
 from trainmj.scenario.trains import RIGID_WALL, ObstacleSpec, TrainSpec
 
 _KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_GROUPS = ("curves", "devices", "vehicle_types")
 _HOMES = {"train": "trains", "obstacle": "obstacles"}
 
 
@@ -45,6 +47,11 @@ class PartnerFile(Part, title="partner file"):
         default_factory=dict, max_length=MAX_NAMES, description="curves that several devices share, by name"
     )
     devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES, description="its devices, by name")
+    vehicle_types: dict[Key, VehicleType] = Field(
+        default_factory=dict,
+        max_length=MAX_NAMES,
+        description="what carries its vehicles in the vertical plane, by name",
+    )
     train: TrainSpec | None = Field(default=None, description="a train or wagon")
     obstacle: ObstacleSpec | None = Field(default=None, description="in its place: an obstacle that is no train")
 
@@ -70,7 +77,7 @@ def read_partner(file: FilePath) -> Source:
 
 def _broken_rules(source: Source) -> Iterator[Problem]:
     """Every rule that the parts of a partner file break between them: it needs nothing of a scenario."""
-    values: dict[str, Any] = {key: dict(source.values.get(key) or {}) for key in ("curves", "devices")}
+    values: dict[str, Any] = {key: dict(source.values.get(key) or {}) for key in _GROUPS}
     values |= {home: {key: source.values[key]} if key in source.values else {} for key, home in _HOMES.items()}
     values["collision"] = {"train": "train", "speed_km_h": 10.0, "partner": RIGID_WALL}
     for problem in broken_rules(Parts.model_validate(values)):
@@ -137,7 +144,7 @@ def _placed(partner: Source, name: str) -> Iterator[tuple[Path, Any]]:
     """What a partner file states, each thing with its place in a scenario."""
     for key, value in partner.values.items():
         stated: dict[Path, Any] = {(key,): value} if key in _HOMES else {}
-        if key in ("curves", "devices", "sources"):
+        if key in (*_GROUPS, "sources"):
             stated = {(key, thing): inner for thing, inner in value.items()}
         for path, inner in stated.items():
             if home := _home(path, name):

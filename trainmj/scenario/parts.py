@@ -9,18 +9,30 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
+from pydantic_core import PydanticCustomError
 
-from trainmj.files.parts import Above, Either, Notes, Part, Positive, Title
+from trainmj.files.parts import Above, Below, Either, Notes, Part, Positive, Title
 from trainmj.files.provenance import Sources
 from trainmj.scenario.as_built import AsBuilt, Built, built
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
-from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step
+from trainmj.scenario.lines import Ties
+from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step, Whole
+from trainmj.scenario.running_gear import VehicleType
 from trainmj.scenario.tolerances import Tolerances
 from trainmj.scenario.trains import RIGID_WALL, End, ObstacleSpec, TrainSpec
 
 MAX_NAMES = 1000
+_OFFSETS, _PITCHES = "offsets are in mm", "pitches are in mrad"
+Offset = Annotated[float, Field(ge=-500, le=500, allow_inf_nan=False), Above(_OFFSETS), Below(_OFFSETS)]
+Pitch = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False), Above(_PITCHES), Below(_PITCHES)]
+
+
+def _each_once(names: list[str]) -> list[str]:
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise PydanticCustomError("twice", "states {twice} more than once", {"twice": twice})
+    return names
 
 
 class Collision(Part):
@@ -39,6 +51,18 @@ class Collision(Part):
     rail_friction: Friction = Field(
         default=0.0,
         description="Coulomb coefficient between wheel and rail, of every vehicle whose train states no other",
+    )
+    offset_mm: dict[Whole, Offset] = Field(
+        default_factory=dict,
+        max_length=MAX_NAMES,
+        description="by how much a side, M or S, or a single vehicle, such as M1, stands higher than designed, in the "
+        "vertical plane [mm]: wheel wear, shims; a vehicle goes before its side",
+    )
+    pitch_mrad: dict[Whole, Pitch] = Field(
+        default_factory=dict,
+        max_length=MAX_NAMES,
+        description="pitch with which a side or a vehicle stands, likewise [mrad]; positive with the end up that faces "
+        "the impact",
     )
     grade_per_mille: Annotated[
         float,
@@ -114,11 +138,32 @@ class Parts(Part, title="scenario file"):
         max_length=MAX_NAMES,
         description="short names for values: a path, or several that change together",
     )
+    plane: Literal["line", "vertical"] = Field(
+        default="line",
+        description="whether vehicles move along the track only, or in the vertical plane, on their running gear",
+    )
+    ties: Ties = Field(
+        default="stated",
+        description="what holds ends together vertically, in the vertical plane: nothing; what lines state; or ties of "
+        "any strength and swing stops without free angle",
+    )
+    bracket: Annotated[
+        list[Ties],
+        Field(min_length=2, max_length=3, json_schema_extra={"uniqueItems": True}),
+        AfterValidator(_each_once),
+    ] = Field(
+        default_factory=list,
+        validate_default=False,
+        description="ties to compute one beside the other: what is not known lies in between",
+    )
     curves: dict[Key, Annotated[Curve | CurveFile, Either()]] = Field(
         default_factory=dict, max_length=MAX_NAMES, description="curves that several devices share, by name"
     )
     devices: dict[Key, DeviceSpec] = Field(max_length=MAX_NAMES, description="couplers, absorbers, buffers, by name")
     trains: dict[Key, TrainSpec] = Field(max_length=MAX_NAMES, description="trains and wagons, by name")
+    vehicle_types: dict[Key, VehicleType] = Field(
+        default_factory=dict, max_length=MAX_NAMES, description="what carries vehicles in the vertical plane, by name"
+    )
     obstacles: dict[Key, ObstacleSpec] = Field(
         default_factory=dict, max_length=MAX_NAMES, description="what is hit and is no train, by name"
     )
@@ -150,6 +195,15 @@ class Parts(Part, title="scenario file"):
             InputError: if nothing is at a place or path, or a value breaks a rule of its own.
         """
         return built(self)
+
+    @property
+    def states_the_plane(self) -> bool:
+        """Whether something is stated that has an effect in the vertical plane only."""
+        c = self.collision
+        lines = (line for device in self.devices.values() for _, line in device.lines())
+        return bool(
+            self.vehicle_types or self.bracket or self.ties != "stated" or c.offset_mm or c.pitch_mrad or any(lines)
+        )
 
     def curve_points(self, ref: CurveRef) -> tuple[list[float], list[float]]:
         """Strokes [mm] and forces [kN] of a curve, whichever way it is stated."""

@@ -50,6 +50,13 @@ Length = Annotated[
     Field(ge=0.5, le=60, allow_inf_nan=False, description="length of a vehicle [m]"),
     Above("lengths are in m; divide by 1000 if it is in mm"),
 ]
+Metres = Annotated[
+    float,
+    Field(gt=0, allow_inf_nan=False),
+    Above("it is in m; divide by 1000 if it is in mm"),
+]
+"""A distance or height of a vehicle, above 0; whoever uses it states the largest."""
+
 Friction = Annotated[
     float,
     Field(ge=0, le=1, allow_inf_nan=False),
@@ -79,6 +86,13 @@ Key = Annotated[
     Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60),
     Spelt("must be a letter or _, then letters, digits and _"),
 ]
+Whole = Annotated[
+    str,
+    Field(pattern=r"^[MS]\d{0,3}$"),
+    Spelt("must be a side, M or S, or a single vehicle, such as M1"),
+]
+"""All vehicles of a side, or one."""
+
 Response = Annotated[
     str,
     Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$", max_length=120),

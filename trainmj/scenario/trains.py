@@ -104,17 +104,20 @@ class VehicleSpec(Part):
         default=None, description="Coulomb coefficient between wheel and rail, in place of that of the train"
     )
     body: Body | None = Field(default=None, description="car body, in place of that of the train; rigid for one mass")
+    type: str | None = Field(
+        default=None, description="one of vehicle_types, for the vertical plane, in place of that of the train"
+    )
 
 
 class VehiclesFile(TableFile):
     """Vehicles in a CSV file beside the scenario, a row each.
 
-    Columns are name and any of mass_t, length_m, coupler, front, rear, rail_friction, and of the load seats, share, kg;
-    others are refused, and an empty cell states nothing.
+    Columns are name and any of mass_t, length_m, coupler, front, rear, type, rail_friction, and of the load seats,
+    share, kg; others are refused, and an empty cell states nothing.
     """
 
     columns: ClassVar = ("name",)
-    texts: ClassVar = ("name", "coupler", "front", "rear")
+    texts: ClassVar = ("name", "coupler", "front", "rear", "type")
     row: ClassVar = "vehicle"
     most: ClassVar = MAX_VEHICLES
 
@@ -151,6 +154,8 @@ class Car(NamedTuple):
     rail_friction: float | None = None
     brakes: BrakeForce | BrakeDeceleration | None = None
     body: BodySpec | None = None
+    type: str | None = None  # of vehicle_types
+    turned: bool = False  # whether its rear end is in front
 
 
 class TrainSpec(Part):
@@ -179,6 +184,9 @@ class TrainSpec(Part):
     )
     body: Body | None = Field(
         default=None, description="car body of each vehicle that states none of its own; one mass if left out"
+    )
+    type: str | None = Field(
+        default=None, description="one of vehicle_types, for the vertical plane, of each vehicle that states none"
     )
     drawing: Literal["passenger", "wagon", "locomotive"] = Field(
         default="passenger", description="what pictures show it as"
@@ -211,7 +219,7 @@ class TrainSpec(Part):
         cars = [self._car(vehicle) for vehicle in self.each()]
         if end == "front":
             return cars
-        return [car._replace(body=car.body.turned() if car.body else None) for car in cars[::-1]]
+        return [car._replace(body=car.body.turned() if car.body else None, turned=True) for car in cars[::-1]]
 
     def joints(self, end: End = "front") -> list[tuple[str, ...]]:
         """Devices from an end: at this end, then between each vehicle and the next; none where none is stated.
@@ -243,6 +251,7 @@ class TrainSpec(Part):
             self.rail_friction if v.rail_friction is None else v.rail_friction,
             v.brakes or self.brakes,
             self.body_of(v),
+            v.type or self.type,
         )
 
 
