@@ -216,7 +216,7 @@ def _step(s: Block, ends: int, left: int, right: int, qpos: Any, touched: bool, 
 
 
 @inlined
-def _rise(s: Block, f: int, ahead: float, qpos: Any) -> float:
+def _rise(s: Block, f: int, ahead: float, qpos: Any) -> Any:
     """How much higher an end of a vehicle is than designed [m]."""
     if s[f + FRAME.DOFS] == 1.0:
         return s[f + FRAME.OFFSET]
