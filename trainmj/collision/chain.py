@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from trainmj.collision.body import Body, Member, Point, members_of, nearest, points_of
-from trainmj.collision.device import Device
+from trainmj.collision.device import Device, Path
 from trainmj.collision.envelope import Array
 from trainmj.collision.gear import N_DOF, Gear
 from trainmj.collision.kind import Law
@@ -157,6 +157,11 @@ class Interface:
         """Whether both sides bring equal devices, so that one stands for both."""
         return self.two_sided and not self.unequal_sides
 
+    def paths(self, side: int) -> tuple[Path, ...]:
+        """The ways through the device of a side (0 left, 1 right), each of them in an element that pushes."""
+        n = sum(element.sign > 0.0 for element in self.elements)
+        return self.devices[side].paths(n, idle=not self.unequal_sides)
+
     @property
     def draws(self) -> bool:
         """Whether draw gear holds the two vehicles together."""
@@ -195,7 +200,7 @@ def meet(
         share = 1.0 if right is None else 0.5
         found += [
             Element((path.law,), share, start=path.start / share, line=line)
-            for path, line in zip(left.paths(len(lines) or 1), lines or (None,), strict=True)
+            for path, line in zip(left.paths(len(lines) or 1, idle=True), lines or (None,), strict=True)
         ]
     else:
         n = len(lines) or min(left.n_paths, right.n_paths)

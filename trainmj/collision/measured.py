@@ -358,7 +358,7 @@ class Side:
             (pushing if element.sign > 0 else pulling).append(used)
         self.laws = (*pushing, *pulling)
         self._pulling = tuple(pulling)
-        self._paths = list(zip(self.device.paths(len(pushing)), pushing, strict=True))
+        self._paths = list(zip(self.interface.paths(side), pushing, strict=True))
 
     @property
     def name(self) -> str:
