@@ -40,6 +40,11 @@ def _of_chain(chain: Chain) -> Iterator[str]:
             f"{_FELT / G:g} g of such a mass, so that contact windows leave much of a weak contact out; state a lower "
             "one."
         )
+    if chain.flattened:
+        yield (
+            "Vehicles move along the track only: vehicle types, lines of devices, ties, offsets and pitches that the "
+            "scenario states have no effect. They have with plane: vertical."
+        )
     yield from _of_bodies(chain)
 
 
