@@ -24,8 +24,8 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed plane ties bracket curves devices trains vehicle_types obstacles as_built collision occupants "
-        "simulation",
+        "builds_on changed plane ties bracket curves devices trains vehicle_types obstacles as_built collision "
+        "occupants simulation",
     ),
     _kind(
         "sweep file",
