@@ -26,7 +26,7 @@ from trainmj.collision.channels import traces_of
 from trainmj.collision.fields import Head
 from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
-from trainmj.collision.model import build
+from trainmj.collision.model import build, numbers_of
 from trainmj.collision.simulation import LAW_NOT_CALLED
 from trainmj.collision.summary import Summary, summary_of
 from trainmj.errors import EngineError
@@ -56,6 +56,8 @@ class _Size(NamedTuple):
     steps_per_record: int
     integrator: str
     n_records: int
+    dofs: tuple[int, ...]
+    n_line: int
 
     @classmethod
     def of(cls, chain: Chain) -> _Size:
@@ -70,6 +72,8 @@ class _Size(NamedTuple):
             chain.steps_per_record,
             chain.integrator,
             chain.n_records,
+            chain.first_dof if chain.plane else (),
+            len(chain.lines),
         )
 
 
@@ -197,7 +201,7 @@ class _Engine(Generic[Key]):
         bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
         self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
         self._batch = mujoco.batch.Batch(build(chain, self.layout, bare=True), self._places, 1)
-        self._mass = self._batch.expand("body_mass")
+        self._numbers = {name: self._batch.expand(name) for name in numbers_of(chain)}
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._fresh_row = self._batch.state[0].copy()
@@ -235,9 +239,10 @@ class _Engine(Generic[Key]):
 
     def _load(self, place: int, chain: Chain) -> None:
         self._batch.state[place] = self._fresh_row
-        self._mass[place, 1:] = chain.point_mass  # body 0 is the world
-        self._qpos[place] = chain.start
-        self._qvel[place] = chain.point_speed
+        for name, values in numbers_of(chain).items():
+            self._numbers[name][place, int(name.startswith("body")) :] = values  # body 0 is the world
+        self._qpos[place] = chain.start_qpos
+        self._qvel[place] = chain.start_qvel
         self._blocks[place] = self.layout.block(chain)
         self._read[place] = 0
 

@@ -12,10 +12,27 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.chain import Chain, Element
+from trainmj.collision import plane
+from trainmj.collision.chain import WALL, Chain, Element, Interface
 from trainmj.collision.envelope import Array
-from trainmj.collision.fields import ELEMENT, KEPT, N_ELEMENT, Car, Contact, Head, Joint, Member, Point
+from trainmj.collision.fields import (
+    ELEMENT,
+    FRAME,
+    KEPT,
+    N_ELEMENT,
+    Car,
+    Contact,
+    Ends,
+    Frame,
+    Head,
+    Joint,
+    Line,
+    Member,
+    Point,
+    Wheel,
+)
 from trainmj.collision.fields import Element as Field
+from trainmj.collision.gear import N_DOF
 from trainmj.collision.identity import code_hash
 from trainmj.collision.kind import Law
 from trainmj.collision.law import KINDS, SERIES
@@ -47,6 +64,9 @@ class Layout:
     n_element: int  # records of elements
     n_member: int  # members of bodies that give
     n_value: int  # room for curves
+    n_frame: int = 0  # vehicles in the vertical plane
+    n_wheel: int = 0  # their wheelsets
+    n_line: int = 0  # lines of elements there
     n_ring: int = 0  # latest records of the speeds that the law keeps; with 0 it takes none and never rests
 
     @classmethod
@@ -60,6 +80,9 @@ class Layout:
             chain.n_places,
             len(chain.members),
             room,
+            len(chain.vehicles) if chain.plane else 0,
+            len(chain.wheelsets),
+            len(chain.lines),
             n_ring,
         )
 
@@ -84,8 +107,24 @@ class Layout:
         return self._members + len(Member) * self.n_member
 
     @property
-    def _curves(self) -> int:
+    def _frames(self) -> int:
         return self._contacts + len(Contact) * KEPT * self.n_vehicle
+
+    @property
+    def _wheels(self) -> int:
+        return self._frames + len(Frame) * self.n_frame
+
+    @property
+    def _ends(self) -> int:
+        return self._wheels + len(Wheel) * self.n_wheel
+
+    @property
+    def _lines(self) -> int:
+        return self._ends + len(Ends) * (self.n_interface if self.n_frame else 0)
+
+    @property
+    def _curves(self) -> int:
+        return self._lines + len(Line) * self.n_line
 
     @property
     def _ring(self) -> int:
@@ -118,7 +157,23 @@ class Layout:
 
     def contact(self, block: Array, field: Contact) -> Array:
         """(n_vehicle, KEPT) view of a field of the contact windows that are kept, in a block (size,)."""
-        return block[self._contacts + field : self._curves : len(Contact)].reshape(self.n_vehicle, KEPT)
+        return block[self._contacts + field : self._frames : len(Contact)].reshape(self.n_vehicle, KEPT)
+
+    def frame(self, block: Array, field: Frame) -> Array:
+        """(..., n_frame) view of a field of the vehicles in the vertical plane, in blocks (..., size)."""
+        return block[..., self._frames + field : self._wheels : len(Frame)]
+
+    def wheel(self, block: Array, field: Wheel) -> Array:
+        """(..., n_wheel) view of a field of their wheelsets, in blocks (..., size)."""
+        return block[..., self._wheels + field : self._ends : len(Wheel)]
+
+    def ends(self, block: Array, field: Ends) -> Array:
+        """(..., n_interface) view of what interfaces have in the vertical plane, in blocks (..., size)."""
+        return block[..., self._ends + field : self._lines : len(Ends)]
+
+    def line(self, block: Array, field: Line) -> Array:
+        """(..., n_line) view of a field of the lines of elements there, in blocks (..., size)."""
+        return block[..., self._lines + field : self._curves : len(Line)]
 
     def dissipated(self, block: Array) -> Array:
         """(n_interface,) energy lost in all elements of each interface [J], in a block (size,)."""
@@ -152,6 +207,10 @@ class Layout:
             Head.RING: self._ring,
             Head.LINGER: chain.linger,
         }
+        if chain.plane:
+            head |= {Head.PLANE: 1.0, Head.FRAMES: self._frames, Head.WHEELS: self._wheels, Head.ENDS: self._ends}
+            head |= {Head.N_WHEEL: self.n_wheel}
+            self._write_plane(block, chain)
         if self.n_ring:
             head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}
         block[list(head)] = list(head.values())
@@ -188,6 +247,92 @@ class Layout:
                 curves = _write(block, at, curves, element, stroke)
                 at += N_ELEMENT * element.n_places
         return block
+
+    def _write_plane(self, block: Array, chain: Chain) -> None:
+        """Write what the vertical plane needs."""
+        frames = [self._frames + len(Frame) * i for i in range(self.n_frame)]
+        for i, at in enumerate(frames):
+            _write_frame(block[at : at + len(Frame)], chain, i)
+        loads = [chain.load(w) for w in range(self.n_wheel)]
+        self.wheel(block, Wheel.PRELOAD)[:] = self.wheel(block, Wheel.LOAD_MIN)[:] = loads
+        self.wheel(block, Wheel.LIFT_TIME)[:] = -1.0
+        self.ends(block, Ends.STEP_TIME)[:] = -1.0
+        at, touching = self._lines, np.concatenate([chain.start_dofs(i) for i in range(self.n_frame)])
+        touching[list(chain.first_dof[:-1])] = 0.0
+        for k, interface in enumerate(chain.interfaces):
+            self.ends(block, Ends.LINE)[k] = at
+            left, right = frames[interface.left], -1 if interface.right == WALL else frames[interface.right]
+            for element in interface.elements:
+                _write_line(block[at : at + len(Line)], chain, interface, element)
+                block[at + Line.ZERO] = plane.along(block, at, left, right, touching, np.zeros_like(touching))[0]
+                at += len(Line)
+
+
+def _write_frame(frame: Array, chain: Chain, i: int) -> None:
+    """Write a vehicle into its record."""
+    vehicle, gear = chain.vehicles[i], chain.vehicles[i].gear
+    frame[[Frame.DOF, Frame.DOFS]] = chain.first_dof[i], 1 if gear is None else N_DOF
+    frame[[Frame.LEFT_END, Frame.RIGHT_END]] = chain.end_arms(i)
+    frame[FRAME.Q0 : FRAME.Q10 + 1][: int(frame[Frame.DOFS])] = chain.start_dofs(i)
+    frame[Frame.V0] = vehicle.speed
+    if gear is None:
+        return
+    s, p = gear.secondary, gear.primary
+    values = {
+        Frame.HEIGHT: gear.cog_height + gear.offset,
+        Frame.OFFSET: gear.offset,
+        Frame.ARM_0: gear.arms[0],
+        Frame.ARM_1: gear.arms[1],
+        Frame.DROP: gear.drop,
+        Frame.LINK: gear.link_height + gear.offset,
+        Frame.BASE: 0.5 * gear.wheelbase,
+        Frame.AXLE: gear.axle_height - gear.link_height,
+        Frame.RAIL_STIFFNESS: gear.rail_stiffness,
+        Frame.RAIL_DAMPING: gear.rail_damping,
+        Frame.DAMPING_S: s.damping,
+        Frame.LIFT_S: s.lift_stop,
+        Frame.BUMP_S: s.bump_stop,
+        Frame.STOP_S: s.stop,
+        Frame.DAMPING_P: p.damping,
+        Frame.LIFT_P: p.lift_stop,
+        Frame.BUMP_P: p.bump_stop,
+        Frame.STOP_P: p.stop,
+        Frame.PITCH_MAX: gear.pitch,
+        Frame.PITCH_MIN: gear.pitch,
+    }
+    frame[list(values)] = list(values.values())
+
+
+def _write_line(record: Array, chain: Chain, interface: Interface, element: Element) -> None:
+    """Write the line of an element into its record."""
+    line, walled = element.line, interface.right == WALL
+    assert line is not None  # every element in the plane has one
+    left, right = line.left, line.right
+    arm = chain.end_arms(interface.left)[1] - left.pin
+    values = {
+        Line.STRUT: line.strut,
+        Line.LEFT_X: arm,
+        Line.LEFT_Z: left.height - chain.cog_height(interface.left),
+        Line.RIGHT_X: right.pin if walled else chain.end_arms(interface.right)[0] + right.pin,
+        Line.RIGHT_Z: right.height - (0.0 if walled else chain.cog_height(interface.right)),
+        Line.LENGTH: left.pin + right.pin,
+        Line.FREE_LEFT: left.free,
+        Line.FREE_RIGHT: right.free,
+        Line.FRICTION: line.friction,
+        Line.TOOTH: line.tooth,
+        Line.TIE: line.tie,
+        Line.OVERLAP: line.overlap,
+        Line.COUPLED: line.inner,
+        Line.END_LEFT: np.inf,
+        Line.END_RIGHT: np.inf,
+        Line.MET_TIME: -1.0,
+        Line.OFF_TIME: -1.0,
+    }
+    if line.strut and element.sign > 0.0:  # the draw gear in it has no stops of its own
+        values |= {Line.SWING_LEFT: left.swing, Line.SWING_RIGHT: 0.0 if walled else right.swing}
+    if line.shears:
+        values |= {Line.END_LEFT: element.laws[0].curves[0][0, -1], Line.END_RIGHT: element.laws[-1].curves[0][0, -1]}
+    record[list(values)] = list(values.values())
 
 
 def alone(element: Element) -> Array:
@@ -259,6 +404,10 @@ TALLY = (
             (Field, ("element",), "element_"),
             (Member, ("member",), "member_"),
             (Contact, ("vehicle", "contact"), "contact_"),
+            (Frame, ("frame",), "frame_"),
+            (Wheel, ("wheelset",), "wheel_"),
+            (Ends, ("ends",), "ends_"),
+            (Line, ("line",), "line_"),
         )
         for field in fields
         if field.tallied
@@ -270,7 +419,9 @@ TALLY = (
         "energy lost in all its elements, added up from their laws and not from the work",
     ),
 )
-"""Every tallied field: of the header, vehicles, their points, interfaces, elements, members, contact windows."""
+"""Every tallied field: of the header, vehicles, their points, interfaces, elements, members, contact windows, and of
+vehicles, wheelsets, interfaces and lines in the vertical plane.
+"""
 
 
 class Tally:
@@ -292,8 +443,8 @@ class Tally:
 
     @property
     def valid_until(self) -> float:
-        """When the first curve, or member of a body, ended behind which nothing is stated [s]; infinite if none did."""
-        times = np.concatenate([self.element_end_time, self.member_end_time])
+        """When the first curve, member of a body or line ended, with nothing stated behind it [s]; or infinite."""
+        times = np.concatenate([self.element_end_time, self.member_end_time, self.line_off_time])
         return float(times[times >= 0.0].min(initial=np.inf))
 
     @classmethod
@@ -307,5 +458,9 @@ class Tally:
         values |= {f"element_{f.name.lower()}": layout.element(block, f).copy() for f in Field if f.tallied}
         values |= {f"member_{f.name.lower()}": layout.member(block, f).copy() for f in Member if f.tallied}
         values |= {f"contact_{f.name.lower()}": layout.contact(block, f).copy() for f in Contact}
+        values |= {f"frame_{f.name.lower()}": layout.frame(block, f).copy() for f in Frame if f.tallied}
+        values |= {f"wheel_{f.name.lower()}": layout.wheel(block, f).copy() for f in Wheel if f.tallied}
+        values |= {f"ends_{f.name.lower()}": layout.ends(block, f).copy() for f in Ends if f.tallied}
+        values |= {f"line_{f.name.lower()}": layout.line(block, f).copy() for f in Line if f.tallied}
         values["dissipated"] = layout.dissipated(block)
         return cls(**values)

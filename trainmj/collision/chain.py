@@ -14,14 +14,16 @@ from functools import cached_property
 import numpy as np
 
 from trainmj.collision.body import Body, Member, Point, members_of, nearest, points_of
-from trainmj.collision.device import Device
+from trainmj.collision.device import Device, Path
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import Gear
+from trainmj.collision.gear import N_DOF, Gear
 from trainmj.collision.kind import Law
 from trainmj.collision.line import Line
 from trainmj.units import KN, G
 
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
+
+_HEAVES = 0.5  # likewise, slowest periods of its vehicles on their suspensions
 
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
@@ -155,6 +157,11 @@ class Interface:
         """Whether both sides bring equal devices, so that one stands for both."""
         return self.two_sided and not self.unequal_sides
 
+    def paths(self, side: int) -> tuple[Path, ...]:
+        """The ways through the device of a side (0 left, 1 right), each of them in an element that pushes."""
+        n = sum(element.sign > 0.0 for element in self.elements)
+        return self.devices[side].paths(n, idle=not self.unequal_sides)
+
     @property
     def draws(self) -> bool:
         """Whether draw gear holds the two vehicles together."""
@@ -193,7 +200,7 @@ def meet(
         share = 1.0 if right is None else 0.5
         found += [
             Element((path.law,), share, start=path.start / share, line=line)
-            for path, line in zip(left.paths(len(lines) or 1), lines or (None,), strict=True)
+            for path, line in zip(left.paths(len(lines) or 1, idle=True), lines or (None,), strict=True)
         ]
     else:
         n = len(lines) or min(left.n_paths, right.n_paths)
@@ -344,6 +351,72 @@ class Chain:
         """(n_point,) initial speeds [m/s]."""
         return np.asarray(self.speed[self.vehicle_of])
 
+    @cached_property
+    def first_dof(self) -> tuple[int, ...]:
+        """(n_vehicle + 1,) first degree of freedom of each vehicle in the vertical plane, and how many there are."""
+        counts = [1 if v.gear is None else N_DOF for v in self.vehicles]
+        return tuple(int(place) for place in np.cumsum([0, *counts]))
+
+    def start_dofs(self, vehicle: int) -> Array:
+        """(1,) or (11,) degrees of freedom of a vehicle in the plane at the start."""
+        x, gear = self.start[vehicle], self.vehicles[vehicle].gear
+        if gear is None:
+            return np.array([x])
+        q = gear.standing.q.copy()
+        q[0] = x
+        return q
+
+    @property
+    def start_qpos(self) -> Array:
+        """(n_point,) positions at the start; in the vertical plane all degrees of freedom of all vehicles."""
+        return np.concatenate([self.start_dofs(i) for i in range(len(self.vehicles))]) if self.plane else self.start
+
+    @property
+    def start_qvel(self) -> Array:
+        """Their rates."""
+        if not self.plane:
+            return self.point_speed
+        rates = np.zeros(self.first_dof[-1])
+        rates[list(self.first_dof[:-1])] = self.speed
+        return rates
+
+    def end_arms(self, vehicle: int) -> tuple[float, float]:
+        """From the centre of gravity of the body of a vehicle to its left and right end along +x [m]."""
+        v = self.vehicles[vehicle]
+        middle = 0.0 if v.gear is None else v.gear.cog_x
+        return -0.5 * v.length - middle, 0.5 * v.length - middle
+
+    def cog_height(self, vehicle: int) -> float:
+        """Design height of the centre of gravity of the body of a vehicle [m]; 0 of what only slides."""
+        gear = self.vehicles[vehicle].gear
+        return 0.0 if gear is None else gear.cog_height
+
+    @cached_property
+    def wheelsets(self) -> tuple[tuple[int, int], ...]:
+        """(n_wheelset,) vehicle and number of each wheelset, left to right; none where vehicles only slide."""
+        return tuple((i, k) for i, v in enumerate(self.vehicles) if self.plane and v.gear is not None for k in range(4))
+
+    def name_of_wheelset(self, vehicle: int, number: int) -> str:
+        """Name of a wheelset, which is numbered left to right here and from the end that faces the impact there."""
+        return f"{self.vehicles[vehicle].name} wheelset {4 - number if self.facing(vehicle) else number + 1}"
+
+    def name_of_bogie(self, vehicle: int, number: int) -> str:
+        """Likewise of a bogie."""
+        return f"{self.vehicles[vehicle].name} bogie {2 - number if self.facing(vehicle) else number + 1}"
+
+    def load(self, wheelset: int) -> float:
+        """Load of a wheelset at rest [N]."""
+        vehicle, number = self.wheelsets[wheelset]
+        gear = self.vehicles[vehicle].gear
+        assert gear is not None
+        return float(gear.standing.load[number])
+
+    @cached_property
+    def lines(self) -> tuple[Line, ...]:
+        """(n_line,) the lines of all elements in the vertical plane, in their order."""
+        found = (element.line for interface in self.interfaces for element in interface.elements)
+        return tuple(line for line in found if line is not None) if self.plane else ()
+
     @property
     def start(self) -> Array:
         """(n_point,) positions at the start, counted from where the two sides would touch [m]."""
@@ -448,8 +521,12 @@ class Chain:
 
     @property
     def linger(self) -> float:
-        """How long nothing may touch before a collision is over [s]: bodies that give swing, and may touch again."""
-        return max((_SWINGS / v.body.frequency(v.mass) for v in self.vehicles if v.body is not None), default=0.0)
+        """How long nothing may touch before a collision is over [s]: what swings or pitches may touch or lift later."""
+        swings = [_SWINGS / v.body.frequency(v.mass) for v in self.vehicles if v.body is not None]
+        swings += [
+            _HEAVES / min(v.gear.frequencies.values()) for v in self.vehicles if self.plane and v.gear is not None
+        ]
+        return max(swings, default=0.0)
 
     @cached_property
     def closing_speed(self) -> float:

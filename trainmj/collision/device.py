@@ -82,7 +82,7 @@ class Device:
         law: of the whole, pressed.
         stages: in the order in which they act, at least one.
         n_paths: ways through it, one more than there are shear-offs with a stage behind.
-        divided: the device as a number of paths, up to n_paths, the last of which takes the rest.
+        divided: the device as a number of paths, up to n_paths, the last of which takes the rest; see paths.
         pull: its draw gear, if it has one.
         lines: its end of the line of each of the n_paths, in the vertical plane; otherwise none.
     """
@@ -91,7 +91,7 @@ class Device:
     law: Law
     stages: tuple[Stage, ...]
     n_paths: int = 1
-    divided: Callable[[int], tuple[Path, ...]] = field(repr=False, default=lambda n: ())
+    divided: Callable[[int, bool], tuple[Path, ...]] = field(repr=False, default=lambda n, idle: ())
     pull: Pull | None = None
     lines: tuple[LineEnd, ...] = ()
 
@@ -100,9 +100,9 @@ class Device:
         """Its curve of first loading at rest."""
         return self.law.loading
 
-    def paths(self, n: int) -> tuple[Path, ...]:
-        """The device as n paths, at most n_paths."""
-        return self.divided(n) if n > 1 else (Path(0.0, self.law, self.stages),)
+    def paths(self, n: int, idle: bool = False) -> tuple[Path, ...]:
+        """The device as n paths, at most n_paths; with idle each includes the empty stroke before it."""
+        return self.divided(n, idle) if n > 1 else (Path(0.0, self.law, self.stages),)
 
     def is_like(self, other: Device) -> bool:
         """Whether the other one is the same device, number by number, whatever its name."""

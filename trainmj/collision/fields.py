@@ -70,6 +70,11 @@ class Head(_Field):
     WINDOW = "1", "whole steps in a window of means; 0 where none are asked for"
     CONTACTS = "1", "place of the first contact window in the block"
     THRESHOLD = "N", "net force of the devices above which a vehicle is in contact"
+    PLANE = "1", "1 where vehicles move in the vertical plane"
+    FRAMES = "1", "place of the first vehicle in the plane"
+    WHEELS = "1", "place of the first wheelset"
+    N_WHEEL = "1", "wheelsets"
+    ENDS = "1", "place of what the first interface has in the plane"
 
 
 class Car(_Field):
@@ -213,6 +218,133 @@ class Element(_Field):
     END_TIME = "s", "time at which its curve ended, where nothing is stated behind it; -1 if it did not", True
 
 
+class Frame(_Field):
+    """Fields of a vehicle in the vertical plane; see :mod:`trainmj.collision.gear`."""
+
+    DOF = "1", "its first degree of freedom"
+    DOFS = "1", "how many it has: 11 on bogies, 1 where it only slides"
+    HEIGHT = "m", "height of the centre of gravity of its body where it stands as designed, offset included"
+    OFFSET = "m", "by which it stands higher"
+    LEFT_END = "m", "from that centre to its left end along +x"
+    RIGHT_END = "m", "from that centre to its right end along +x"
+    ARM_0 = "m", "from that centre to the left bogie along +x"
+    ARM_1 = "m", "from that centre to the right bogie along +x"
+    DROP = "m", "from that centre up to the links"
+    LINK = "m", "height of the links above the rail, offset included"
+    BASE = "m", "half the wheelbase"
+    AXLE = "m", "from the links up to the axles"
+    RAIL_STIFFNESS = "N/m", "stiffness of the contact of a wheelset with the rail"
+    RAIL_DAMPING = "N s/m", "damping of that"
+    DAMPING_S = "N s/m", "dampers of the secondary suspension of a bogie"
+    LIFT_S = "m", "its extension at the lift stop"
+    BUMP_S = "m", "its compression at the bump stop"
+    STOP_S = "N/m", "stiffness of its stops"
+    DAMPING_P = "N s/m", "dampers of the primary suspension of a wheelset"
+    LIFT_P = "m", "its extension at the lift stop"
+    BUMP_P = "m", "its compression at the bump stop"
+    STOP_P = "N/m", "stiffness of its stops"
+    Q0 = "m", "degree of freedom at the last evaluation", True
+    Q1 = "m", "degree of freedom at the last evaluation", True
+    Q2 = "rad", "degree of freedom at the last evaluation", True
+    Q3 = "m", "degree of freedom at the last evaluation", True
+    Q4 = "rad", "degree of freedom at the last evaluation", True
+    Q5 = "m", "degree of freedom at the last evaluation", True
+    Q6 = "m", "degree of freedom at the last evaluation", True
+    Q7 = "m", "degree of freedom at the last evaluation", True
+    Q8 = "rad", "degree of freedom at the last evaluation", True
+    Q9 = "m", "degree of freedom at the last evaluation", True
+    Q10 = "m", "degree of freedom at the last evaluation", True
+    V0 = "m/s", "its rate", True
+    V1 = "m/s", "its rate", True
+    V2 = "rad/s", "its rate", True
+    V3 = "m/s", "its rate", True
+    V4 = "rad/s", "its rate", True
+    V5 = "m/s", "its rate", True
+    V6 = "m/s", "its rate", True
+    V7 = "m/s", "its rate", True
+    V8 = "rad/s", "its rate", True
+    V9 = "m/s", "its rate", True
+    V10 = "m/s", "its rate", True
+    G0 = "N", "force along the degree of freedom, of everything but weight and suspension springs"
+    G1 = "N", "force along the degree of freedom"
+    G2 = "N m", "force along the degree of freedom"
+    G3 = "N", "force along the degree of freedom"
+    G4 = "N m", "force along the degree of freedom"
+    G5 = "N", "force along the degree of freedom"
+    G6 = "N", "force along the degree of freedom"
+    G7 = "N", "force along the degree of freedom"
+    G8 = "N m", "force along the degree of freedom"
+    G9 = "N", "force along the degree of freedom"
+    G10 = "N", "force along the degree of freedom"
+    PITCH_MAX = "rad", "largest pitch", True
+    PITCH_MIN = "rad", "least pitch", True
+    HEAVE_MAX = "m", "largest rise of the centre of gravity of its body", True
+    HEAVE_MIN = "m", "least rise of that", True
+    DAMPED = "J", "energy lost in the dampers of its suspensions", True
+    RAILED = "J", "energy lost in the contact of its wheelsets with the rails", True
+
+
+class Wheel(_Field):
+    """Fields of a wheelset in the vertical plane."""
+
+    PRELOAD = "N", "its load at rest"
+    LOAD = "N", "its load", True
+    RISE = "m", "its rise from where it stands", True
+    LOAD_MIN = "N", "its least load", True
+    LIFT_MAX = "m", "its largest lift off the rail; 0 if it stays on it", True
+    LIFT_TIME = "s", "time of that", True
+    OFF = "s", "how long it was off the rail", True
+
+
+class Ends(_Field):
+    """Fields of an interface in the vertical plane."""
+
+    LINE = "1", "place of its first line"
+    RATE = "m/s", "rate of the stroke"
+    STEP = "m", "rise of the end on its left less that of the one on its right", True
+    STEP_MAX = "m", "largest magnitude of that while a device carries force", True
+    STEP_TIME = "s", "time of that; -1 if none ever did", True
+
+
+class Line(_Field):
+    """Fields of the line along which an element acts in the vertical plane; see :mod:`trainmj.collision.line`."""
+
+    STRUT = "1", "1 of a strut between pins, 0 of two faces"
+    LEFT_X = "m", "its left point from the centre of gravity of the body, along the body"
+    LEFT_Z = "m", "likewise, along the vertical of the body"
+    RIGHT_X = "m", "its right point likewise"
+    RIGHT_Z = "m", "likewise; on a wall the height above the rail"
+    LENGTH = "m", "distance of the pins of a strut along the track where the vehicles touch; 0 of faces"
+    ZERO = "m", "how much closer its points are than designed as the vehicles stand, were there no gap"
+    FREE_LEFT = "rad", "angle at the left pin up to the swing stop"
+    FREE_RIGHT = "rad", "angle at the right pin up to the swing stop"
+    SWING_LEFT = "N m/rad", "stiffness of the stop at the left pin"
+    SWING_RIGHT = "N m/rad", "stiffness of the stop at the right pin"
+    FRICTION = "1", "coefficient of the vertical tie of two faces"
+    TOOTH = "N", "part of its capacity that does not depend on the force"
+    TIE = "N/m", "its stiffness"
+    OVERLAP = "m", "step at which the faces slide off each other"
+    END_LEFT = "m", "stroke of its law, or of the left one of two, at which a strut has sheared; else infinite"
+    END_RIGHT = "m", "stroke of the right one of two laws at which it has"
+    COUPLED = "1", "1 where a strut is coupled, from its first force on between the two sides"
+    DEAD = "1", "1 when a strut has sheared"
+    STEP = "m", "offset of the left point from the right one across the line", True
+    PUSH = "N", "its force along the track"
+    TIED = "N", "force of the tie, down on the left where it is positive", True
+    HELD = "m", "offset at which the tie has no force", True
+    ENGAGED = "m", "offset at which the faces engaged last"
+    MET = "m", "offset when the line first carried force", True
+    MET_TIME = "s", "time of that; -1 if it never did", True
+    SLIP_MAX = "m", "largest way that the tie has slipped from where the faces engaged", True
+    TIE_MAX = "N", "largest magnitude of the force of the tie", True
+    TIE_LOST = "J", "energy lost in the tie", True
+    TURN_LEFT = "rad", "angle of the strut against the left body beyond the free one", True
+    TURN_RIGHT = "rad", "likewise at the right", True
+    SWING_MAX = "N m", "largest moment of a swing stop", True
+    SWING_LOST = "J", "energy of the swing stops when the strut sheared", True
+    OFF_TIME = "s", "time at which one face slid off the other, or the pins met; -1 if not", True
+
+
 def places(fields: type[IntEnum]) -> Any:
     """The places of fields as plain whole numbers by their names, such as ``places(Head).TIME``."""
     kind: Any = namedtuple("places", [field.name for field in fields])  # type: ignore[misc]
@@ -221,10 +353,12 @@ def places(fields: type[IntEnum]) -> Any:
 
 HEAD, CAR, POINT, CONTACT = places(Head), places(Car), places(Point), places(Contact)
 JOINT, ELEMENT, MEMBER = places(Joint), places(Element), places(Member)
+FRAME, WHEEL, ENDS, LINE = places(Frame), places(Wheel), places(Ends), places(Line)
 """Numba takes no members of an Enum as indices."""
 
 N_HEAD, N_CAR, N_POINT, N_CONTACT = len(Head), len(Car), len(Point), len(Contact)
 N_JOINT, N_ELEMENT, N_MEMBER = len(Joint), len(Element), len(Member)
+N_FRAME, N_WHEEL, N_ENDS, N_LINE = len(Frame), len(Wheel), len(Ends), len(Line)
 N_PARAMETER = ELEMENT.P9 - ELEMENT.P0 + 1
 
 KEPT = 100

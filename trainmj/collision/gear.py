@@ -131,7 +131,7 @@ class Gear:
         return self.link_height - self.cog_height
 
     def placed(self, q: Array) -> Placed:
-        """The masses where the degrees of freedom are q, (11,) [m, rad]; x counts from the centre of gravity at q = 0."""
+        """The masses where the degrees of freedom are q, (11,); x is 0 at the design place of the first."""
         mass = [self.body_mass, *2 * [self.frame_mass, self.wheelset_mass, self.wheelset_mass]]
         inertia = [self.body_inertia, *2 * [self.frame_inertia, 0.0, 0.0]]
         x, z = [float(q[X])], [self.cog_height + self.offset + float(q[Z])]

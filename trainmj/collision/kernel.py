@@ -32,35 +32,39 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, register_jitable
 
-from trainmj.collision import contact
+from trainmj.collision import contact, plane
 from trainmj.collision.block import MAGIC
 from trainmj.collision.body import strain
 from trainmj.collision.compiled import address_of
-from trainmj.collision.element import advance, narrowest
+from trainmj.collision.element import narrowest
 from trainmj.collision.fields import (
     CAR,
     ELEMENT,
+    ENDS,
+    FRAME,
     HEAD,
     JOINT,
     MEMBER,
     N_CAR,
     N_ELEMENT,
+    N_ENDS,
+    N_FRAME,
     N_HEAD,
     N_JOINT,
     N_MEMBER,
     N_POINT,
+    N_WHEEL,
     POINT,
+    WHEEL,
     Block,
 )
 from trainmj.collision.interrupts import held_back
+from trainmj.collision.joint import APPROACH_SPEED, count, peaks, press
 from trainmj.collision.law import SERIES
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
 from trainmj.collision.offsets import Offsets, field_offsets
 
 log = logging.getLogger(__name__)
-
-APPROACH_SPEED = 0.01
-"""A collision is over when no interface carries force and none comes closer faster than this [m/s]."""
 
 STILL_SPEED = 1e-6
 """... or when every vehicle is slower than this [m/s]."""
@@ -186,14 +190,21 @@ def _passive(offsets: Offsets) -> Any:
             step[0] = _next_step(s, _at(data, at_qpos), qvel)
             elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
             inertia = _at(data, at_inertia)
-            active, peaked, wall = _devices(s, _at(data, at_qpos), qvel, elapsed, time)
+            qpos = _at(data, at_qpos)
+            if s[HEAD.PLANE] == 0.0:
+                active, peaked, wall = _devices(s, qpos, qvel, elapsed, time)
+            else:
+                active, peaked, wall = plane.devices(s, qpos, qvel, elapsed, time)
+                plane.carry(s, qpos, qvel, elapsed, time)
             if s[HEAD.N_MEMBER] > 0.0:
-                _members(s, _at(data, at_qpos), qvel, elapsed, time)
+                _members(s, qpos, qvel, elapsed, time)
             still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
+            if s[HEAD.PLANE] != 0.0:
+                plane.give(s, out)
             if s[HEAD.WINDOW] != 0.0:
                 _windows(s, n, step[0], whole)
             if peaked:
-                _peaks(s)
+                peaks(s)
             s[HEAD.TIME] = time
             quiet = still or not (active or closing)
             if not quiet:
@@ -202,6 +213,8 @@ def _passive(offsets: Offsets) -> Any:
             s[HEAD.OVER] = 1.0 if quiet and time - s[HEAD.BUSY] >= s[HEAD.LINGER] else 0.0
             if whole:
                 _record(s, n)
+        elif s[HEAD.PLANE] != 0.0:
+            plane.give(s, out)
         else:
             p, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
             i = 0
@@ -224,6 +237,10 @@ def _next_step(s: Block, qpos: Any, qvel: Any) -> float:
     step = s[HEAD.STEP]
     if s[HEAD.REFINES] == 0.0:
         return step
+    if s[HEAD.PLANE] != 0.0:
+        width = plane.way_to_narrow(s, step, qpos, qvel)
+        parts = max(1.0, math.ceil(PARTS / width)) if width < WIDE else 1.0
+        return _parted(s, parts)
     m = int(s[HEAD.N_INTERFACE])
     joints = int(s[HEAD.JOINTS])
     parts = 1.0
@@ -239,9 +256,15 @@ def _next_step(s: Block, qpos: Any, qvel: Any) -> float:
             if width < WIDE * way:
                 parts = max(parts, math.ceil(PARTS * way / width))
             e += int(s[e + ELEMENT.NEXT])
+    return _parted(s, parts)
+
+
+@register_jitable
+def _parted(s: Block, parts: float) -> float:
+    """The first of a number of smaller steps that a whole one is made in."""
     parts = min(parts, MOST_PARTS)
     s[HEAD.PARTS_LEFT] = parts - 1.0
-    s[HEAD.PART] = step / parts
+    s[HEAD.PART] = s[HEAD.STEP] / parts
     return s[HEAD.PART]
 
 
@@ -265,31 +288,15 @@ def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tup
         force = 0.0
         e = int(s[j + JOINT.FIRST])
         for _ in range(int(s[j + JOINT.COUNT])):
-            one, one_peak = advance(s, e, u, rate, elapsed, time)
+            one, taut, one_peaked = press(s, j, e, u, rate, elapsed, time)
             force += one
-            if s[e + ELEMENT.SIGN] < 0.0:
-                s[j + JOINT.PULL_MAX] = max(s[j + JOINT.PULL_MAX], one_peak, -one)
-                if s[e + ELEMENT.BROKEN] == 0.0 and rate < -APPROACH_SPEED:
-                    active = True  # what is pulled apart comes taut
-            elif one_peak > one:
-                s[j + JOINT.ABOVE] += one_peak - one
-                peaked = True
+            active |= taut
+            peaked |= one_peaked
             e += int(s[e + ELEMENT.NEXT])
-        if force != 0.0:
-            active = True
-            if s[j + JOINT.FIRST_FORCE_TIME] < 0.0:
-                s[j + JOINT.FIRST_FORCE_TIME] = time
-            s[j + JOINT.LAST_FORCE_TIME] = time
-            if force > s[j + JOINT.FORCE_MAX]:
-                s[j + JOINT.FORCE_MAX] = force
-        before = s[j + JOINT.FORCE]
+        active |= force != 0.0
         if right < 0:
-            wall -= before * elapsed
-        s[j + JOINT.STROKE] = u
-        s[j + JOINT.FORCE] = force
-        if u > s[j + JOINT.STROKE_MAX]:
-            s[j + JOINT.STROKE_MAX] = u
-            s[j + JOINT.STROKE_MAX_TIME] = time
+            wall -= s[j + JOINT.FORCE] * elapsed
+        count(s, j, u, force, time)
         s[points + N_POINT * left + POINT.LOAD] -= force
         if right >= 0:
             s[points + N_POINT * right + POINT.LOAD] += force
@@ -332,6 +339,7 @@ def _vehicles(
     impulse = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
+    in_plane = s[HEAD.PLANE] != 0.0
     i = 0
     for car in range(n):
         count = int(s[c + CAR.POINTS])
@@ -339,14 +347,21 @@ def _vehicles(
         if car + 1 == n:
             impulse += wall
         for _ in range(count):
-            v, mass, load, inner = qvel[i], inertia[i], s[p + POINT.LOAD], s[p + POINT.INNER]
+            load, inner = s[p + POINT.LOAD], s[p + POINT.INNER]
             s[p + POINT.LOAD] = s[p + POINT.INNER] = 0.0
+            if in_plane:
+                f = int(s[HEAD.FRAMES]) + N_FRAME * car
+                v, mass, before = qvel[int(s[f + FRAME.DOF])], s[c + CAR.MASS], s[c + CAR.SPEED]
+                at_rail = plane.rail_speed(s, f, qvel)
+            else:
+                v, mass, before = qvel[i], inertia[i], s[p + POINT.SPEED]
+                at_rail = v
             limit, held = s[p + POINT.FRICTION_LIMIT], s[p + POINT.FRICTION]
-            work = 0.5 * held * (s[p + POINT.SPEED] + v) * elapsed
+            work = 0.5 * held * (s[p + POINT.SPEED] + at_rail) * elapsed
             grade = 0.0
             if rolling:
                 grade = s[p + POINT.GRADE]
-                s[c + CAR.GRADE_WORK] -= 0.5 * grade * (s[p + POINT.SPEED] + v) * elapsed
+                s[c + CAR.GRADE_WORK] -= 0.5 * grade * (before + v) * elapsed
                 braking = s[p + POINT.BRAKING]
                 if braking > 0.0:  # rail and brake share the work
                     braked = work * braking / (limit + braking)
@@ -360,9 +375,12 @@ def _vehicles(
             # the friction that would stop it within this step, within what rail and brake can give
             friction = min(limit, max(-limit, -(mass * v / step + load + inner + grade)))
             force = load + inner + friction + grade
-            out[i] += force
+            if in_plane:
+                plane.hold(s, f, friction)
+            else:
+                out[i] += force
             s[p + POINT.FORCE] = force
-            s[p + POINT.SPEED] = v
+            s[p + POINT.SPEED] = at_rail
             s[p + POINT.FRICTION] = friction
             if count > 1:
                 s[p + POINT.PEAK] = max(s[p + POINT.PEAK], abs(force) / mass)
@@ -375,7 +393,7 @@ def _vehicles(
             p += N_POINT
             i += 1
         mass = s[c + CAR.MASS]
-        speed = s[p - N_POINT + POINT.SPEED] if count == 1 else momentum / mass
+        speed = v if count == 1 else momentum / mass
         contact.follow(s, c, car, net, elapsed, time)
         s[c + CAR.NET], s[c + CAR.RAIL], s[c + CAR.SLOPE] = net, rail, slope
         s[c + CAR.SPEED] = speed
@@ -416,36 +434,6 @@ def _braking(s: Block, p: int, time: float) -> float:
     rise, since = s[p + POINT.BRAKE_RISE], time - s[p + POINT.BRAKE_DELAY]
     part = 0.0 if since < 0.0 else 1.0 if since >= rise else since / rise
     return min(part * s[p + POINT.BRAKE], s[p + POINT.BRAKE_MOST])
-
-
-@register_jitable
-def _peaks(s: Block) -> None:
-    """Peaks of forces on the way to this evaluation: noted apart, and counted where steps are made smaller for them."""
-    joints = int(s[HEAD.JOINTS])
-    for k in range(int(s[HEAD.N_INTERFACE])):
-        j = joints + N_JOINT * k
-        above = s[j + JOINT.ABOVE]
-        if above <= 0.0:
-            continue
-        s[j + JOINT.ABOVE] = 0.0
-        force = s[j + JOINT.FORCE] + above
-        s[j + JOINT.UNSEEN_FORCE] = max(s[j + JOINT.UNSEEN_FORCE], force)
-        if s[HEAD.REFINES] != 0.0:
-            s[j + JOINT.FORCE_MAX] = max(s[j + JOINT.FORCE_MAX], force)
-        for end in range(2):
-            if end and s[j + JOINT.RIGHT] < 0.0:
-                continue
-            c = int(s[j + JOINT.CAR]) + N_CAR * end
-            mass = s[c + CAR.MASS]
-            net = s[c + CAR.NET] + (above if end else -above)
-            device = abs(net) / mass
-            s[c + CAR.UNSEEN_PEAK] = max(s[c + CAR.UNSEEN_PEAK], device)
-            if s[HEAD.REFINES] != 0.0:
-                total = abs(net + s[c + CAR.RAIL] + s[c + CAR.SLOPE]) / mass
-                s[c + CAR.DEVICE_PEAK] = max(s[c + CAR.DEVICE_PEAK], device)
-                s[c + CAR.TOTAL_PEAK] = max(s[c + CAR.TOTAL_PEAK], total)
-                s[c + CAR.DEVICE_FORCE] = max(s[c + CAR.DEVICE_FORCE], device * mass)
-                s[c + CAR.TOTAL_FORCE] = max(s[c + CAR.TOTAL_FORCE], total * mass)
 
 
 @register_jitable
@@ -504,8 +492,9 @@ def _sensor(offsets: Offsets) -> Any:
                 a, b = (e + N_ELEMENT, e + 2 * N_ELEMENT) if in_series else (e, e)
                 both = in_series or s[e + ELEMENT.SHARE] < 1.0
                 if s[e + ELEMENT.SIGN] > 0.0 and (n == 0 or own > 0.0):
-                    left = s[a + ELEMENT.STROKE] + (s[a + ELEMENT.START] if in_series else 0.0)
-                    right = s[b + ELEMENT.STROKE] + (s[b + ELEMENT.START] if in_series else 0.0) if both else 0.0
+                    shared = s[e + ELEMENT.SHARE] * s[e + ELEMENT.START]  # of its start, by one of two equal devices
+                    left = s[a + ELEMENT.STROKE] + (s[a + ELEMENT.START] if in_series else shared)
+                    right = s[b + ELEMENT.STROKE] + (s[b + ELEMENT.START] if in_series else shared) if both else 0.0
                 out[m + k] += s[e + ELEMENT.TIMES] * s[e + ELEMENT.DISSIPATED]
                 alone = s[e + ELEMENT.RIGHT_ONLY] != 0.0
                 left_energy += 0.0 if alone else s[a + ELEMENT.DISSIPATED]
@@ -517,6 +506,16 @@ def _sensor(offsets: Offsets) -> Any:
         for k in range(int(s[HEAD.N_MEMBER])):
             out[6 * m + k] = s[member + MEMBER.PLASTIC]
             member += N_MEMBER
+        if s[HEAD.PLANE] != 0.0:  # there are no members
+            for k in range(m):
+                out[6 * m + k] = s[int(s[HEAD.JOINTS]) + N_JOINT * k + JOINT.STROKE]
+                out[7 * m + k] = s[int(s[HEAD.ENDS]) + N_ENDS * k + ENDS.RATE]
+                out[8 * m + k] = s[int(s[HEAD.ENDS]) + N_ENDS * k + ENDS.STEP]
+            w, wheels = int(s[HEAD.WHEELS]), int(s[HEAD.N_WHEEL])
+            for k in range(wheels):
+                out[9 * m + k] = s[w + WHEEL.LOAD]
+                out[9 * m + wheels + k] = s[w + WHEEL.RISE]
+                w += N_WHEEL
 
     return sensor
 

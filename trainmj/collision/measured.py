@@ -15,6 +15,7 @@ from trainmj.collision.device import Stage
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import KEPT, LASTING
 from trainmj.collision.kind import Law
+from trainmj.collision.measured_plane import InPlane
 from trainmj.collision.occupants import Flight
 from trainmj.units import MM
 
@@ -68,8 +69,15 @@ class Measured:
     def kinetic(self) -> tuple[float, float]:
         """Kinetic energy at the start and at the end [J]."""
         mass = self.chain.point_mass
+        if self.chain.plane:
+            return float(0.5 * np.sum(mass * self.chain.point_speed**2)), self.plane.kinetic
         start, end = (float(0.5 * np.sum(mass * v**2)) for v in (self.chain.point_speed, self.tally.point_speed))
         return start, end
+
+    @cached_property
+    def plane(self) -> InPlane:
+        """What the vertical plane adds."""
+        return InPlane(self.chain, self.tally)
 
     @cached_property
     def laws(self) -> tuple[Used, ...]:
@@ -147,6 +155,8 @@ class Measured:
         start, end = self.kinetic
         left = self.stored("elastic") + self.stored("gas") + self.in_bodies + self.lost_in_bodies
         rails = float(self.tally.friction_work.sum()) + float(self.tally.brake_work.sum())
+        if self.chain.plane:
+            left += self.plane.raised + self.plane.damped + self.plane.held + self.plane.lost
         return (start - end - left - self.absorbed - rails - float(self.tally.grade_work.sum())) / self.convertible
 
     @cached_property
@@ -183,7 +193,10 @@ class Measured:
     def momentum_error(self) -> float:
         """Momentum less the impulses of rails and wall, relative to the sum of ``|m v|`` at the start."""
         mass, speed = self.chain.mass, self.chain.speed
-        momentum = float(np.sum(mass * (self.tally.speed - speed))) - self.tally.impulse
+        if self.chain.plane:
+            momentum = self.plane.momentum - float(np.sum(mass * speed)) - self.tally.impulse
+        else:
+            momentum = float(np.sum(mass * (self.tally.speed - speed))) - self.tally.impulse
         return float(momentum / np.sum(mass * np.abs(speed)))
 
     @property
@@ -345,7 +358,7 @@ class Side:
             (pushing if element.sign > 0 else pulling).append(used)
         self.laws = (*pushing, *pulling)
         self._pulling = tuple(pulling)
-        self._paths = list(zip(self.device.paths(len(pushing)), pushing, strict=True))
+        self._paths = list(zip(self.interface.paths(side), pushing, strict=True))
 
     @property
     def name(self) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from trainmj.collision.body import Member, Point
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
+from trainmj.collision.model_plane import add_vehicle, enable, names_of_dofs
+from trainmj.collision.model_plane import numbers_of as numbers_in_plane
 from trainmj.collision.press import press
 from trainmj.errors import EngineError
 from trainmj.files.resources import shipped_folder
@@ -26,6 +29,12 @@ OF_DEVICES = ("force", "energy", "left stroke", "right stroke", "left energy", "
 
 SENSED = (*OF_DEVICES, "stroke", "stroke rate")
 """What is sensed at every interface, in the order of the sensor data; then each point's MOTION."""
+
+SENSED_IN_PLANE = (*SENSED, "step")
+"""What the law writes for every interface in the vertical plane."""
+
+OF_WHEELSETS = ("wheel load", "wheel rise")
+"""What it writes there for every wheelset, behind that; then each vehicle's degrees of freedom, speed, acceleration."""
 
 OF_MEMBERS = "plastic"
 """What the law of the members writes for every member of a body, behind that."""
@@ -89,15 +98,24 @@ def spec(
         base = _options_of(base)
     if bare:
         base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    if not stand_in:  # nothing in it has a spring of MuJoCo's, and to look for some takes time
+    if chain.plane:
+        enable(base.option)
+    elif not stand_in:  # nothing in it has a spring of MuJoCo's, and to look for some takes time
         base.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SPRING)
     base.option.timestep = chain.step
     base.option.integrator = _INTEGRATORS[chain.integrator]
     base.nuserdata = 0 if stand_in else (layout or Layout.of(chain)).size
-    for i, point in enumerate(chain.points):
-        _add_point(base, chain, i, point)
-    base.add_key(name="start", qpos=chain.start, qvel=chain.point_speed)
+    if chain.plane:
+        for i, place in enumerate(places_of(chain)):
+            add_vehicle(base, chain, i, place)
+    else:
+        for i, point in enumerate(chain.points):
+            _add_point(base, chain, i, point)
+    base.add_key(name="start", qpos=chain.start_qpos, qvel=chain.start_qvel)
     if bare:
+        return base
+    if chain.plane:
+        _add_sensors_in_plane(base, chain)
         return base
     for interface in chain.interfaces:
         tendon = base.add_tendon(name=interface.name)
@@ -143,6 +161,16 @@ def _options_of(scene: mujoco.MjSpec) -> mujoco.MjSpec:
     return empty
 
 
+def places_of(chain: Chain) -> list[float]:
+    """Where the middles of the vehicles stand, were there no gap [m]; the two sides touch at 0."""
+    return [_centre(chain, i) + (chain.gap if i < chain.n_moving else 0.0) for i in range(len(chain.vehicles))]
+
+
+def numbers_of(chain: Chain) -> dict[str, Array]:
+    """The fields of a model in which chains of one size differ, by name; without those of the world."""
+    return numbers_in_plane(chain, places_of(chain)) if chain.plane else {"body_mass": chain.point_mass}
+
+
 def _centre(chain: Chain, index: int) -> float:
     """Position of a vehicle's middle at the start [m]; the two sides would touch at 0."""
     lengths = [v.length for v in chain.vehicles]
@@ -182,17 +210,41 @@ def _add_member(base: mujoco.MjSpec, chain: Chain, member: Member) -> None:
         tendon.damping[0] = member.damping
 
 
+def _sense_law(base: mujoco.MjSpec, name: str) -> None:
+    """What the law writes: the first sensors, of MuJoCo's kind for users."""
+    base.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_USER, dim=1, needstage=mujoco.mjtStage.mjSTAGE_ACC)
+
+
+def _add_sensors_in_plane(base: mujoco.MjSpec, chain: Chain) -> None:
+    kind, thing = mujoco.mjtSensor, mujoco.mjtObj
+    for name in SENSED_IN_PLANE:
+        for interface in chain.interfaces:
+            _sense_law(base, f"{name} {interface.name}")
+    for name in OF_WHEELSETS:
+        for i, k in chain.wheelsets:
+            _sense_law(base, f"{name} {chain.name_of_wheelset(i, k)}")
+    for i, vehicle in enumerate(chain.vehicles):
+        for name in names_of_dofs(chain, i):
+            base.add_sensor(name=f"position {name}", type=kind.mjSENS_JOINTPOS, objtype=thing.mjOBJ_JOINT, objname=name)
+        base.add_sensor(
+            name=f"velocity {vehicle.name}", type=kind.mjSENS_JOINTVEL, objtype=thing.mjOBJ_JOINT, objname=vehicle.name
+        )
+        base.add_sensor(
+            name=f"acceleration {vehicle.name}",
+            type=kind.mjSENS_FRAMELINACC,
+            objtype=thing.mjOBJ_BODY,
+            objname=vehicle.name,
+        )
+
+
 def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed: Sequence[str], stand_in: bool) -> None:
     kind, thing = mujoco.mjtSensor, mujoco.mjtObj
 
-    def of_law(name: str) -> None:  # the first user sensors
-        base.add_sensor(name=name, type=kind.mjSENS_USER, dim=1, needstage=mujoco.mjtStage.mjSTAGE_ACC)
-
     for name in (name for name in sensed if name in OF_DEVICES):
         for interface in chain.interfaces:
-            of_law(f"{name} {interface.name}")
+            _sense_law(base, f"{name} {interface.name}")
     for member in () if stand_in else chain.members:
-        of_law(f"{OF_MEMBERS} {member.name}")
+        _sense_law(base, f"{OF_MEMBERS} {member.name}")
     for name in (name for name in sensed if name not in OF_DEVICES):
         for interface in chain.interfaces:
             of_tendon = kind.mjSENS_TENDONPOS if name == "stroke" else kind.mjSENS_TENDONVEL
@@ -219,8 +271,11 @@ def split_sensors(chain: Chain, logged: Array) -> dict[str, Array]:
 
     Returns:
         (n_sample, n_interface) for each of SENSED; OF_MEMBERS (n_sample, n_member); each of MOTION (n_sample, n_point),
-        and (n_sample, n_vehicle) of the centres of mass.
+        and (n_sample, n_vehicle) of the centres of mass. In the vertical plane the step (n_sample, n_interface),
+        OF_WHEELSETS (n_sample, n_wheelset), and all degrees of freedom (n_sample, n_dof).
     """
+    if chain.plane:
+        return _split_in_plane(chain, logged)
     m, n, inner = len(chain.interfaces), len(chain.points), len(chain.members)
     columns, start = {}, 0
     for name in SENSED:
@@ -235,4 +290,25 @@ def split_sensors(chain: Chain, logged: Array) -> dict[str, Array]:
         "acceleration": logged[:, start + 2 * n : start + 5 * n : 3],  # its x component
     }
     columns |= {f"point_{name}": values for name, values in motion.items()}
+    columns |= {name: np.zeros((len(logged), 0)) for name in ("step", "wheel_load", "wheel_rise", "dof")}
     return columns | {name: chain.of_vehicles(values) for name, values in motion.items()}
+
+
+def _split_in_plane(chain: Chain, logged: Array) -> dict[str, Array]:
+    m, columns, start = len(chain.interfaces), {}, 0
+    for name, width in (*((name, m) for name in SENSED_IN_PLANE), *((n, len(chain.wheelsets)) for n in OF_WHEELSETS)):
+        columns[name.replace(" ", "_")] = logged[:, start : start + width]
+        start += width
+    dofs, motion = [], []
+    for first, end in pairwise(chain.first_dof):
+        n = end - first
+        dofs.append(logged[:, start : start + n])
+        motion.append(logged[:, start + n : start + n + 2])  # speed, and acceleration along the track
+        start += n + 4
+    of_vehicles = {
+        "position": np.column_stack([of[:, 0] for of in dofs]),
+        "velocity": np.column_stack([of[:, 0] for of in motion]),
+        "acceleration": np.column_stack([of[:, 1] for of in motion]),
+    }
+    columns |= {f"point_{name}": values for name, values in of_vehicles.items()}
+    return columns | of_vehicles | {"dof": np.hstack(dofs), f"member_{OF_MEMBERS}": np.zeros((len(logged), 0))}

@@ -22,6 +22,7 @@ from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import KEPT
 from trainmj.collision.lineup import line_up
+from trainmj.collision.model_plane import names_of_dofs
 from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
@@ -63,10 +64,15 @@ HISTORIES = {
     "point_velocity": History("point", "m/s", "speed of a point of a body along +x"),
     "point_acceleration": History("point", "m/s2", "acceleration of a point of a body by all forces"),
     "member_plastic": History("member", "m", "plastic shortening of a member of a body"),
+    "step": History("ends", "m", "rise of the end of a vehicle less that of the next one along +x", "mm", MM),
+    "wheel_load": History("wheelset", "N", "load of a wheelset on the rail"),
+    "wheel_rise": History("wheelset", "m", "rise of a wheelset from where it stands at rest"),
+    "dof": History("dof", "m", "degrees of freedom of all vehicles in the vertical plane [m, rad]"),
 }
 """What a result has over time, (n_sample, n_vehicle), (n_sample, n_interface) and so on, by name.
 
-Without bodies that give, the points are the vehicles, and a file has neither points nor members.
+Without bodies that give, the points are the vehicles, and a file has neither points nor members. What is behind the
+members is there in the vertical plane only.
 """
 
 SHOWN = {name: h for name, h in HISTORIES.items() if h.shown} | {
@@ -100,6 +106,11 @@ class Result:
         point_velocity: (n_sample, n_point) [m/s].
         point_acceleration: (n_sample, n_point) of all forces [m/s2].
         member_plastic: (n_sample, n_member) plastic shortening of the members of bodies [m].
+        step: (n_sample, n_interface) rise of the end on the left of an interface less that of the one on its right, in
+            the vertical plane [m]; (n_sample, 0) where vehicles only move along the track.
+        wheel_load: (n_sample, n_wheelset) load of the wheelsets on the rail, likewise, left to right [N].
+        wheel_rise: (n_sample, n_wheelset) rise of the wheelsets from where they stand at rest [m].
+        dof: (n_sample, n_dof) degrees of freedom of all vehicles [m, rad]; see :mod:`trainmj.collision.gear`.
         versions: of trainmj, MuJoCo and the rest that computed it, and the platform.
     """
 
@@ -122,6 +133,10 @@ class Result:
     point_velocity: Array
     point_acceleration: Array
     member_plastic: Array
+    step: Array
+    wheel_load: Array
+    wheel_rise: Array
+    dof: Array
     versions: dict[str, str]
 
     @property
@@ -194,6 +209,10 @@ class Result:
             f"tally_{t.name}": (t.over, getattr(self.tally, t.name), {"units": t.unit, "long_name": t.meaning})
             for t in _tallied(self.chain)
         }
+        plane = {
+            "wheelset": [self.chain.name_of_wheelset(i, k) for i, k in self.chain.wheelsets],
+            "dof": [name for i in range(len(self.chain.vehicles)) for name in names_of_dofs(self.chain, i)],
+        }
         bodies = {
             "point": [point.name for point in self.chain.points],
             "member": [member.name for member in self.chain.members],
@@ -205,6 +224,7 @@ class Result:
                 "vehicle": [v.name for v in self.chain.vehicles],
                 "interface": [i.name for i in self.chain.interfaces],
                 **(bodies if self.chain.members else {}),
+                **(plane if self.chain.plane else {}),
             },
             attrs={
                 "title": self.scenario.heading,
@@ -312,6 +332,9 @@ def load_result(file: str | Path) -> Result:
         numbers |= {"tally_point_speed": numbers["tally_speed"], "tally_point_peak": np.zeros(len(chain.vehicles))}
         numbers |= {f"tally_{t.name}": np.zeros(0) for t in TALLY if t.over == ("member",)}
         numbers["member_plastic"] = np.zeros((numbers["time"].size, 0))
+    if not chain.plane:
+        numbers |= {name: np.zeros((numbers["time"].size, 0)) for name, h in HISTORIES.items() if h.over in _OF_PLANE}
+        numbers |= {f"tally_{t.name}": np.zeros(0) for t in TALLY if set(t.over) & set(_OF_PLANE)}
     tally: dict[str, Any] = {t.name: numbers[f"tally_{t.name}"] for t in TALLY}
     tally |= {t.name: tally[t.name].item() for t in TALLY if not t.over}
     tally["over"] = bool(tally["over"])
@@ -399,6 +422,11 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
         "point": len(chain.points),
         "member": len(chain.members),
         "contact": KEPT,
+        "frame": len(chain.vehicles),
+        "ends": len(chain.interfaces),
+        "wheelset": len(chain.wheelsets),
+        "line": len(chain.lines),
+        "dof": chain.first_dof[-1],
         "time": arrays["time"].size,
     }
     if not 0 < sizes["time"] <= chain.n_records:
@@ -417,13 +445,18 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
 
 
 def _histories(chain: Chain) -> dict[str, History]:
-    """What a file of a chain has over time: points and members only where bodies give."""
-    return {name: h for name, h in HISTORIES.items() if chain.members or h.over not in _OF_BODIES}
+    """What a file of a chain has over time."""
+    return {name: h for name, h in HISTORIES.items() if h.over not in _absent(chain)}
 
 
 def _tallied(chain: Chain) -> list[Tallied]:
     """What a file of a chain has of the tally."""
-    return [t for t in TALLY if chain.members or not set(_OF_BODIES) & set(t.over)]
+    return [t for t in TALLY if not _absent(chain) & set(t.over)]
+
+
+def _absent(chain: Chain) -> set[str]:
+    """What a file of a chain has no dimension for: points and members where no body gives, what is of the plane."""
+    return set(() if chain.members else _OF_BODIES) | set(() if chain.plane else _OF_PLANE)
 
 
 def _dimensions(chain: Chain) -> dict[str, tuple[str, ...]]:
@@ -436,6 +469,7 @@ def _dimensions(chain: Chain) -> dict[str, tuple[str, ...]]:
 
 
 _OF_BODIES = ("point", "member")
+_OF_PLANE = ("frame", "wheelset", "ends", "line", "dof")
 
 _LONGEST_INTERVAL = 0.1
 """Between two records [s]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -33,9 +33,9 @@ class Worn:
         energy: (n_stage,) absorbed by each stage [J].
     """
 
-    def __init__(self, device: Device, n_paths: int) -> None:
-        """Untouched; n_paths are the ways through it that act."""
-        self._paths = [_Pressed(path) for path in device.paths(n_paths)]
+    def __init__(self, device: Device, paths: Sequence[Path]) -> None:
+        """Untouched; the paths are the ways through it that act."""
+        self._paths = [_Pressed(path) for path in paths]
         self.energy = np.zeros(len(device.stages))
         self._stroke = 0.0
 
@@ -99,9 +99,8 @@ class Wear:
         self._chain = chain
         self.worn: dict[tuple[int, int], Worn] = {}
         for k, interface in enumerate(chain.interfaces):
-            n = sum(element.sign > 0 for element in interface.elements)
             for side, device in enumerate(interface.devices):
-                self.worn[k, side] = Worn(device, n)
+                self.worn[k, side] = Worn(device, interface.paths(side))
             if interface.is_shared:
                 self.worn[k, 1] = self.worn[k, 0]
         self._coupled = {k: i for k, i in enumerate(chain.interfaces) if any(e.sign < 0 for e in i.elements)}

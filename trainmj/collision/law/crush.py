@@ -117,11 +117,13 @@ def staged(name: str, spec: CrushDevice, parts: Parts, made: Callable[[Envelope,
     pieces = list(_pieces(spec, parts))
     cuts = [n + 1 for n, piece in enumerate(pieces[:-1]) if piece.sheared]
 
-    def divided(n: int) -> tuple[Path, ...]:
+    def divided(n: int, idle: bool) -> tuple[Path, ...]:
         ends = [0, *cuts[: n - 1], len(pieces)]
-        return tuple(_path(pieces[i:j], spec if j == len(pieces) else None, spec, made) for i, j in pairwise(ends))
+        return tuple(
+            _path(pieces[i:j], spec if j == len(pieces) else None, spec, made, idle) for i, j in pairwise(ends)
+        )
 
-    (whole,) = divided(1)
+    (whole,) = divided(1, False)
     pull, lines = pull_of(spec, parts, law_of), lines_of(spec, parts)
     return Device(name, whole.law, whole.stages, len(cuts) + 1, divided, pull, lines)
 
@@ -163,9 +165,14 @@ def _path(
     ending: CrushDevice | None,
     spec: CrushDevice,
     made: Callable[[Envelope, float, float], Law],
+    idle: bool,
 ) -> Path:
-    """The path of some stages; with what is behind the device, if it ends with them."""
-    origin = 0.0 if pieces[0].stroke[0] == 0.0 else pieces[0].start
+    """The path of some stages; with what is behind the device, if it ends with them.
+
+    It begins where the first of them engages, or with idle at the end of the one before it, and its law is then that of
+    the whole device from there on, the empty stroke included.
+    """
+    origin = pieces[0].stroke[0] if idle else 0.0 if pieces[0].stroke[0] == 0.0 else pieces[0].start
     stroke = [u - origin for piece in pieces for u in piece.stroke]
     force = [f for piece in pieces for f in piece.force]
     while stroke[0] < 0.0:  # the empty stroke before it

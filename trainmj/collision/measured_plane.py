@@ -1,0 +1,100 @@
+"""What a collision in the vertical plane left behind beside strokes and forces: positions, energies, momenta.
+
+The energies are those of the vehicles as they stand, by the kinematics of :mod:`trainmj.collision.gear`; they owe
+nothing to MuJoCo's own sums.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trainmj.collision.block import Tally
+from trainmj.collision.chain import Chain
+from trainmj.collision.envelope import Array
+from trainmj.collision.gear import BOGIES, N_DOF, SUSPENDED, Gear, X
+from trainmj.units import G
+
+
+@dataclass(frozen=True, eq=False)
+class InPlane:
+    """The vertical plane of a collision."""
+
+    chain: Chain
+    tally: Tally
+
+    @cached_property
+    def q(self) -> Array:
+        """(n_vehicle, 11) degrees of freedom at the end [m, rad]; 0 where a vehicle has none."""
+        return np.column_stack([getattr(self.tally, f"frame_q{k}") for k in range(N_DOF)])
+
+    @cached_property
+    def v(self) -> Array:
+        """(n_vehicle, 11) their rates."""
+        return np.column_stack([getattr(self.tally, f"frame_v{k}") for k in range(N_DOF)])
+
+    @cached_property
+    def kinetic(self) -> float:
+        """Kinetic energy at the end [J]."""
+        return float(
+            sum(
+                0.5 * (v.mass * rate[0] ** 2 if v.gear is None else rate @ v.gear.mass_matrix(q) @ rate)
+                for v, q, rate in zip(self.chain.vehicles, self.q, self.v, strict=True)
+            )
+        )
+
+    @cached_property
+    def momentum(self) -> float:
+        """Momentum along the track at the end [N s]."""
+        return float(
+            sum(
+                v.mass * rate[0] if v.gear is None else v.gear.mass_matrix(q)[X] @ rate
+                for v, q, rate in zip(self.chain.vehicles, self.q, self.v, strict=True)
+            )
+        )
+
+    @cached_property
+    def raised(self) -> float:
+        """Energy that weight, suspensions and rails hold at the end, more than at the start [J]."""
+        gears = [(i, v.gear) for i, v in enumerate(self.chain.vehicles) if v.gear is not None]
+        return float(sum(held(gear, self.q[i]) - held(gear, gear.standing.q) for i, gear in gears))
+
+    @cached_property
+    def damped(self) -> float:
+        """Energy lost in the dampers of suspensions, and below the wheelsets [J]."""
+        return float(self.tally.frame_damped.sum() + self.tally.frame_railed.sum())
+
+    @cached_property
+    def held(self) -> float:
+        """Energy that ties of faces and swing stops of struts hold at the end [J]."""
+        tally, lines = self.tally, self.chain.lines
+        ties = sum(0.5 * tied**2 / line.tie for tied, line in zip(tally.line_tied, lines, strict=True) if tied)
+        turned = np.column_stack([tally.line_turn_left, tally.line_turn_right])
+        stiffness = np.array([[line.left.swing, line.right.swing] for line in lines])
+        return float(ties + 0.5 * np.sum(stiffness * turned**2))
+
+    @cached_property
+    def lost(self) -> float:
+        """Energy lost in ties that slipped and in swing stops of struts that sheared [J]."""
+        return float(self.tally.line_tie_lost.sum() + self.tally.line_swing_lost.sum())
+
+
+def held(gear: Gear, q: Array) -> float:
+    """Energy that weight, suspensions, stops and rails hold where the degrees of freedom of a vehicle are q, (11,) [J].
+
+    Dampers apart, which hold none. Heights count from the rail, and springs from where they have no force.
+    """
+    stands, placed = gear.standing, gear.placed(q)
+    found = G * float(placed.mass @ placed.z)
+    for dof, preload in zip(SUSPENDED, stands.preload, strict=True):
+        suspension = gear.secondary if dof in BOGIES else gear.primary
+        pressed = q[dof] - stands.q[dof] + preload / suspension.stiffness
+        found += 0.5 * suspension.stiffness * pressed**2
+        beyond = max(0.0, q[dof] - suspension.bump_stop, -suspension.lift_stop - q[dof])
+        found += 0.5 * suspension.stop * beyond**2 if beyond else 0.0
+    for wheel, load in zip((2, 3, 5, 6), stands.load, strict=True):
+        rise = placed.z[wheel] - gear.axle_height - gear.offset
+        found += 0.5 * gear.rail_stiffness * max(0.0, load / gear.rail_stiffness - rise) ** 2
+    return float(found)
