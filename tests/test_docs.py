@@ -28,6 +28,7 @@ from pages import PAGES, ROOT, blocks, read, script, without_blocks
 
 import trainmj
 from trainmj.cli import main
+from trainmj.collision.lineup import line_up
 from trainmj.doe import accuracy, cross_validate, fit_kriging, optimal_latin_hypercube
 from trainmj.files.yaml import parse
 from trainmj.paper.reproduce import reproduce
@@ -127,6 +128,16 @@ def test_the_devices_of_the_docs_are_of_every_kind(tmp_path):
     section = read("docs/scenario-files.md").split("\n## Devices\n")[1].split("\n## ")[0]
     assert kinds == set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
     assert [car.mass_t for car in scenario.trains["goods"].cars()] == [20, 22.4]
+
+
+def test_the_vertical_plane_of_the_docs_is_whole(tmp_path):
+    """Breaks if the page leaves out what the vertical plane needs, or shows what is refused."""
+    for title in ("shuttle.yaml", "vertical.yaml"):
+        (tmp_path / title).write_text(file_block("docs/scenario-files.md", title), encoding="utf-8")
+    first, second = line_up(tmp_path / "vertical.yaml").vehicles[::-1][:2]
+    assert [gear.offset for v in (first, second) if (gear := v.gear)] == [0.04, 0.035]
+    assert first.gear is not None
+    assert first.gear.body_mass == pytest.approx(29_200)
 
 
 def test_the_sweep_file_of_the_docs_is_the_plan_it_says(tmp_path):

@@ -55,11 +55,39 @@ BASE = {
     "simulation": {"step_ms": 0.2, "record_every_ms": 1, "time_limit_s": 0.05},
 }
 TUBE = b"stroke_mm,force_kN\n0,0\n1,1250\n400,1250\n"
+STRUT = {"acts": "strut", "height_mm": 660, "pin_m": 1.5, "swing": {"free_mrad": 100, "MN_m_per_rad": 2}}
+FACE = {"acts": "face", "height_mm": 950, "overlap_mm": 120, "tie": {"friction": 0.2, "tooth_kN": 5, "kN_per_mm": 100}}
+BOGIES = {
+    "body": {"pitch_inertia_t_m2": 750, "cog_height_m": 1.6, "cog_x_m": 0.1},
+    "bogies": {
+        "centres_m": 11,
+        "wheelbase_m": 2.3,
+        "frame_t": 2.56,
+        "frame_pitch_t_m2": 1.75,
+        "wheelset_t": 1.42,
+        "axle_height_m": 0.42,
+        "link_height_m": 0.6,
+        "cog_height_m": 0.5,
+    },
+    "secondary": {
+        "kN_per_mm": 0.7,
+        "kN_s_per_m": 60,
+        "lift_stop_mm": 60,
+        "bump_stop_mm": 60,
+        "stop_kN_per_mm": 20,
+    },
+    "primary": {"kN_per_mm": 3.4, "kN_s_per_m": 20, "lift_stop_mm": "none", "bump_stop_mm": "none"},
+    "rail": {"kN_per_mm": 1200, "kN_s_per_m": 100},
+}
 EVERY = {
     "title": "Every kind of device, train and obstacle",
+    "plane": "line",
+    "ties": "stated",
+    "bracket": ["free", "tied"],
+    "vehicle_types": {"carriage": BOGIES},
     "curves": {"buffer": {"stroke_mm": [0, 40, 73], "force_kN": [0, 600, 800]}, "tube": {"file": "tube.csv"}},
     "devices": {
-        "plain": {"kind": "crush", "curve": "tube", "stiffness_kN_per_mm": 300, "beyond": "car_body"},
+        "plain": {"kind": "crush", "curve": "tube", "stiffness_kN_per_mm": 300, "beyond": "car_body", "line": FACE},
         "rising": {
             "curve": "buffer",
             "stiffness_kN_per_mm": 300,
@@ -85,6 +113,7 @@ EVERY = {
             "transition_stiffness_kN_per_mm": 250,
             "empty_stroke_mm": 50,
             "stroke_limit_mm": 80,
+            "line": STRUT,
             "beyond": {"kind": "stop"},
             "pull": {"curve": {"file": "tube.csv"}, "stiffness_kN_per_mm": 300},
         },
@@ -108,7 +137,7 @@ EVERY = {
         },
     },
     "trains": {
-        "plain": {"vehicles": 2, "mass_t": 40, "front": "plain", "coupler": "plain"},
+        "plain": {"vehicles": 2, "mass_t": 40, "front": "plain", "coupler": "plain", "type": "carriage"},
         "listed": {
             "vehicles": {"file": "vehicles.csv"},
             "mass_t": 33,
@@ -139,12 +168,13 @@ EVERY = {
         "lorry": {"mass_t": 15, "length_m": 6, "front": "plain", "rail_friction": 0.3, "drawing": "lorry"},
         "stop": {"fixed": True, "front": "oil", "drawing": "buffer_stop"},
     },
-    "collision": {"train": "plain", "speed_km_h": 12, "partner": "rigid_wall", "grade_per_mille": 0},
+    "collision": {"train": "plain", "speed_km_h": 12, "partner": "rigid_wall", "grade_per_mille": 0}
+    | {"offset_mm": {"M": 40, "M2": 5}, "pitch_mrad": {"M1": 3}},
     "simulation": {"step_ms": 0.2, "time_limit_s": 0.05},
 }
 BACK = b"stroke_mm,force_kN\n0,0\n100,200\n"
 METERING = b"stroke_mm,orifice_kN_s2_per_m2\n0,20\n50,40\n105,200\n"
-VEHICLES = b"name,mass_t,length_m,coupler,seats,rail_friction\n007,30,18,plain,60,\nB,,,,0,0.02\n"
+VEHICLES = b"name,mass_t,length_m,coupler,type,seats,rail_friction\n007,30,18,plain,carriage,60,\nB,,,,,0,0.02\n"
 SCENARIO = {"builds_on": "base.yaml", "title": "With a partner", "collision": {"partner": "wagons", "gap_mm": 5}}
 SWEEP = {
     "scenario": "base.yaml",

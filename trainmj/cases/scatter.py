@@ -32,7 +32,7 @@ from trainmj.scenario.curves import CurveRef, listed
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.tolerances import Discrete, Lognormal, Normal, Tolerance
 
-_OF_VEHICLES = ("mass_t", "length_m", "rail_friction", "load", "brakes", "body")
+_OF_VEHICLES = ("mass_t", "length_m", "rail_friction", "load", "brakes", "body", "type")
 """What vehicles take over from their train, and a single one may be built with."""
 
 Owner = tuple[Any, ...]

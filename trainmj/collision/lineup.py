@@ -10,7 +10,7 @@ from pathlib import Path
 from trainmj.collision.body import Body, Bogies
 from trainmj.collision.chain import WALL, Brake, Chain, Interface, Vehicle, meet
 from trainmj.collision.device import Device
-from trainmj.collision.gear import Gear, Suspension
+from trainmj.collision.gear import BOGIES, Gear, Suspension
 from trainmj.collision.law import KINDS
 from trainmj.collision.line import Line, LineEnd
 from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
@@ -33,8 +33,8 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         scenario: a scenario, or the path of its file.
 
     Raises:
-        InputError: if its step is too large for the stiffest device and the lightest vehicle, or a limit is stated for
-            what this chain does not have.
+        InputError: if its step is too large for the stiffest device and the lightest vehicle, a limit is stated for
+            what this chain does not have, or a vehicle is pitched up to a stop of its suspension.
     """
     scenario = scenario_given(scenario)
     c = scenario.collision
@@ -70,9 +70,27 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         plane=scenario.plane == "vertical",
         flattened=scenario.plane == "line" and scenario.states_the_plane,
     )
+    scenario.refuse(_pitches(chain, c.pitch_mrad))
     check_step(chain)
     scenario.refuse(_limits(chain))
     return chain
+
+
+def _pitches(chain: Chain, stated: Mapping[str, float]) -> Iterator[Problem]:
+    """What is wrong with pitches at the start: suspensions at a stop, where nothing is in balance."""
+    found: set[str] = set()
+    for vehicle in chain.vehicles:
+        gear, key = vehicle.gear, _stated_by(stated, vehicle.name)
+        if gear is None or gear.pitch == 0.0 or key in found:
+            continue
+        pressed = gear.standing.q[list(BOGIES)]
+        if pressed.min() <= -gear.secondary.lift_stop or pressed.max() >= gear.secondary.bump_stop:
+            most = float(abs(pressed).max()) / MM
+            rule = (
+                f"moves a secondary suspension of {vehicle.name} by {most:.3g} mm, to a stop or beyond: state a smaller"
+            )
+            found.add(key)
+            yield Problem(("collision", "pitch_mrad", key), f"{rule} pitch")
 
 
 def _limits(chain: Chain) -> Iterator[Problem]:
@@ -180,8 +198,8 @@ def _gear(spec: VehicleType, name: str, car: Car, collision: Collision, leads_ri
         _suspension(spec.primary),
         spec.rail.kN_per_mm * KN_PER_MM,
         spec.rail.kN_s_per_m * KN_S_PER_M,
-        _of_vehicle(collision.offset_mm, name) * MM,
-        ahead * _of_vehicle(collision.pitch_mrad, name) * MRAD,
+        collision.offset_mm.get(_stated_by(collision.offset_mm, name), 0.0) * MM,
+        ahead * collision.pitch_mrad.get(_stated_by(collision.pitch_mrad, name), 0.0) * MRAD,
     )
 
 
@@ -191,9 +209,9 @@ def _suspension(spec: SuspensionSpec) -> Suspension:
     return Suspension(spec.kN_per_mm * KN_PER_MM, spec.kN_s_per_m * KN_S_PER_M, lift, bump, stop)
 
 
-def _of_vehicle(values: Mapping[str, float], name: str) -> float:
-    """What is stated of a vehicle, or of its side; 0 if nothing is."""
-    return values.get(name, values.get(name[0], 0.0))
+def _stated_by(values: Mapping[str, float], name: str) -> str:
+    """The key by which a value is stated of a vehicle: its own, or that of its side."""
+    return name if name in values else name[0]
 
 
 def _body(spec: BodySpec, car: Car, leads_right: bool) -> Body:

@@ -40,6 +40,11 @@ def _of_chain(chain: Chain) -> Iterator[str]:
             f"{_FELT / G:g} g of such a mass, so that contact windows leave much of a weak contact out; state a lower "
             "one."
         )
+    if chain.flattened:
+        yield (
+            "Vehicles move along the track only: what the scenario states of the vertical plane, as vehicle types, "
+            "lines of devices, ties and offsets, has no effect. State plane: vertical to use it."
+        )
     yield from _of_bodies(chain)
 
 

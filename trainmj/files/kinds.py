@@ -24,7 +24,8 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "scenario file",
         ".yaml",
         "trainmj run or trainmj.load",
-        "builds_on changed curves devices trains obstacles as_built collision occupants simulation",
+        "builds_on changed plane ties bracket curves devices trains vehicle_types obstacles as_built collision "
+        "occupants simulation",
     ),
     _kind(
         "sweep file",
@@ -49,7 +50,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         "partner file",
         ".partner.yaml",
         "collision.partner of a scenario",
-        "train obstacle curves devices",
+        "train obstacle curves devices vehicle_types",
     ),
     _kind(
         "assessment file",

@@ -287,6 +287,12 @@ def has_key(type_: Any, key: str | int) -> bool:
     return any(key in keys_of(group) for group in groups_of(type_))
 
 
+def has_values_by_name(type_: Any) -> bool:
+    """Whether a type is a mapping whose keys are the user's and whose values are no groups."""
+    bare, _ = _bare(type_)
+    return base_of(bare) is dict and bool(get_args(bare)) and not groups_of(get_args(bare)[-1])
+
+
 def put(group: dict[Any, Any], key: str | int, value: Any, type_: Any) -> None:
     """Put a value into a group of a type; None takes back the value that is there, so that the default applies."""
     if value is None and (key in group or has_key(type_, key)):

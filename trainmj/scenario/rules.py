@@ -15,6 +15,8 @@ from trainmj.scenario.curves import Curve, listed
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_MASS
 from trainmj.scenario.rules_of_devices import curve_rules, device_rules, not_read, size_of
+from trainmj.scenario.rules_of_plane import plane_rules
+from trainmj.scenario.running_gear import carried_rules, type_rules
 from trainmj.scenario.tolerances import tolerance_rules
 from trainmj.scenario.trains import (
     MAX_VEHICLES,
@@ -43,6 +45,8 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
         yield from device_rules(("devices", name), device, parts, broken, size)
     for name, train in parts.trains.items():
         yield from _train(("trains", name), train, parts)
+    for name, type_ in parts.vehicle_types.items():
+        yield from type_rules(("vehicle_types", name), type_)
     for name, obstacle in parts.obstacles.items():
         yield from _obstacle(name, obstacle, parts)
     for kind, names in (("trains", parts.trains), ("obstacles", parts.obstacles)):
@@ -52,7 +56,8 @@ def broken_rules(parts: Parts) -> Iterator[Problem]:
     collision = list(_collision(parts))
     yield from collision
     if not collision:
-        yield from _as_built(parts, broken, size)
+        as_built = list(_as_built(parts, broken, size))
+        yield from as_built or plane_rules(parts)
     yield from _simulation(parts)
     yield from tolerance_rules(("tolerances",), parts.tolerances)
 
@@ -66,7 +71,7 @@ def _as_built(parts: Parts, broken: Collection[str], size: float) -> Iterator[Pr
         return
     for at in standing(parts) if built.vehicles else ():
         if at.place in built.vehicles:
-            yield from _vehicle(("as_built", at.place), parts.trains[at.train], built.vehicles[at.place])
+            yield from _vehicle(("as_built", at.place), parts.trains[at.train], built.vehicles[at.place], parts)
     for place, device in built.devices.items():
         yield from device_rules(("as_built", place), device, parts, broken, size)
 
@@ -90,7 +95,7 @@ def _train(path: Path, train: TrainSpec, parts: Parts) -> Iterator[Problem]:
         yield from _coupler_ref((*at, "coupler"), vehicle.coupler, parts)
         for key in ("front", "rear"):
             yield from _device_ref((*at, key), getattr(vehicle, key), parts)
-        broken = list(_vehicle(at, train, vehicle))
+        broken = list(_vehicle(at, train, vehicle, parts))
         if i < len(vehicles) - 1:
             broken += _between(at, train, vehicle, vehicles[i + 1], (*path, "vehicles", i + 1))
         yield from broken
@@ -131,7 +136,7 @@ def _between(at: Path, train: TrainSpec, vehicle: VehicleSpec, behind: VehicleSp
             yield Problem(at, f"{rule}: add coupler, or ends of the train")
 
 
-def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec) -> Iterator[Problem]:
+def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, parts: Parts) -> Iterator[Problem]:
     """Rules of a vehicle with what its train states for all."""
     mass_t, load = train.mass_t if vehicle.mass_t is None else vehicle.mass_t, train.load_of(vehicle)
     if mass_t is None:
@@ -146,11 +151,19 @@ def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec) -> Iterator[Pro
     elif mass_t is not None and mass_t + train.load_t(vehicle) > MAX_MASS:
         rule = f"makes {mass_t + train.load_t(vehicle):g} t of {mass_t:g} t, more than {MAX_MASS:g} t"
         yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger")
+    length_m = train.length_m if vehicle.length_m is None else vehicle.length_m
     body = train.body_of(vehicle)
     if body is not None and mass_t is not None:
         at = path if vehicle.body is not None else path[:2]
-        length_m = train.length_m if vehicle.length_m is None else vehicle.length_m
         yield from body_rules((*at, "body"), body, mass_t + train.load_t(vehicle), length_m)
+    type_ = vehicle.type or train.type
+    if type_ is not None:
+        at = (*(path if vehicle.type is not None else path[:2]), "type")
+        if type_ not in parts.vehicle_types:
+            yield no_such("type of vehicle", at, type_, parts.vehicle_types)
+        elif mass_t is not None:
+            mass_t += train.load_t(vehicle)
+            yield from carried_rules(at, parts.vehicle_types[type_], vehicle.name, mass_t, length_m)
 
 
 def _obstacle(name: str, obstacle: ObstacleSpec, parts: Parts) -> Iterator[Problem]:

@@ -147,6 +147,11 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: flo
                 "stage before it rises and drops at shear-off",
             )
         before = stage
+    for first, *others in device.runs():
+        for name in others:
+            if stages[name].line is not None and stages[name].line != stages[first].line:
+                rule = f"must be that of {first}, or be left out: no bolts shear in between, so they act along one line"
+                yield Problem((*path, *device.place_of(name), "line"), rule)
     if device.rate_curves():
         yield from _rate_curves(path, device, parts, whole)
     if whole:

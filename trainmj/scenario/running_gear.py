@@ -10,11 +10,11 @@ from pydantic import Field
 from trainmj.files.parts import Above, Below, Either, Part
 from trainmj.files.source import Path, Problem
 from trainmj.scenario.ranges import LEAST_MASS, Metres
-from trainmj.units import TONNE, G
+from trainmj.units import KN_PER_MM, TONNE, G
 
 _MOST_COMPRESSION = 1.0  # by the static load [m]
-_KN_PER_MM = Above("stiffnesses are in kN/mm; divide by 1000 if it is in N/mm")
-_KN_S_PER_M = Above("dashpots are in kN s/m; divide by 1000 if it is in N s/m")
+_STIFFNESSES = Above("stiffnesses are in kN/mm; divide by 1000 if it is in N/mm")
+_DAMPERS = Above("dashpots are in kN s/m; divide by 1000 if it is in N s/m")
 _T_M2 = Above("moments of inertia are in t m2; divide by 1000 if it is in kg m2")
 _PartMass = Annotated[
     float,
@@ -27,7 +27,7 @@ _Travel = Annotated[
         float,
         Field(ge=1, le=500, allow_inf_nan=False),
         Above("travels to a stop are in mm"),
-        Below("travels to a stop are in mm; multiply by 1000 if it is in m, state none where there is no stop"),
+        Below("travels to a stop are in mm; multiply by 1000 if it is in m, or state none if there is no stop"),
     ],
     Either(said="a travel in mm, or none"),
 ]
@@ -103,15 +103,15 @@ class RunningBogies(Part):
 class SuspensionSpec(Part):
     """A spring and a damper, and stops at both ends of the travel."""
 
-    kN_per_mm: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False), _KN_PER_MM] = Field(
+    kN_per_mm: Annotated[float, Field(ge=1e-4, le=100, allow_inf_nan=False), _STIFFNESSES] = Field(
         description="stiffness [kN/mm]"
     )
-    kN_s_per_m: Annotated[float, Field(ge=0, le=2000, allow_inf_nan=False), _KN_S_PER_M] = Field(
+    kN_s_per_m: Annotated[float, Field(ge=0, le=2000, allow_inf_nan=False), _DAMPERS] = Field(
         description="damping [kN s/m]"
     )
     lift_stop_mm: _Travel = Field(description="extension from the design position to the lift stop [mm], or none")
     bump_stop_mm: _Travel = Field(description="compression from there to the bump stop [mm], or none")
-    stop_kN_per_mm: Annotated[float, Field(ge=1e-3, le=1000, allow_inf_nan=False), _KN_PER_MM] | None = Field(
+    stop_kN_per_mm: Annotated[float, Field(ge=1e-3, le=1000, allow_inf_nan=False), _STIFFNESSES] | None = Field(
         default=None, description="stiffness of the stops [kN/mm]; compulsory with one"
     )
 
@@ -122,10 +122,10 @@ class RailContact(Part):
     kN_per_mm: Annotated[
         float,
         Field(ge=1, le=20_000, allow_inf_nan=False),
-        _KN_PER_MM,
+        _STIFFNESSES,
         Below("stiffnesses of rails are in kN/mm; multiply by 1000 if it is in MN/mm"),
     ] = Field(default=1200.0, description="stiffness under a wheelset [kN/mm]")
-    kN_s_per_m: Annotated[float, Field(ge=0, le=10_000, allow_inf_nan=False), _KN_S_PER_M] = Field(
+    kN_s_per_m: Annotated[float, Field(ge=0, le=10_000, allow_inf_nan=False), _DAMPERS] = Field(
         default=100.0, description="damping under a wheelset [kN s/m]"
     )
 
@@ -163,26 +163,20 @@ def type_rules(path: Path, of: VehicleType) -> Iterator[Problem]:
             yield Problem((*path, name, "stop_kN_per_mm"), rule)
 
 
-def carried_rules(path: Path, of: VehicleType, mass_t: float, length_m: float, name: str) -> Iterator[Problem]:
-    """What is wrong with a type, of a name, for a vehicle of some mass and length; the path is that of the vehicle."""
+def carried_rules(path: Path, of: VehicleType, vehicle: str, mass_t: float, length_m: float) -> Iterator[Problem]:
+    """What is wrong with a type for a vehicle of some name, mass and length, whose statement of it is at the path."""
     bogies, own_t = of.bogies, mass_t - of.bogies.mass_t
     if own_t < LEAST_MASS:
-        rule = (
-            f"leaves {own_t:g} t of {mass_t:g} t for the car body: two frames and four wheelsets weigh "
-            f"{bogies.mass_t:g} t; mass_t is that of the whole vehicle"
-        )
-        yield Problem((*path, "type"), f"{name} {rule}")
+        rule = f"leaves {own_t:g} t of the {mass_t:g} t of {vehicle} for the car body: frames and wheelsets together"
+        yield Problem(path, f"{rule} have {bogies.mass_t:g} t, and mass_t is that of the whole vehicle")
         return
     wheels_m = bogies.centres_m + bogies.wheelbase_m
     if wheels_m > length_m:
-        rule = f"has its outer wheelsets {wheels_m:g} m apart, more than the vehicle is long ({length_m:g} m)"
-        yield Problem((*path, "type"), f"{name} {rule}")
-    if bogies.centres_m <= 0.0:
-        return
-    share = 0.5 + abs(of.body.cog_x_m) / bogies.centres_m  # of the body, that the bogie with more carries
-    above_t = share * own_t
-    for key, load_t in (("secondary", above_t), ("primary", 0.5 * (above_t + bogies.frame_t))):
-        compression = load_t * TONNE * G / (getattr(of, key).kN_per_mm * 1e6)
-        if compression > _MOST_COMPRESSION:
-            rule = f"has {compression:.3g} m of static compression of {key}, more than {_MOST_COMPRESSION:g} m"
-            yield Problem((*path, "type"), f"{name} {rule}: {key}.kN_per_mm is too small, or in another unit")
+        rule = f"has its outer wheelsets {wheels_m:g} m apart, more than the {length_m:g} m of {vehicle}"
+        yield Problem(path, f"{rule}: shorten centres_m or wheelbase_m, or check length_m")
+    heavier_t = (0.5 + abs(of.body.cog_x_m) / bogies.centres_m) * own_t  # of the body, on the bogie with more of it
+    for key, load_t in (("secondary", heavier_t), ("primary", 0.5 * (heavier_t + bogies.frame_t))):
+        compressed_m = load_t * TONNE * G / (getattr(of, key).kN_per_mm * KN_PER_MM)
+        if compressed_m > _MOST_COMPRESSION:
+            rule = f"gives way by {compressed_m:.3g} m in its {key} suspension under {vehicle} as it stands"
+            yield Problem(path, f"{rule}, more than {_MOST_COMPRESSION:g} m: state a stiffer kN_per_mm")

@@ -23,6 +23,7 @@ from trainmj.files.source import (
     change,
     dotted,
     groups_of,
+    has_values_by_name,
     inside,
     placed,
     plain,
@@ -350,9 +351,11 @@ def _resolve(here: Any, text: str, path: list[str | int], target: str, parameter
     """The key or position that a part of a path means in the container it is in."""
     last = len(_keys(target)) - 1 == len(path)
     if isinstance(here, dict):
-        # a key that has a default may be missing at the end of a path, and a place under as_built; the checks know
-        # whether it exists
+        # a key that has a default may be missing at the end of a path, and so may values by name, and a place under
+        # as_built; the checks know whether it exists
         if text in here or (last and path) or path == [_BUILT] or (not path and text in Parts.model_fields):
+            return text
+        if has_values_by_name(type_at(Parts, (*path, text))):
             return text
         said = f"{target}: there is no {text!r}{_within(path)}"
         place = type_at(Parts, tuple(path))
