@@ -53,7 +53,7 @@ def rest() -> Iterator[Check]:
 
 def frequencies() -> Iterator[Check]:
     """Small motions from rest, where all heights coincide, against the closed forms of :class:`Gear`."""
-    case = line_up(planar())
+    case = line_up(planar({"trains.b_type.vehicles": [{"name": "Tc"}], "collision.gap_mm": 1000}))
     gear = case.vehicles[0].gear
     assert gear is not None
     high = gear.cog_height
