@@ -18,6 +18,7 @@ from trainmj.collision.gear import Gear, Suspension
 from trainmj.collision.line import Line, LineEnd
 from trainmj.collision.lineup import line_up
 from trainmj.collision.measured import Measured
+from trainmj.collision.press import press
 from trainmj.collision.remarks import remarks
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load, schema
@@ -27,6 +28,7 @@ from trainmj.units import G
 
 TYPE, FRONT = "vehicle_types.metro", "devices.front.stages"
 COUPLER = LineEnd(strut=True, height=0.66, pin=1.5, free=0.1, swing=2e6)
+BOLTS_END = 0.353528  # stroke of the front device at which its bolts have let go [m]
 CLIMBER = LineEnd(strut=False, height=0.95, friction=0.2, tie=1e8, overlap=0.12)
 
 
@@ -112,7 +114,7 @@ def test_each_path_of_a_device_acts_along_its_own_line(metro):
     """Coupler and anti-climber at one height, or at another stroke than theirs, would pitch the vehicles wrongly."""
     coupler, climber = front(metro)
     assert (coupler.share, coupler.start, climber.share) == (0.5, 0.0, 0.5)
-    assert climber.start == pytest.approx(2 * 0.375, rel=1e-12)
+    assert climber.start == pytest.approx(2 * BOLTS_END, rel=1e-12)
     for element, end, shears in ((coupler, COUPLER, True), (climber, CLIMBER, False)):
         assert element.line is not None
         assert (element.line.walled, element.line.inner, element.line.shears) == (False, False, shears)
@@ -145,7 +147,7 @@ def test_a_wall_is_met_where_the_train_stands(metro):
     """A wall has no height of its own: a step against it at the start would be made up."""
     at = {"collision.partner": "rigid_wall", "collision.offset_mm.M": 40, "collision.pitch_mrad.M1": 2}
     coupler, climber = front(metro.with_values(at))
-    assert (coupler.share, climber.share, climber.start) == pytest.approx((1.0, 1.0, 0.375))
+    assert (coupler.share, climber.share, climber.start) == pytest.approx((1.0, 1.0, BOLTS_END))
     for element, height in ((coupler, 0.66), (climber, 0.95)):
         assert element.line.walled
         rise = 0.04 + 10 * math.sin(2e-3) + (height - 1.6) * (math.cos(2e-3) - 1)
@@ -233,6 +235,9 @@ def test_equal_sides_are_reported_alike_whether_their_paths_are_apart_or_not(met
         assert sum(energies) == pytest.approx(side.energy, rel=1e-12)
         found.append([side.stroke, side.permanent, side.energy, side.crush_mm, *energies])
     np.testing.assert_allclose(*found, rtol=5e-3)
+    whole, parted = (press(chain.interfaces[chain.front]) for chain in (line_up(level), apart))
+    np.testing.assert_allclose(parted.force, whole.force)
+    np.testing.assert_allclose(parted.sides, whole.sides)
 
 
 def test_single_parts_differ_as_built(metro):

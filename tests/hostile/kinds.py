@@ -81,9 +81,9 @@ BOGIES = {
 }
 EVERY = {
     "title": "Every kind of device, train and obstacle",
-    "plane": "line",
+    "plane": "vertical",
     "ties": "stated",
-    "bracket": ["free", "tied"],
+    "bracket": ["free", "stated"],
     "vehicle_types": {"carriage": BOGIES},
     "curves": {"buffer": {"stroke_mm": [0, 40, 73], "force_kN": [0, 600, 800]}, "tube": {"file": "tube.csv"}},
     "devices": {

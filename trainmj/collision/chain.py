@@ -199,7 +199,7 @@ def meet(
     if right is None or left.is_like(right):
         share = 1.0 if right is None else 0.5
         found += [
-            Element((path.law,), share, start=path.start / share, line=line)
+            Element((path.law,), share, start=path.start / share, starts=(path.start, path.start), line=line)
             for path, line in zip(left.paths(len(lines) or 1, idle=True), lines or (None,), strict=True)
         ]
     else:

@@ -16,7 +16,6 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.gear import BOGIES, N_DOF, SUSPENDED, Gear, X
-from trainmj.units import G
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +145,7 @@ def held(gear: Gear, q: Array) -> float:
     Dampers apart, which hold none. Heights count from the rail, and springs from where they have no force.
     """
     stands, placed = gear.standing, gear.placed(q)
-    found = G * float(placed.mass @ placed.z)
+    found = gear.gravity * float(placed.mass @ placed.z)
     for dof, preload in zip(SUSPENDED, stands.preload, strict=True):
         suspension = gear.secondary if dof in BOGIES else gear.primary
         pressed = q[dof] - stands.q[dof] + preload / suspension.stiffness
