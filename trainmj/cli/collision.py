@@ -72,7 +72,7 @@ def run(
     one: it is computed again and compared, number by number.
 
     Exit code: 0 when computed (the status says how it ended); 1 if the numbers may not be used: unstable, or not valid
-    as a curve ended behind which nothing is stated, or one vehicle overrides another; 1 also if a repeated result
+    as a curve ended behind which nothing is stated, or one vehicle overrode another; 1 also if a repeated result
     differs from the saved one, if the responses do not settle as the step is halved, or with --fail-on-limit if a limit
     was passed; 2 for wrong input. Where the scenario states a bracket of ties, the worst of them counts.
     """

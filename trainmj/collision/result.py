@@ -278,7 +278,8 @@ class Result:
     def table(self) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet.
 
-        Column valid is 0 in rows after a curve ended behind which nothing is stated, and 1 in all others.
+        Column valid is 0 in rows after a curve ended behind which nothing is stated, or one vehicle overrode another,
+        and 1 in all others.
         """
         import pandas as pd
 

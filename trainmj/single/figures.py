@@ -13,7 +13,7 @@ from trainmj.collision.result import SHOWN, Result
 from trainmj.collision.summary import Summary
 from trainmj.output.style import Width, grid, styled
 from trainmj.single.bodies import ALONG, along
-from trainmj.single.plane import lifting_wheelsets, marks_of_steps, worst_wheelsets
+from trainmj.single.plane import MOST_LOAD, lifting_wheelsets, marks_of_steps, worst_wheelsets
 from trainmj.units import MM
 
 if TYPE_CHECKING:
@@ -97,23 +97,26 @@ def plane(result: Result, summary: Summary, width: Width = "page") -> Figure:
     with styled(width):
         figure, axes = grid(3 + bool(lifting), 62.0 if width == "page" else 50.0, most=2)
         _head(figure, result)
-        _draw(axes[0], result, "step", "Steps between ends", (range(chain.front + 1), "viridis", 0.0, 0.9))
-        named = list(axes[0].lines)
+        _draw(axes[0], result, "step", "Step", (range(chain.front + 1), "viridis", 0.0, 0.9))
+        named = _named(axes[0].lines, _MOST_INTERFACES)
+        half = (len(named) + 1) // 2
+        _legend(axes[0], [named[:half], named[half:]] if named[half:] else [named])
         for (name, mm), dash in zip(marks_of_steps(result, summary).items(), ("--", ":", "-."), strict=False):
-            axes[0].axhline(mm, color="0.5", linewidth=0.8, linestyle=dash, label=name)
+            axes[0].axhline(mm, color="0.5", linewidth=0.8, linestyle=dash)
             axes[0].axhline(-mm, color="0.5", linewidth=0.8, linestyle=dash)
-        marks = [line for line in axes[0].lines if line not in named and not str(line.get_label()).startswith("_")]
-        _legend(axes[0], [row for row in (_named(named, _MOST_VEHICLES), marks) if row])
+            at, side = (0.5, "center") if dash == ":" else (0.99, "right")  # clear of each other
+            axes[0].text(at * result.time[-1], mm, name, color="0.3", fontsize="x-small", ha=side, va="bottom")
         _draw(axes[1], result, "pitch", "Pitch", *_sides(result))
         _legend_of_vehicles(axes[1], result)
         for axis, name, title, names in (
-            (axes[2], "load", "Wheelsets: N/N0", worst_wheelsets(summary)),
-            *([(axes[3], "lift", "Wheelsets: lift", lifting)] if lifting else []),
+            (axes[2], "load", "N/N0", worst_wheelsets(summary)),
+            *([(axes[3], "lift", "Lift", lifting)] if lifting else []),
         ):
             shown = result.shown(name)
             lines = [axis.plot(result.time, shown[of], label=of.replace(" wheelset", ""))[0] for of in names]
-            axis.set(title=title, ylabel=SHOWN[name].shown)
+            axis.set(title=title, ylabel=f"{SHOWN[name].shown} (vehicle and wheelset)".lstrip())
             _legend(axis, [lines[:3], lines[3:]] if lines[3:] else [lines])
+        axes[2].set_ylim(0.0, min(MOST_LOAD, axes[2].get_ylim()[1]))  # a wheelset that lands has many times its load
         for axis in axes:
             _over_time(axis, result)
             axis.set_xlabel("Time (s)")

@@ -28,8 +28,9 @@ def add_plane(section: Section, result: Result, summary: Summary) -> None:
     pitch = vehicle_lines(result, "pitch", step)
     note = "Positive with the end that faces the impact up."
     plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note)
+    note = "Loads over those at rest. A wheelset that lands has many times its load: double-click to see it."
     worst = _wheelsets(result, "load", plane.worst_wheelsets(summary), step)
-    plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "")
+    plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "", note, plane.MOST_LOAD)
     if lifting := plane.lifting_wheelsets(summary):
         lifts = _wheelsets(result, "lift", lifting, step)
         plot_over_time(section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown)

@@ -12,6 +12,9 @@ from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.units import MM
 
+MOST_LOAD = 2.0
+"""Load of a wheelset over that at rest, up to which loads are drawn: one that lands has many times its load."""
+
 _MOST = 6  # wheelsets that are drawn
 
 
@@ -47,9 +50,10 @@ def listed(names: Iterable[str]) -> str:
 def ruling(result: Result, summary: Summary) -> str:
     """Which of the values that are seldom published acted in a collision, in a sentence or two."""
     held = [i.name for i in summary.interfaces if i.tie_force_kN > 0.0]
-    slipped = [i.name for i in summary.interfaces if i.slip_mm > 0.0]
+    slipped = [i.name for i in summary.interfaces if i.slip_mm > 0.0 and i.name in held]
     swung = [i.name for i in summary.interfaces if i.swing_moment_kN_m > 0.0]
-    acted = [f"ties at {listed(held)}{f' (slipped at {listed(slipped)})' if slipped else ''}"] if held else []
+    slip = ", which slipped" if slipped == held else f", of which {listed(slipped)} slipped" if slipped else ""
+    acted = [f"ties at {listed(held)}{slip}"] if held else []
     acted += [f"swing stops at {listed(swung)}"] if swung else []
     stops: dict[str, list[str]] = {}
     for stop, vehicle in _at_stops(result):
@@ -57,10 +61,8 @@ def ruling(result: Result, summary: Summary) -> str:
     acted += [f"{stop} of {listed(vehicles)}" for stop, vehicles in stops.items()]
     if not acted:
         return "Ties, swing stops and stops of suspensions are seldom published; none that the scenario states acted."
-    return (
-        f"Of what is seldom published, these acted and rule the answer: {'; '.join(acted)}. Vary them, or state "
-        "bracket: [free, stated, tied]."
-    )
+    cure = "Vary them." if result.scenario.bracket else "Vary them, or state bracket: [free, stated, tied]."
+    return f"Of what is seldom published, these acted and rule the answer: {'; '.join(acted)}. {cure}"
 
 
 def _at_stops(result: Result) -> Iterator[tuple[str, str]]:

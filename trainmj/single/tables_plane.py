@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from trainmj.collision.chain import Chain, order_of_vehicles
-from trainmj.collision.line import Line, LineEnd
+from trainmj.collision.line import LineEnd
 from trainmj.collision.margin import MOST, Margin
 from trainmj.collision.quantities import ENDS, UPRIGHT, WHEELSET, Quantity, of_train
 from trainmj.collision.records import FaceUse
-from trainmj.collision.status import NOT_VALID, Kind, not_valid
+from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, worded
+from trainmj.single.devices import users
 from trainmj.single.plane import mm
 from trainmj.single.tables import columns_for, names_in_runs, outcome
 from trainmj.units import KN, KN_PER_MM, MN_M, MRAD, TONNE
@@ -112,39 +114,34 @@ def gear_of(chain: Chain) -> Table:
 
 
 def lines_of(chain: Chain) -> Table:
-    """The lines along which devices act, those that are alike in one row."""
-    names: dict[tuple[Any, ...], list[str]] = {}
-    for k, interface in enumerate(chain.interfaces):
-        paths = interface.paths(0)
-        for path, line in zip(paths, chain.lines[chain.lines_of(k)], strict=False):  # draw gear acts along the first
+    """The lines along which devices act, one for each path through a device."""
+    rows = []
+    for name, places in users(chain).items():
+        paths = places[0].interface.paths(places[0].side)
+        for path, end in zip(paths, places[0].device.lines, strict=True):
             stage = f" {path.stages[0].name}" if len(paths) > 1 else ""
-            names.setdefault(_line(line), []).append(f"{interface.name}{stage}")
+            rows.append((f"{name}{stage}", *_line(end)))
     heads = [
-        *worded("Lines", "act as"),
-        Column("height", "mm", text=True),
+        *worded("Line of", "acts as"),
+        Column("height", "mm", ".6g"),
         Column("pin or overlap", "mm", ".6g", head="pin or\noverlap"),
         Column("swing stop, or tie", text=True),
     ]
     note = (
-        "Height above the rail, left and right side where they differ. Pin: from there to the coupling face. Ties "
-        "carry their friction times the force of the device, and their teeth."
+        "Height above the rail of a vehicle as designed. Pin: from there to the coupling face. A tie carries friction "
+        "times the force of the device, and its teeth; of two that meet, the weaker one counts."
     )
-    return Table(heads, [(", ".join(of), *row) for row, of in names.items()], "Lines of devices", note)
+    return Table(heads, rows, "Lines of devices", note)
 
 
-def _line(line: Line) -> tuple[str, str, float | None, str]:
-    ends = (line.left, line.right)
-    heights = " / ".join(dict.fromkeys(f"{mm(end.height):.6g}" for end in ends))
-    if line.strut:
-        return "strut", heights, mm(line.left.pin), " / ".join(dict.fromkeys(map(_swing, ends)))
-    if not line.tie:
-        return "face", heights, mm(line.overlap), "none"
-    teeth = "any force" if line.tooth == float("inf") else f"friction {line.friction:g} + {line.tooth / KN:g} kN"
-    return "face", heights, mm(line.overlap), f"{teeth}, {line.tie / KN_PER_MM:g} kN/mm"
-
-
-def _swing(end: LineEnd) -> str:
-    return f"{end.swing / MN_M:g} MN m/rad from {end.free / MRAD:.6g} mrad" if end.swing else "none"
+def _line(end: LineEnd) -> tuple[str, float | None, float | None, str]:
+    if end.strut:
+        swing = f"{end.swing / MN_M:g} MN m/rad from {end.free / MRAD:.6g} mrad" if end.swing else "none"
+        return "strut", mm(end.height), mm(end.pin), swing
+    if not end.tie:
+        return "face", mm(end.height), mm(end.overlap), "none"
+    most = "any force" if end.tooth == math.inf else f"friction {end.friction:g} + {end.tooth / KN:g} kN"
+    return "face", mm(end.height), mm(end.overlap), f"{most}, {end.tie / KN_PER_MM:g} kN/mm"
 
 
 def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
@@ -157,12 +154,15 @@ def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
         values = ("-" if row[name] is None else q.text(float(row[name])) for row in rows)
         cells.append((said.get(name, q.heading.replace("\n", " ")), q.unit, *values))
     cells.append(("limits kept", "", *map(_kept, rows)))
-    cells.append(("status", "", *(_ended(row) for row in rows)))
-    reasons = [f"{row['ties']}: {row['status']} {row['reason']}." for row in rows if row["reason"]]
+    if any(row["valid_until_s"] is not None for row in rows):
+        until = (row["valid_until_s"] for row in rows)
+        cells.append(("valid until", "s", *("the end" if t is None else failed(f"{t:.4g}") for t in until)))
+    cells.append(("status", "", *(outcome(Kind(row["status"])) for row in rows)))
+    reasons = [f"{row['ties']}: {_said(row)}." for row in rows if row["reason"]]
     note = " ".join(
         [
-            "The same collision, free: with nothing that holds ends together vertically; stated: with what the "
-            "scenario states; tied: with ties of any strength and swing stops without free angle.",
+            "Free: with nothing that holds ends together vertically. Stated: with what the scenario states. Tied: with "
+            "ties of any strength, and swing stops without free angle.",
             *reasons,
         ]
     )
@@ -170,16 +170,14 @@ def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
     return Table(heads, cells, "Bracket", note)
 
 
+def _said(row: Mapping[str, Any]) -> str:
+    reason = str(row["reason"])
+    return f"{row['status']}{' ' if reason.startswith('at ') else ': '}{reason}"
+
+
 def _kept(row: Mapping[str, Any]) -> Verdict | str:
     kept, limits = int(row["limits_kept"]), int(row["limits"])
     return judged(kept == limits, f"{kept} of {limits}", f"{kept} of {limits}") if limits else "none stated"
-
-
-def _ended(row: Mapping[str, Any]) -> Verdict:
-    kind = Kind(row["status"])
-    if kind in NOT_VALID and row["valid_until_s"] is not None:
-        return failed(f"{kind}, {not_valid(float(row['valid_until_s']))}")
-    return outcome(kind)
 
 
 def margins(found: Sequence[Margin]) -> Table:
@@ -189,7 +187,8 @@ def margins(found: Sequence[Margin]) -> Table:
             m.interface,
             m.slip_as_stated_mm,
             "-" if m.factor == float("inf") else f"{m.factor:.3g}",
-            (judged(m.factor <= 1.0, m.said, m.said) if m.valid else failed(f"{m.said}; not valid to its end")),
+            m.said,
+            judged(m.factor <= 1.0) if m.valid else failed("not valid"),
         )
         for m in found
     ]
@@ -198,15 +197,13 @@ def margins(found: Sequence[Margin]) -> Table:
         *worded("Interface"),
         Column("slip as stated", "mm", 2, head="slip as\nstated"),
         Column("factor"),
-        *worded("ties"),
+        *worded("ties", "verdict"),
     ]
     note = (
         f"Ties hold if no face slides off the other and engaged faces slip by no more than {slip}. Factor: on the "
         "capacity of the ties of the interface, friction and teeth together, below which they no longer hold, to 1 %; "
         f"up to {MOST:g} is tried. The peak force of a tie is no margin: it grows with its stiffness."
     )
-    return (
-        Table(heads, rows, "Margins of ties", note)
-        if rows
-        else Table(worded("Interface", "ties"), [("none", "no faces engaged")], "Margins of ties")
-    )
+    if not rows:
+        return Table(worded("Interface", "ties"), [("none", "no faces engaged")], "Margins of ties")
+    return Table(heads, rows, "Margins of ties", note)
