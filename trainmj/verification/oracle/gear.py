@@ -5,7 +5,8 @@ pitches of both frames; heights of the four wheelsets. Heights are counted from 
 positive with the end at +x up, and left is before right. A link lies on the body's own vertical through the bogie's
 centre, so that its place along the track follows from its height; that of a wheelset likewise from its frame:
 
-    x_link = x + a / cos(theta) - (h + z_link - z) tan(theta),  x_axle = x_link + e / cos(phi) - (d + z_axle - z_link) tan(phi)
+    x_link = x + a / cos(theta) - (h + z_link - z) tan(theta)
+    x_axle = x_link + e / cos(phi) - (d + z_axle - z_link) tan(phi)
 
 Horizontally a mass moves with all of these, vertically with its own height: M q'' = Q - (what turning makes of q').
 """
@@ -14,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +25,8 @@ Array = np.ndarray
 N = 11
 X, Z, PITCH = 0, 1, 2
 LINK, FRAME, AXLE = slice(3, 5), slice(5, 7), slice(7, 11)
-_WHEELS = (2, 3, 5, 6)
+_LINKS, _FRAMES = [3, 3, 4, 4], [5, 5, 6, 6]  # over each wheelset
+_WHEELS = [2, 3, 5, 6]
 """Rows of the wheelsets among the masses: body; left frame, its left and right wheelset; the right ones."""
 
 
@@ -53,6 +55,19 @@ class Spring:
     def energy(self, s: Array) -> Array:
         """[J]."""
         return np.asarray(0.5 * self.k * s**2 + 0.5 * self.stop * self._beyond(s) ** 2)
+
+
+class Pose(NamedTuple):
+    """What follows from the coordinates of all vehicles: of both bogies (n, 2), of the wheelsets (n, 4), or (n, 1)."""
+
+    s: Array  # compression of the secondary suspensions
+    w: Array  # of the primary ones
+    st: Array  # sine and cosine of the pitch of the body
+    ct: Array
+    sp: Array  # likewise of the frame over each wheelset
+    cp: Array
+    high: Array  # links over the centre of gravity
+    low: Array  # axles over links
 
 
 class Gears:
@@ -119,24 +134,21 @@ class Gears:
         self.primary_preload = np.repeat(0.5 * (carried + (self.frame * self.g)[:, None]), 2, axis=1)
         self.load = self.primary_preload + (self.wheelset * self.g)[:, None]
         self.sunk = self.load / self.rail
-        s, w, *_ = self._travels(self.start)
+        s, w, *_ = self.pose(self.start)
         # the preload holds what the springs hold there
         self.preload = self.preload - self.secondary.push(s)
         self.primary_preload = self.primary_preload - self.primary.push(w)
 
-    def _travels(self, q: Array) -> tuple[Array, ...]:
-        """Compressions of both suspensions, and the sines, cosines and differences of height that they come from."""
-        theta, phi = q[:, PITCH : PITCH + 1], np.repeat(q[:, FRAME], 2, axis=1)
+    def pose(self, q: Array) -> Pose:
+        """Where they stand."""
+        theta, phi = q[:, PITCH : PITCH + 1], q[:, _FRAMES]
         st, ct, sp, cp = np.sin(theta), np.cos(theta), np.sin(phi), np.cos(phi)
-        high = self.h + q[:, LINK] - q[:, Z : Z + 1]  # of links over the centre of gravity
-        low = self.d + q[:, AXLE] - np.repeat(q[:, LINK], 2, axis=1)  # of axles over links
-        s = (high - self.a * st) / ct - self.h
-        w = (low - self.e * sp) / cp - self.d
-        return s, w, st, ct, sp, cp, high, low
+        high, low = self.h + q[:, LINK] - q[:, Z : Z + 1], self.d + q[:, AXLE] - q[:, _LINKS]
+        return Pose((high - self.a * st) / ct - self.h, (low - self.e * sp) / cp - self.d, st, ct, sp, cp, high, low)
 
-    def along(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Derivatives of the places of the masses along the track (n, 7, 11), and their parts that rates make (n, 7)."""
-        _, _, st, ct, sp, cp, high, low = self._travels(q)
+    def along(self, pose: Pose, v: Array) -> tuple[Array, Array]:
+        """Derivatives of the places of the masses along the track (n, 7, 11), and what rates accelerate (n, 7)."""
+        _, _, st, ct, sp, cp, high, low = pose
         tt, tp, rate = st / ct, sp / cp, v[:, PITCH : PITCH + 1]
         J, c = np.zeros((self.n, 7, N)), np.zeros((self.n, 7))
         J[:, :, X] = 1.0
@@ -144,8 +156,7 @@ class Gears:
         climb = v[:, LINK] - v[:, Z : Z + 1]
         bent = (self.a * (1.0 + st**2) / ct**3 - 2.0 * high * st / ct**3) * rate**2 - 2.0 / ct**2 * rate * climb
         own = (self.e * sp - low) / cp**2
-        frame_rate = np.repeat(v[:, FRAME], 2, axis=1)
-        climb = v[:, AXLE] - np.repeat(v[:, LINK], 2, axis=1)
+        frame_rate, climb = v[:, _FRAMES], v[:, AXLE] - v[:, _LINKS]
         bent_own = (self.e * (1.0 + sp**2) / cp**3 - 2.0 * low * sp / cp**3) * frame_rate**2
         bent_own -= 2.0 / cp**2 * frame_rate * climb
         for b in (0, 1):
@@ -187,14 +198,13 @@ class Gears:
         Q[:, FRAME] += self.f * np.sin(q[:, FRAME]) * fall
         return np.asarray(Q)
 
-    def suspended(self, q: Array, v: Array) -> tuple[Array, Array]:
+    def suspended(self, pose: Pose, q: Array, v: Array) -> tuple[Array, Array]:
         """Forces of weights, springs, dampers and stops (n, 11), and what dampers take of each vehicle [W]."""
-        s, w, st, ct, sp, cp, *_ = self._travels(q)
+        s, w, st, ct, sp, cp, *_ = pose
         tt, tp = st / ct, sp / cp
         turn, own = -self.a + (s + self.h) * tt, -self.e + (w + self.d) * tp  # ds/dtheta, dw/dphi
         s_rate = (v[:, LINK] - v[:, Z : Z + 1]) / ct + turn * v[:, PITCH : PITCH + 1]
-        climb = v[:, AXLE] - np.repeat(v[:, LINK], 2, axis=1)
-        w_rate = climb / cp + own * np.repeat(v[:, FRAME], 2, axis=1)
+        w_rate = (v[:, AXLE] - v[:, _LINKS]) / cp + own * v[:, _FRAMES]
         damped, damped_own = self.secondary.c * s_rate, self.primary.c * w_rate
         F = self.preload + self.secondary.push(s) + damped
         P = self.primary_preload + self.primary.push(w) + damped_own
@@ -229,7 +239,7 @@ class Gears:
 
     def places(self, q: Array, x0: Array) -> tuple[Array, Array]:
         """Along the track and over the rail, of the masses (n, 7) [m]; x0 is where bodies are at q = 0."""
-        _, _, st, ct, sp, cp, high, low = self._travels(q)
+        _, _, st, ct, sp, cp, high, low = self.pose(q)
         x, z = np.zeros((self.n, 7)), np.zeros((self.n, 7))
         x[:, 0], z[:, 0] = x0 + q[:, X], self.height + q[:, Z]
         link = x[:, :1] + (self.a - high * st) / ct
@@ -241,7 +251,7 @@ class Gears:
 
     def speeds(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Of the masses along the track and upwards (n, 7) [m/s]."""
-        J, _ = self.along(q, v)
+        J, _ = self.along(self.pose(q), v)
         up = np.zeros((self.n, 7))
         up[:, 0] = v[:, Z]
         up[:, [1, 4]] = v[:, LINK] - self.f * np.sin(q[:, FRAME]) * v[:, FRAME]
@@ -256,7 +266,7 @@ class Gears:
 
     def potential(self, q: Array, rails: bool = True) -> float:
         """Of weights, springs, stops and rails [J]."""
-        s, w, *_ = self._travels(q)
+        s, w, *_ = self.pose(q)
         _, z = self.places(q, np.zeros(self.n))
         found = self.g * (self.masses * z).sum()
         found += (self.preload * s + self.secondary.energy(s)).sum()

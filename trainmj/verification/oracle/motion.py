@@ -18,7 +18,6 @@ from trainmj.verification.oracle.elements import Element
 Array = np.ndarray
 G = 9.80665
 WALL = -1
-_FREE = 1e-2  # longest step while there is none
 _INSIDE = 4  # looks at the conditions in each step
 _CLOSING = 0.01  # below this rate nothing comes closer [m/s]
 
@@ -130,6 +129,7 @@ class Motion:
 
     rtol, atol = 1e-10, 1e-12
     longest = 1e-3  # longest step while there is force [s]: what fails and holds again within one is not seen
+    longest_free = 1e-2  # while there is none
 
     def __init__(self, system: System) -> None:
         """Put a system at its start."""
@@ -395,7 +395,7 @@ class Motion:
         stiff = self._stiff()
         kind: Any = LSODA if stiff else DOP853
         carries = any(e.carries() for e in self.elements)
-        step = self.longest if carries or self.members.n else _FREE
+        step = self.longest if carries or self.members.n else self.longest_free
         rtol = 10 * self.rtol if stiff else self.rtol
         solver = kind(self.rate, t, self.y.copy(), stop, rtol=rtol, atol=atol, max_step=step)
         while solver.status == "running":

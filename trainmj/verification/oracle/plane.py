@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -185,7 +186,7 @@ class PlaneMotion(Motion):
     """A collision on its way; the other ten coordinates of each vehicle follow what one dimension keeps."""
 
     rtol, atol = 1e-7, 1e-9
-    longest = 5e-4
+    longest_free = 1e-3
 
     def __init__(
         self, values: Values, gravity: bool = True, rails: bool = True, locked: bool = False, record: float = 1e-3
@@ -228,7 +229,8 @@ class PlaneMotion(Motion):
         self.touched = [math.nan] * len(interfaces)
         self.pitch, self.heave = np.zeros(self.n), np.zeros(self.n)
         self.lift, self.load = np.full((self.n, 4), -math.inf), np.full((self.n, 4), math.inf)
-        self.record, self.rows, self.rates, self.freed = record, [], 0, 0.0
+        self.record, self.rates, self.freed = record, 0, 0.0
+        self.rows: list[Array] = []
         q, v = self.of(self.y)
         self.first = self._energy(self.y), self.gears.momenta(q, v, self.x0), self.gears.kinetic(q, v)
 
@@ -274,18 +276,16 @@ class PlaneMotion(Motion):
         if ties == "free":
             return path
         if strut:
-            stated = [line.get("swing") for line in lines]
+            swings = [line.get("swing") for line in lines]
             path.coupled = m.inner
             path.stops = tuple(
-                Stop(0.0 if ties == "tied" else one["free_mrad"] / 1e3, one["MN_m_per_rad"] * 1e6)
-                if one not in (None, "none") and i != WALL
-                else Stop(math.inf, 0.0)
-                for one, i in zip(stated, (m.left, m.right), strict=True)
+                _stop(None if i == WALL else one, ties == "tied")
+                for one, i in zip(swings, (m.left, m.right), strict=True)
             )
             return path
         path.overlap = min(line.get("overlap_mm", math.inf) for line in lines) / 1e3
-        both = [line.get("tie") for line in lines]
-        if all(tie not in (None, "none") for tie in both):
+        both = [tie for tie in (line.get("tie") for line in lines) if isinstance(tie, Mapping)]
+        if len(both) == 2:
             path.k = min(tie["kN_per_mm"] for tie in both) * 1e6
             path.friction = math.inf if ties == "tied" else min(tie["friction"] for tie in both)
             path.tooth = min(tie["tooth_kN"] for tie in both) * 1e3
@@ -319,7 +319,8 @@ class PlaneMotion(Motion):
         n, d = self.n, np.zeros(self.size)
         self.rates += 1
         q, v = self.of(y)
-        Q, lost = self.gears.suspended(q, v)
+        pose = self.gears.pose(q)
+        Q, lost = self.gears.suspended(pose, q, v)
         if self.rails:
             load, taken = self.gears.on_rail(q, v)
             Q[:, AXLE] += load
@@ -344,7 +345,7 @@ class PlaneMotion(Motion):
                 d[at + 2 * j], d[at + 2 * j + 1] = device.force(w, rate) * rate, device.viscous(w, rate) * rate
         Q[:, : PITCH + 1] += by_lines
         Q[:, X] += self.weight
-        J, c = self.gears.along(q, v)
+        J, c = self.gears.along(pose, v)
         limits = self.limit + [brake.at(t) for brake in self.brakes]
         if limits.any():
             drag = -limits * np.clip(v[:, X] / CREEP, -1.0, 1.0)
@@ -424,7 +425,8 @@ class PlaneMotion(Motion):
             e.coupled |= a.u >= 0.0
             ends = [d.curve.end for d in e.devices if isinstance(d, Crush)]
             e.dead = e.shears and any(w >= end - 1e-9 for (w, _), end in zip(sides, ends, strict=False))
-            self.freed += (was - e.swinging()) * self._swung(e, a)
+            if was is not e.swinging():
+                self.freed += self._swung(e, a) * (1.0 if was else -1.0)
         if force > 0.0:
             if math.isnan(e.began):
                 e.began, e.step = t, step
@@ -459,7 +461,7 @@ class PlaneMotion(Motion):
                 assert isinstance(e, Path)
                 at = self.at[k] + e.extra
                 work = e.share * sum(y[at + 2 * m] + e.jumped[m] for m in range(len(e.devices)))
-                done += work
+                done += work + (0.0 if e.broken else e.lost)
                 tops = tuple(e.top) * (2 if e.share == 2.0 else 1)
                 if e.sign > 0.0:
                     found = (e.most, tops, e.push, float(work), e.began, e.step, e.slip, e.tied, e.overridden)
@@ -470,9 +472,8 @@ class PlaneMotion(Motion):
         vehicles = {}
         for i, name in enumerate(self.up.names):
             order = slice(None, None, -1 if name.startswith("M") else 1)
-            vehicles[name] = FoundVehicle(
-                float(self.pitch[i]), float(self.heave[i]), *(tuple(a[i, order].tolist()) for a in (self.lift, self.load))
-            )
+            wheels = (tuple(a[i, order].tolist()) for a in (self.lift, self.load))
+            vehicles[name] = FoundVehicle(float(self.pitch[i]), float(self.heave[i]), *wheels)
         rows = np.array(self.rows)
         missing = self.first[0] - self._energy(y) - done - self.freed
         start = np.where(np.arange(self.n) <= self.s.front, -self.s.gap, 0.0)
@@ -503,6 +504,13 @@ def _type(values: Values, up: LineUp, i: int) -> Mapping[str, Any]:
     return {**stated, "offset_m": offset, "pitch_rad": pitch if name.startswith("M") else -pitch}
 
 
+def _stop(swing: Any, tied: bool) -> Stop:
+    """The swing stop of a pin."""
+    if not isinstance(swing, Mapping):
+        return Stop(math.inf, 0.0)
+    return Stop(0.0 if tied else swing["free_mrad"] / 1e3, swing["MN_m_per_rad"] * 1e6)
+
+
 def _last(spec: Values) -> Values:
     """The last stage of a device."""
     return dict(list(spec["stages"].values())[-1]) if "stages" in spec else spec
@@ -511,13 +519,14 @@ def _last(spec: Values) -> Values:
 def _runs(name: str, values: Values) -> list[tuple[str, Values, Values, float]]:
     """The paths of a device: a name, its values, its line, and the stroke at which it begins [m]."""
     spec = {key: value for key, value in values["devices"][name].items() if key not in ("line", "pull")}
-    line = values["devices"][name].get("line")
+    line = values["devices"][name].get("line", {})
     if "stages" not in spec:
         return [(name, spec, line, 0.0)]
     stages = list(spec["stages"].items())
     cuts = [0, *(k + 1 for k, (_, s) in enumerate(stages[:-1]) if s.get("shear_off")), len(stages)]
-    found, begin = [], 0.0
-    for first, last in zip(cuts, cuts[1:], strict=False):
+    found: list[tuple[str, Values, Values, float]] = []
+    begin = 0.0
+    for first, last in pairwise(cuts):
         run = stages[first:last]
         own = next((s["line"] for _, s in run if "line" in s), line)
         plain = {key: {k: v for k, v in s.items() if k != "line"} for key, s in run}
@@ -534,7 +543,7 @@ def solve(values: Values, until: float | None = None, **given: Any) -> InPlane:
     """Follow a collision in the vertical plane to a time [s], or to its time limit.
 
     Args:
-        values: a scenario with `plane: vertical`, as its YAML file gives it, with points in place of the names of files.
+        values: a scenario with `plane: vertical` as its YAML file gives it, points in place of the names of files.
         until: the time.
         given: as `PlaneMotion` takes them.
 
