@@ -298,7 +298,8 @@ def random_train(seed: int, most: int = 12) -> dict[str, Any]:
     speed, n = float(rng.uniform(5.0, 40.0)), int(rng.integers(2, most + 1))
     wall = rng.random() < 0.2
     moving = n if wall else int(rng.integers(1, n))
-    types = {f"type {k}": _vehicle_type(rng) for k in range(int(rng.integers(1, 3)))}
+    rough = rng.random() < 0.5
+    types = {f"type {k}": _vehicle_type(rng, rough) for k in range(int(rng.integers(1, 3)))}
     struts = rng.random() < 0.6  # those between vehicles of a train
     line = _strut if struts else _face
     devices = {f"c{k}": _inner(rng, speed / 3.6) | {"line": line(rng)} for k in range(int(rng.integers(1, 3)))}
@@ -321,7 +322,7 @@ def random_train(seed: int, most: int = 12) -> dict[str, Any]:
         "rail_friction": float(rng.choice([0.0, rng.uniform(0.0, 0.02)])),
         "grade_per_mille": float(rng.choice([0.0, 0.0, rng.uniform(-20.0, 20.0)])),
     }
-    offsets: dict[str, float] = {} if wall else {"M": float(rng.uniform(-50.0, 50.0))}
+    offsets: dict[str, float] = {} if wall else {"M": float(rng.uniform(-50.0, 50.0)) * (1.0 + rough)}
     if n > 3 and rng.random() < 0.5:
         offsets["M1" if moving == 1 else f"M{moving}"] = float(rng.uniform(-20.0, 20.0))
     collision |= {"offset_mm": offsets} if offsets else {}
@@ -337,7 +338,7 @@ def random_train(seed: int, most: int = 12) -> dict[str, Any]:
         "devices": devices,
         "trains": trains,
         "collision": collision,
-        "simulation": {"step_ms": 0.02, "record_every_ms": 1.0, "time_limit_s": 0.4},
+        "simulation": {"step_ms": 0.02, "record_every_ms": 1.0, "time_limit_s": 0.5},
     }
 
 
@@ -374,21 +375,27 @@ def _face(rng: Rng) -> dict[str, Any]:
     return {**line, "tie": tie if rng.random() < 0.8 else "none"}
 
 
-def _vehicle_type(rng: Rng) -> dict[str, Any]:
-    """Running gear like that of a metro or of an EMU; some with soft springs or without stops."""
+def _vehicle_type(rng: Rng, rough: bool) -> dict[str, Any]:
+    """Running gear like that of a metro; rough: light in pitch, high, and soon at its stops, so that wheels lift."""
 
     def around(value: float, part: float = 0.3) -> float:
         return float(value * rng.uniform(1.0 - part, 1.0 + part))
 
     def stops(lift: float, bump: float) -> dict[str, Any]:
-        stated = {"lift_stop_mm": around(lift), "bump_stop_mm": around(bump), "stop_kN_per_mm": around(20.0)}
+        part = 0.3 if rough else 1.0
+        stated = {"lift_stop_mm": around(part * lift), "bump_stop_mm": around(part * bump)}
+        stated["stop_kN_per_mm"] = around(20.0)
         return stated if rng.random() < 0.8 else stated | {"lift_stop_mm": "none"}
 
-    inertia = {"pitch_inertia_t_m2": around(1000.0)}
+    inertia = {"pitch_inertia_t_m2": around(400.0 if rough else 1000.0)}
     if rng.random() < 0.3:
-        inertia = {"radius_of_gyration_m": around(6.0, 0.2)}
+        inertia = {"radius_of_gyration_m": around(4.0 if rough else 6.0, 0.2)}
     kind: dict[str, Any] = {
-        "body": {**inertia, "cog_height_m": around(1.6, 0.1), "cog_x_m": float(rng.uniform(-1.0, 1.0))},
+        "body": {
+            **inertia,
+            "cog_height_m": around(2.0 if rough else 1.6, 0.1),
+            "cog_x_m": float(rng.uniform(-1.0, 1.0)),
+        },
         "bogies": {
             "centres_m": float(rng.uniform(11.0, 14.0)),
             "wheelbase_m": around(2.3, 0.1),

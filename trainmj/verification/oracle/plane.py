@@ -70,6 +70,7 @@ class Path(Element):
     k: float = 0.0
     overlap: float = math.inf
     origin: float = math.nan  # slip at which the tie has no force
+    before: tuple[float, float] | None = None  # time and step of the ends when it was last without force
     at: Any = None  # of x, height and pitch of both bodies and their rates in the state
     # what was found
     most: float = -math.inf
@@ -429,7 +430,7 @@ class PlaneMotion(Motion):
                 self.freed += self._swung(e, a) * (1.0 if was else -1.0)
         if force > 0.0:
             if math.isnan(e.began):
-                e.began, e.step = t, step
+                e.began, e.step = e.before or (t, step)
             e.slip = max(e.slip, abs(a.s))
             if abs(a.s) > e.overlap:
                 e.overridden = min(e.overridden, t)
@@ -438,7 +439,7 @@ class PlaneMotion(Motion):
             e.tied = max(e.tied, abs(tie))
             e.origin = a.s - tie / e.k if e.k else a.s
         else:
-            e.origin = a.s
+            e.origin, e.before = a.s, (t, step)
         return force > 0.0
 
     # at the end
