@@ -135,7 +135,7 @@ def along(e: Path, state: Sequence[float]) -> Along:
 class FoundPath:
     """What a path of a device did."""
 
-    closing: float  # largest along the line [m]
+    closing: float  # largest along the line, of a strut also after it has sheared off [m]
     strokes: tuple[float, ...]  # largest of each device of it, from where the path begins [m]; two equal ones: both
     force: float  # largest [N]
     work: float  # up to the end [J]
@@ -170,7 +170,7 @@ class InPlane:
 
     time: float  # at the end [s]
     interfaces: dict[str, FoundEnds]
-    vehicles: dict[str, FoundVehicle]
+    vehicles: dict[str, FoundVehicle]  # without an obstacle
     t: Array  # [s]
     x: Array  # travel [m]
     z: Array  # rise [m]
@@ -463,15 +463,17 @@ class PlaneMotion(Motion):
                 at = self.at[k] + e.extra
                 work = e.share * sum(y[at + 2 * m] + e.jumped[m] for m in range(len(e.devices)))
                 done += work + (0.0 if e.broken else e.lost)
-                tops = tuple(e.top) * (2 if e.share == 2.0 else 1)
+                tops = tuple(map(float, e.top)) * (2 if e.share == 2.0 else 1)
                 if e.sign > 0.0:
-                    found = (e.most, tops, e.push, float(work), e.began, e.step, e.slip, e.tied, e.overridden)
-                    paths.append(FoundPath(*found))
+                    rest = map(float, (e.push, work, e.began, e.step, e.slip, e.tied, e.overridden))
+                    paths.append(FoundPath(float(e.most), tops, *rest))
                 k += 1
             interfaces[joint.name] = FoundEnds(tuple(paths), self.touched[j])
         done += y[self.ties :].sum() + y[self.books] + y[self.books + 1] - y[self.books + 2]
         vehicles = {}
         for i, name in enumerate(self.up.names):
+            if self.up.cars[i].get("type") is None:
+                continue
             order = slice(None, None, -1 if name.startswith("M") else 1)
             wheels = (tuple(a[i, order].tolist()) for a in (self.lift, self.load))
             vehicles[name] = FoundVehicle(float(self.pitch[i]), float(self.heave[i]), *wheels)
