@@ -47,9 +47,11 @@ class Stop:
 
     free: float  # [rad]
     k: float  # [N m/rad]
+    set: float = 0.0  # beyond the free angle when the strut coupled [rad]
 
     def beyond(self, angle: float) -> float:
         """How far it is pressed [rad]."""
+        angle -= self.set
         return max(angle - self.free, 0.0) + min(angle + self.free, 0.0)
 
 
@@ -60,6 +62,7 @@ class Path(Element):
     strut: bool = False
     points: tuple[tuple[float, float], ...] = ()  # from the centres of gravity, or of the wall: along, upwards [m]
     origins: tuple[tuple[float, float], ...] = ()  # design places of these centres: along, upwards [m]
+    zero: float = 0.0  # what is between its points as the vehicles stand, were there no gap [m]
     length: float = 0.0  # of a strut, from pin to pin, where the ends touch
     stops: tuple[Stop, ...] = ()  # left, right
     shears: bool = False
@@ -128,7 +131,7 @@ def along(e: Path, state: Sequence[float]) -> Along:
     du = (nx, nz, rx1 * nz - rz1 * nx + h), (-nx, -nz, rz2 * nx - rx2 * nz + h)
     ds = (-nz, nx, rx1 * nx + rz1 * nz + k), (nz, -nx, -rx2 * nx - rz2 * nz + k)
     turns = w1 + w2
-    return Along(u, vx * nx + vz * nz + h * turns, du, s, vz * nx - vx * nz + k * turns, ds, angle, (p1, p2))
+    return Along(u - e.zero, vx * nx + vz * nz + h * turns, du, s, vz * nx - vx * nz + k * turns, ds, angle, (p1, p2))
 
 
 @dataclass(frozen=True)
@@ -227,6 +230,11 @@ class PlaneMotion(Motion):
         self.y[self.planar : self.planar + 10 * self.n] = self.gears.start[:, 1:].ravel()
         for e in self._lined():
             e.at = np.array(self._body(e.left) + self._body(e.right))
+            touching = self.y.copy()
+            touching[: self.n] = 0.0
+            e.zero = self._along(touching, e).u
+            if e.coupled:
+                self._couple(e, self._along(touching, e))
         self.touched = [math.nan] * len(interfaces)
         self.pitch, self.heave = np.zeros(self.n), np.zeros(self.n)
         self.lift, self.load = np.full((self.n, 4), -math.inf), np.full((self.n, 4), math.inf)
@@ -371,9 +379,17 @@ class PlaneMotion(Motion):
         if not e.swinging():
             return ((0.0, 0.0, 0.0),) * 2
         moments = [stop.k * stop.beyond(a.angle - p) for stop, p in zip(e.stops, a.pitches, strict=True)]
-        turn = sum(moments) / (e.length - a.u)  # the line turns as its ends slip, the left one upwards: backwards
+        turn = sum(moments) / (
+            e.length - a.u - e.zero
+        )  # the line turns as its ends slip, the left one upwards: backwards
         left, right = ([turn * g for g in ds] for ds in a.ds)
         return (left[0], left[1], left[2] + moments[0]), (right[0], right[1], right[2] + moments[1])
+
+    def _couple(self, e: Path, a: Along) -> None:
+        """A stop that is reached as a strut couples begins without a moment."""
+        e.coupled = True
+        for stop, p in zip(e.stops, a.pitches, strict=False):  # there may be none
+            stop.set = stop.beyond(a.angle - p)
 
     def _swung(self, e: Path, a: Along) -> float:
         """Energy of the swing stops [J]."""
@@ -423,7 +439,8 @@ class PlaneMotion(Motion):
         e.top = [max(top, w) for top, (w, _) in zip(e.top, sides, strict=True)]
         if e.strut and not e.dead:
             was = e.swinging()
-            e.coupled |= a.u >= 0.0
+            if not e.coupled and a.u >= 0.0:
+                self._couple(e, a)
             ends = [d.curve.end for d in e.devices if isinstance(d, Crush)]
             e.dead = e.shears and any(w >= end - 1e-9 for (w, _), end in zip(sides, ends, strict=False))
             if was is not e.swinging():
