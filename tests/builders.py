@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -16,8 +15,19 @@ from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, N_ELEMENT
 from trainmj.collision.law import KINDS
 from trainmj.collision.simulation import start
-from trainmj.scenario import Scenario, load, shipped
-from trainmj.verification.systems import chain, device, envelope, pulses, scenario, values
+from trainmj.scenario import Scenario, shipped
+from trainmj.verification.systems import (
+    FACE,
+    METRO,
+    STRUT,
+    chain,
+    device,
+    envelope,
+    planar,
+    pulses,
+    scenario,
+    values,
+)
 
 __all__ = [
     "FACE",
@@ -106,61 +116,6 @@ KINDS_OF_DEVICE: dict[str, dict[str, Any]] = {
     "quick_gas": {**_GAS, "rebound_orifice_kN_s2_per_m2": 0},
 }
 """A device of every kind and end, as a scenario states them."""
-
-
-METRO: dict[str, Any] = {
-    "body": {"pitch_inertia_t_m2": 750, "cog_height_m": 1.6},
-    "bogies": {
-        "centres_m": 12.6,
-        "wheelbase_m": 2.3,
-        "frame_t": 2.56,
-        "frame_pitch_t_m2": 1.75,
-        "wheelset_t": 1.42,
-        "axle_height_m": 0.42,
-        "link_height_m": 0.6,
-        "cog_height_m": 0.5,
-    },
-    "secondary": {
-        "kN_per_mm": 0.7,
-        "kN_s_per_m": 60,
-        "lift_stop_mm": 60,
-        "bump_stop_mm": 60,
-        "stop_kN_per_mm": 20,
-    },
-    "primary": {"kN_per_mm": 3.4, "kN_s_per_m": 20, "lift_stop_mm": 30, "bump_stop_mm": 40, "stop_kN_per_mm": 20},
-}
-"""A type of vehicle, as a scenario states it."""
-
-STRUT: dict[str, Any] = {
-    "acts": "strut",
-    "height_mm": 660,
-    "pin_m": 1.5,
-    "swing": {"free_mrad": 100, "MN_m_per_rad": 2},
-}
-FACE: dict[str, Any] = {
-    "acts": "face",
-    "height_mm": 950,
-    "overlap_mm": 120,
-    "tie": {"friction": 0.2, "tooth_kN": 0, "kN_per_mm": 100},
-}
-
-
-def planar(changes: Mapping[str, Any] | None = None) -> Scenario:
-    """The B-type train into its twin in the vertical plane, with changes by path; couplers are struts."""
-    stages = "devices.front.stages"
-    return load(
-        "b_type",
-        {
-            "plane": "vertical",
-            "vehicle_types": {"metro": METRO},
-            "trains.b_type.type": "metro",
-            f"{stages}.coupler.line": STRUT,
-            f"{stages}.anti_climber.line": FACE,
-            "devices.coupler_a_b.line": STRUT,
-            "devices.coupler_c_d.line": STRUT,
-            **(changes or {}),
-        },
-    )
 
 
 def built(**specs: Any) -> dict[str, Device]:

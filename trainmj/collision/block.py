@@ -322,7 +322,7 @@ def _write_line(record: Array, chain: Chain, interface: Interface, element: Elem
         Line.TOOTH: line.tooth,
         Line.TIE: line.tie,
         Line.OVERLAP: line.overlap,
-        Line.COUPLED: line.inner,
+        Line.INNER: line.inner,
         Line.END_LEFT: np.inf,
         Line.END_RIGHT: np.inf,
         Line.MET_TIME: -1.0,

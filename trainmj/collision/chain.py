@@ -417,6 +417,11 @@ class Chain:
         found = (element.line for interface in self.interfaces for element in interface.elements)
         return tuple(line for line in found if line is not None) if self.plane else ()
 
+    def lines_of(self, interface: int) -> slice:
+        """The lines of an interface."""
+        counts = [len(i.elements) for i in self.interfaces[: interface + 1]]
+        return slice(sum(counts[:-1]), sum(counts))
+
     @property
     def start(self) -> Array:
         """(n_point,) positions at the start, counted from where the two sides would touch [m]."""

@@ -326,7 +326,10 @@ class Line(_Field):
     OVERLAP = "m", "step at which the faces slide off each other"
     END_LEFT = "m", "stroke of its law, or of the left one of two, at which a strut has sheared; else infinite"
     END_RIGHT = "m", "stroke of the right one of two laws at which it has"
-    COUPLED = "1", "1 where a strut is coupled, from its first force on between the two sides"
+    INNER = "1", "1 of a strut between vehicles of a train, which is coupled from the start"
+    COUPLED = "1", "1 when a strut is coupled: between the two sides from its first force on"
+    SET_LEFT = "rad", "angle beyond the free one at the left pin when it coupled, from which its stop counts"
+    SET_RIGHT = "rad", "likewise at the right pin"
     DEAD = "1", "1 when a strut has sheared"
     STEP = "m", "offset of the left point from the right one across the line", True
     PUSH = "N", "its force along the track"

@@ -94,6 +94,7 @@ class Gear:
         rail_damping: of the same [N s/m].
         offset: by which the whole vehicle stands higher than designed, wheels included [m].
         pitch: with which it stands at the start [rad].
+        gravity: [m/s2]; none of what floats.
     """
 
     body_mass: float
@@ -114,6 +115,7 @@ class Gear:
     rail_damping: float = 1e5
     offset: float = 0.0
     pitch: float = 0.0
+    gravity: float = G
 
     @property
     def mass(self) -> float:
@@ -179,7 +181,7 @@ class Gear:
             q[at] = (self.drop - arm * math.sin(self.pitch)) / math.cos(self.pitch) - self.drop
             q[at + 1] = -self.pitch
         p = self.placed(q)
-        weight = G * p.mass @ p.up  # (11,) what the supports must give
+        weight = self.gravity * p.mass @ p.up  # (11,) what the supports must give
         wheels = p.up[[2, 3, 5, 6]]  # (4, 11)
         left, right = wheels[:2].sum(axis=0), wheels[2:].sum(axis=0)
         loads = np.linalg.solve(

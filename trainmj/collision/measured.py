@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,6 +16,7 @@ from trainmj.collision.device import Stage
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import KEPT, LASTING
 from trainmj.collision.kind import Law
+from trainmj.collision.line import Line
 from trainmj.collision.measured_plane import InPlane
 from trainmj.collision.occupants import Flight
 from trainmj.units import MM
@@ -358,6 +360,7 @@ class Side:
             (pushing if element.sign > 0 else pulling).append(used)
         self.laws = (*pushing, *pulling)
         self._pulling = tuple(pulling)
+        self._lines, self._places = measured.chain.lines, measured.chain.lines_of(index)
         self._paths = list(zip(self.interface.paths(side), pushing, strict=True))
 
     @property
@@ -426,6 +429,29 @@ class Side:
     def crush_mm(self) -> float:
         """Stroke without empty strokes [mm]: what counts in TS."""
         return sum(stroke / MM for _, stroke, _ in self.stages)
+
+    def of_ends(self, name: str) -> float:
+        """A value of the tally at this interface, in the vertical plane."""
+        return float(getattr(self._tally, f"ends_{name}")[self._index])
+
+    def of_lines(self, name: str) -> float:
+        """The largest value of the tally at its lines."""
+        return float(getattr(self._tally, f"line_{name}")[self._places].max())
+
+    @property
+    def met_step(self) -> float:
+        """Offset of the faces of the last path when they first carried force [m]; nan if they never did."""
+        last = self._places.start + len(self._paths) - 1
+        if self._lines[last].strut or self._tally.line_met_time[last] < 0.0:
+            return math.nan
+        return float(abs(self._tally.line_met[last]))
+
+    @property
+    def slid(self) -> Iterator[tuple[str, Line, float]]:
+        """Stages whose faces slid off each other, or whose pins met, their lines, and when they did [s]."""
+        for place, (path, _) in enumerate(self._paths, start=self._places.start if self._lines else 0):
+            if self._lines and self._tally.line_off_time[place] >= 0.0:
+                yield path.stages[0].name, self._lines[place], float(self._tally.line_off_time[place])
 
     def tallied(self, name: str) -> float:
         """A value of the tally at this interface."""

@@ -6,6 +6,7 @@ nothing to MuJoCo's own sums.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,7 +16,6 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.gear import BOGIES, N_DOF, SUSPENDED, Gear, X
-from trainmj.units import G
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,64 @@ class InPlane:
     def v(self) -> Array:
         """(n_vehicle, 11) their rates."""
         return np.column_stack([getattr(self.tally, f"frame_v{k}") for k in range(N_DOF)])
+
+    @property
+    def pitch(self) -> Array:
+        """(n_vehicle,) pitch of largest magnitude [rad], positive with the end that faces the impact up."""
+        high, low = self.tally.frame_pitch_max, self.tally.frame_pitch_min
+        facing = np.array([1.0 if self.chain.facing(i) else -1.0 for i in range(len(self.chain.vehicles))])
+        return np.asarray(facing * np.where(high >= -low, high, low))
+
+    @property
+    def heave(self) -> Array:
+        """(n_vehicle,) rise of the centre of gravity of the body of largest magnitude [m]."""
+        high, low = self.tally.frame_heave_max, self.tally.frame_heave_min
+        return np.asarray(np.where(high >= -low, high, low))
+
+    @property
+    def lift(self) -> Array:
+        """(n_wheelset,) largest lift off the rail [m]."""
+        return np.asarray(self.tally.wheel_lift_max)
+
+    @property
+    def lift_time(self) -> Array:
+        """(n_wheelset,) when it was [s]; nan if it stayed on the rail."""
+        return np.asarray(np.where(self.tally.wheel_lift_time < 0.0, np.nan, self.tally.wheel_lift_time))
+
+    @cached_property
+    def rest(self) -> Array:
+        """(n_wheelset,) load at rest [N]."""
+        return np.array([self.chain.load(k) for k in range(len(self.chain.wheelsets))])
+
+    @property
+    def load(self) -> Array:
+        """(n_wheelset,) least load over that at rest."""
+        return np.asarray(self.tally.wheel_load_min / self.rest)
+
+    def of_vehicles(self, values: Array, worst: Callable[[Array], float], without: float) -> Array:
+        """(n_vehicle,) worst of the values of the wheelsets of each vehicle, or what stands for one without."""
+        owner = np.array([i for i, _ in self.chain.wheelsets], dtype=int)
+        each = (values[owner == i] for i in range(len(self.chain.vehicles)))
+        return np.array([worst(own) if own.size else without for own in each])
+
+    @property
+    def _own(self) -> Array:
+        return np.array([i < self.chain.n_moving for i, _ in self.chain.wheelsets], dtype=bool)
+
+    @property
+    def own_lift(self) -> float:
+        """Largest lift of a wheelset of the moving train [m]."""
+        return float(self.lift[self._own].max())
+
+    @property
+    def own_load(self) -> float:
+        """Least load of a wheelset of the moving train over that at rest."""
+        return float(self.load[self._own].min())
+
+    @property
+    def own_step(self) -> float:
+        """Largest step of an interface of the moving train, that at the front included [m]."""
+        return float(self.tally.ends_step_max[: self.chain.front + 1].max())
 
     @cached_property
     def kinetic(self) -> float:
@@ -87,7 +145,7 @@ def held(gear: Gear, q: Array) -> float:
     Dampers apart, which hold none. Heights count from the rail, and springs from where they have no force.
     """
     stands, placed = gear.standing, gear.placed(q)
-    found = G * float(placed.mass @ placed.z)
+    found = gear.gravity * float(placed.mass @ placed.z)
     for dof, preload in zip(SUSPENDED, stands.preload, strict=True):
         suspension = gear.secondary if dof in BOGIES else gear.primary
         pressed = q[dof] - stands.q[dof] + preload / suspension.stiffness

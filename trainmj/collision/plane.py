@@ -188,7 +188,8 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
                 vx, vz = vx + sx, vz + sz
                 lm += ml - (-lrz * sx + lrx * sz)
                 rm += mr + (-rrz * sx + rrx * sz)
-                if length < _PINS_MET * s[line + LINE.LENGTH] and s[line + LINE.OFF_TIME] < 0.0:
+                met = length < _PINS_MET * s[line + LINE.LENGTH] and s[line + LINE.DEAD] == 0.0
+                if met and s[line + LINE.OFF_TIME] < 0.0:
                     s[line + LINE.OFF_TIME] = time
             _push(s, left, p, -fx - vx, -fz - vz, lm)
             if right >= 0:
@@ -263,10 +264,13 @@ def _swing(s: Block, line: int, e: int, angle: float, lt: float, rt: float, forc
     """Moments of the swing stops of a strut on both bodies, while it is coupled and has not sheared."""
     if s[line + LINE.DEAD] != 0.0:
         return 0.0, 0.0
-    if force != 0.0:
-        s[line + LINE.COUPLED] = 1.0
+    left, right = angle - lt, angle - rt
     if s[line + LINE.COUPLED] == 0.0:
-        return 0.0, 0.0
+        if force == 0.0 and s[line + LINE.INNER] == 0.0:
+            return 0.0, 0.0
+        s[line + LINE.COUPLED] = 1.0  # a stop that is reached already begins without a moment
+        s[line + LINE.SET_LEFT] = _beyond(left, s[line + LINE.FREE_LEFT])
+        s[line + LINE.SET_RIGHT] = _beyond(right, s[line + LINE.FREE_RIGHT])
     pair = int(s[e + ELEMENT.NEXT]) > N_ELEMENT
     a, b = (e + N_ELEMENT, e + 2 * N_ELEMENT) if pair else (e, e)
     if s[a + ELEMENT.STROKE_MAX] >= s[line + LINE.END_LEFT] or s[b + ELEMENT.STROKE_MAX] >= s[line + LINE.END_RIGHT]:
@@ -278,8 +282,8 @@ def _swing(s: Block, line: int, e: int, angle: float, lt: float, rt: float, forc
         s[line + LINE.TURN_LEFT] = s[line + LINE.TURN_RIGHT] = 0.0
         return 0.0, 0.0
     over_left, over_right = (
-        _beyond(angle - lt, s[line + LINE.FREE_LEFT]),
-        _beyond(angle - rt, s[line + LINE.FREE_RIGHT]),
+        _beyond(left - s[line + LINE.SET_LEFT], s[line + LINE.FREE_LEFT]),
+        _beyond(right - s[line + LINE.SET_RIGHT], s[line + LINE.FREE_RIGHT]),
     )
     s[line + LINE.TURN_LEFT], s[line + LINE.TURN_RIGHT] = over_left, over_right
     ml, mr = s[line + LINE.SWING_LEFT] * over_left, s[line + LINE.SWING_RIGHT] * over_right

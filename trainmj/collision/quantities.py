@@ -25,7 +25,7 @@ from trainmj.collision.occupants import longest_interval
 from trainmj.errors import InputError, close_match
 from trainmj.files.arguments import listed
 from trainmj.scenario.devices import DEVICE
-from trainmj.units import KJ, KM_H, KN, MM, MS, TONNE, G, against, head
+from trainmj.units import KJ, KM_H, KN, MM, MRAD, MS, TONNE, G, against, head
 
 T = TypeVar("T")
 
@@ -113,6 +113,10 @@ def _bodies_give(chain: Chain) -> bool:
     return bool(chain.members)
 
 
+def _in_plane(chain: Chain) -> bool:
+    return chain.plane
+
+
 INTERFACE: tuple[Quantity[Side], ...] = (
     Quantity(
         "stroke", "mm", 1, "largest\nstroke", "largest stroke; at the front that of one train",
@@ -138,6 +142,35 @@ INTERFACE: tuple[Quantity[Side], ...] = (
     ),
 )  # fmt: skip
 """Quantities of an interface, or of one train's side of the front; a number each."""
+
+
+ENDS: tuple[Quantity[Side], ...] = (
+    Quantity(
+        "step", "mm", 1, "largest\nstep",
+        "largest difference in height of the two ends, each against its design height, while a device between them "
+        "carries force; 0 if none does",
+        lambda s: s.of_ends("step_max") / MM, "step", there=_in_plane,
+    ),
+    Quantity(
+        "met_step", "mm", 1, "step as\nfaces met",
+        "offset of the two faces of the last path when they first carried force; blank if there are none, or they "
+        "never did",
+        lambda s: s.met_step / MM, "met_step", there=_in_plane,
+    ),
+    Quantity(
+        "slip", "mm", 2, "slip", "largest way that engaged faces have slipped past each other since they engaged",
+        lambda s: s.of_lines("slip_max") / MM, "slip", there=_in_plane,
+    ),
+    Quantity(
+        "tie_force", "kN", 1, "tie\nforce", "largest vertical force of the tie of engaged faces",
+        lambda s: s.of_lines("tie_max") / KN, "tie_force", there=_in_plane,
+    ),
+    Quantity(
+        "swing_moment", "kN m", 1, "swing\nmoment", "largest moment of a swing stop of a strut",
+        lambda s: s.of_lines("swing_max") / KN, "swing_moment", there=_in_plane,
+    ),
+)  # fmt: skip
+"""Quantities of an interface as well, in the vertical plane."""
 
 
 def _over(ms: int) -> Quantity[Measured]:
@@ -232,6 +265,41 @@ BODY: tuple[Quantity[Measured], ...] = (
 )  # fmt: skip
 """Quantities of a vehicle as well, where bodies give."""
 
+UPRIGHT: tuple[Quantity[Measured], ...] = (
+    Quantity(
+        "pitch", "mrad", 2, "largest\npitch",
+        "pitch of largest magnitude; positive with the end that faces the impact up",
+        lambda m: m.plane.pitch / MRAD, "pitch", there=_in_plane,
+    ),
+    Quantity(
+        "heave", "mm", 1, "largest\nheave", "rise of the centre of gravity of the body of largest magnitude",
+        lambda m: m.plane.heave / MM, "heave", there=_in_plane,
+    ),
+    Quantity(
+        "wheel_lift", "mm", 2, "wheel\nlift",
+        "largest lift of a wheelset off the rail; 0 as long as all stay on it, so that it jumps",
+        lambda m: m.plane.of_vehicles(m.plane.lift, np.max, 0.0) / MM, "wheel_lift", there=_in_plane,
+    ),
+    Quantity(
+        "wheel_load", "", 3, "least\nN/N0",
+        "least load of a wheelset on the rail over its load at rest; it changes smoothly until it is 0",
+        lambda m: m.plane.of_vehicles(m.plane.load, np.min, math.nan), "wheel_load", there=_in_plane,
+    ),
+)  # fmt: skip
+"""Quantities of a vehicle as well, in the vertical plane; blank, or 0, of what has no wheelsets."""
+
+WHEELSET: tuple[Quantity[Measured], ...] = (
+    Quantity("lift", "mm", 2, "largest\nlift", "largest lift of a wheelset off the rail",
+             lambda m: m.plane.lift / MM, "lift"),
+    Quantity("lift_time", "s", 3, "at", "when its lift was largest; blank if it stays on the rail",
+             lambda m: m.plane.lift_time),
+    Quantity("off_time", "s", 3, "time off\nthe rail", "how long it was off the rail", lambda m: m.tally.wheel_off),
+    Quantity("load", "", 3, "least\nN/N0", "least load of a wheelset on the rail over its load at rest",
+             lambda m: m.plane.load, "load"),
+    Quantity("rest_load", "kN", 1, "load\nat rest", "load of a wheelset at rest", lambda m: m.plane.rest / KN),
+)  # fmt: skip
+"""Quantities of a wheelset, in the vertical plane; (n_wheelset,) numbers each."""
+
 MEMBER: tuple[Quantity[Measured], ...] = (
     Quantity(
         "shortening", "mm", 2, "largest\nshortening", "largest shortening of a member of a body",
@@ -275,6 +343,19 @@ TRAIN: tuple[Quantity[Measured], ...] = (
         "mean of the averaged device accelerations of the moving train",
         lambda m: float(np.mean(m.window_peak[m.chain.front :: -1] / G)), "TAMA_averaged", there=_averages,
     ),
+    Quantity(
+        "largest_step", "mm", 1, "largest step",
+        "largest step of all interfaces of the moving train, that at the front included",
+        lambda m: m.plane.own_step / MM, "largest_step", there=_in_plane,
+    ),
+    Quantity(
+        "largest_wheel_lift", "mm", 2, "largest wheel lift", "largest lift of all wheelsets of the moving train",
+        lambda m: m.plane.own_lift / MM, "largest_wheel_lift", there=_in_plane,
+    ),
+    Quantity(
+        "least_wheel_load", "", 3, "least wheel load", "least N/N0 of all wheelsets of the moving train",
+        lambda m: m.plane.own_load, "least_wheel_load", there=_in_plane,
+    ),
 )  # fmt: skip
 """Criteria of the moving train, Eqs. (1) and (2) of doi 10.1186/s10033-022-00755-8; a number each."""
 
@@ -315,6 +396,14 @@ BALANCE: tuple[Quantity[Measured], ...] = (
              lambda m: float(m.tally.brake_work.sum()) / KJ),
     Quantity("grade", "kJ", 1, "by the grade", "energy taken by the grade; negative where it runs downhill",
              lambda m: float(m.tally.grade_work.sum()) / KJ),
+    Quantity("suspensions", "kJ", 1, "in weight, suspensions and rails",
+             "energy that weight, suspension springs, stops and rails hold at the end, more than at the start",
+             lambda m: m.plane.raised / KJ, there=_in_plane),
+    Quantity("damped", "kJ", 1, "by suspensions and rails", "energy taken by dampers of suspensions, and in the rails",
+             lambda m: m.plane.damped / KJ, "damped", there=_in_plane),
+    Quantity("ties", "kJ", 1, "by ties and swing stops",
+             "energy taken by ties that slip and swing stops of struts that shear, with what they still hold",
+             lambda m: (m.plane.lost + m.plane.held) / KJ, there=_in_plane),
     Quantity("energy_error", "", -2, "energy balance",
              "what is missing in the balance of energy, relative to what the collision can convert",
              lambda m: m.energy_error, "energy_error"),
@@ -361,6 +450,9 @@ def groups() -> dict[str, tuple[Quantity[Any], ...]]:
         "An interface": INTERFACE,
         "A stage": (STAGE,),
         "A vehicle": VEHICLE,
+        "An interface, in the vertical plane": ENDS,
+        "A vehicle, in the vertical plane": UPRIGHT,
+        "A wheelset, in the vertical plane": WHEELSET,
         "The body of a vehicle, where one gives": BODY,
         "A member of a body that gives": MEMBER,
         "A point of a body that gives": POINT,
@@ -380,7 +472,12 @@ def of_balance(chain: Chain) -> tuple[Quantity[Measured], ...]:
 
 def of_vehicles(chain: Chain) -> tuple[Quantity[Measured], ...]:
     """The quantities of its vehicles that a chain has, those of their occupants last."""
-    return (*(q for q in (*VEHICLE, *BODY) if q.there(chain)), *of_occupants(chain))
+    return (*(q for q in (*VEHICLE, *BODY, *UPRIGHT) if q.there(chain)), *of_occupants(chain))
+
+
+def of_sides(chain: Chain) -> tuple[Quantity[Side], ...]:
+    """The quantities of its interfaces that a chain has."""
+    return (*INTERFACE, *ENDS) if chain.plane else INTERFACE
 
 
 def of_occupants(chain: Chain) -> tuple[Quantity[Measured], ...]:
@@ -390,7 +487,7 @@ def of_occupants(chain: Chain) -> tuple[Quantity[Measured], ...]:
 
 def of_each(chain: Chain) -> dict[str, Quantity[Any]]:
     """The quantities of every vehicle and interface of a chain by name; not to be changed."""
-    return _by_name(of_vehicles(chain), INTERFACE)
+    return _by_name(of_vehicles(chain), of_sides(chain))
 
 
 @cache
@@ -411,19 +508,32 @@ def columns_of(chain: Chain) -> dict[str, Column]:
         of_train(chain),
         of_balance(chain),
         of_vehicles(chain),
-        _bodies(chain),
+        of_sides(chain),
+        _parts(chain),
     )
 
 
-def _bodies(chain: Chain) -> tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]:
-    """Names of the members and points of each vehicle with a body that gives, from the front backwards."""
-    if not chain.members:
-        return ()
+def parts_of(chain: Chain) -> tuple[tuple[str, tuple[Quantity[Measured], ...]], ...]:
+    """The kinds of parts of its vehicles that a chain has numbers of, with their quantities."""
+    of_bodies = (("members", MEMBER), ("points", POINT)) if chain.members else ()
+    return (*of_bodies, *((("wheelsets", WHEELSET),) if chain.plane else ()))
+
+
+def names_of_parts(chain: Chain, kind: str, vehicle: int) -> list[tuple[int, str]]:
+    """Index and name of each part of a kind of a vehicle, from the end that faces the impact."""
+    if kind == "members":
+        return [(k, chain.members[k].name) for k in chain.members_inward(vehicle)]
+    if kind == "points":
+        return [(k, chain.points[k].name) for k in chain.points_inward(vehicle)]
+    found = [(n, chain.name_of_wheelset(i, k)) for n, (i, k) in enumerate(chain.wheelsets) if i == vehicle]
+    return found[::-1] if chain.facing(vehicle) else found
+
+
+def _parts(chain: Chain) -> tuple[tuple[tuple[tuple[Quantity[Measured], ...], tuple[str, ...]], ...], ...]:
+    """The quantities and the names of the parts of each vehicle, from the front backwards."""
+    kinds = parts_of(chain)
     return tuple(
-        (
-            tuple(chain.members[k].name for k in chain.members_inward(i)),
-            tuple(chain.points[k].name for k in chain.points_inward(i)),
-        )
+        tuple((table, tuple(name for _, name in names_of_parts(chain, kind, i))) for kind, table in kinds)
         for i in order_of_vehicles(chain)
     )
 
@@ -441,7 +551,8 @@ def _columns(
     of_train: tuple[Quantity[Measured], ...],
     of_balance: tuple[Quantity[Measured], ...],
     of_vehicles: tuple[Quantity[Measured], ...],
-    bodies: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...],
+    of_sides: tuple[Quantity[Side], ...],
+    parts: tuple[tuple[tuple[tuple[Quantity[Measured], ...], tuple[str, ...]], ...], ...],
 ) -> dict[str, Column]:
     """Columns of all chains with interfaces, vehicles and quantities of these names; not to be changed."""
     found: list[Column] = []
@@ -454,14 +565,14 @@ def _columns(
     for n, whole in enumerate(with_column((*of_train, *COLLISION, *of_balance))):
         add(whole, "", 0, n)
     for name, partner, away, draws, stages in sides:
-        for of_interface in of_interfaces(draws):
-            add(of_interface, name, 1, partner, away, INTERFACE.index(of_interface))
+        for of_interface in of_interfaces(of_sides, draws):
+            add(of_interface, name, 1, partner, away, of_sides.index(of_interface))
         for n, stage in enumerate(stages):
-            add(STAGE, f"{name} {stage}", 1, partner, away, len(INTERFACE) + n)
+            add(STAGE, f"{name} {stage}", 1, partner, away, len(of_sides) + n)
     for k, name in enumerate(vehicles):
         for n, of_vehicle in enumerate(with_column(of_vehicles)):
             add(of_vehicle, name, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
-        for quantities, things in zip((MEMBER, POINT), bodies[k] if bodies else ((), ()), strict=True):
+        for quantities, things in parts[k]:
             for of_part in with_column(quantities):
                 for n, thing in enumerate(things, start=len(of_vehicles)):
                     add(of_part, thing, 2, k >= n_moving, k if k < n_moving else k - n_moving, n)
@@ -469,9 +580,9 @@ def _columns(
 
 
 @cache
-def of_interfaces(draws: bool) -> tuple[Quantity[Side], ...]:
+def of_interfaces(quantities: tuple[Quantity[Side], ...], draws: bool) -> tuple[Quantity[Side], ...]:
     """The quantities of an interface that have a column, with draw gear or without."""
-    return tuple(q for q in with_column(INTERFACE) if draws or q.key != "peak_pull")
+    return tuple(q for q in with_column(quantities) if draws or q.key != "peak_pull")
 
 
 @cache
@@ -482,6 +593,8 @@ def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], .
 
 _WITHOUT = {
     "no vehicle of the scenario has a body that gives": r"bod(y|ies)_|.*_(member|bogie)_\d|.*_[MS]\d+_\d",
+    "vehicles move along the track only: state plane: vertical": r"(met_)?step_|slip_|tie_force_|swing_moment_|pitch_|"
+    r"heave_|wheel_(lift|load)_|(lift|load)_[MS]\d+_wheelset|largest_(step|wheel)|least_wheel|damped_",
     "the scenario does not state simulation.averaging_ms": "averaged_device_|TAMA_averaged",
 }
 """Why a collision may have none of the responses whose names begin like a pattern."""

@@ -78,6 +78,7 @@ class InterfaceMetrics(Numbers):
         draws: whether it has draw gear.
         drawn_out: whether that was drawn past the end of its own curve.
         judged: whether the limits of its stages count: those of a partner that is no twin do not.
+        slid: in the vertical plane, stages whose faces slid off each other, or whose pins met, in words.
     """
 
     name: str
@@ -87,6 +88,7 @@ class InterfaceMetrics(Numbers):
     draws: bool = False
     drawn_out: bool = False
     judged: bool = True
+    slid: tuple[str, ...] = ()
 
     @property
     def crush_mm(self) -> float:
@@ -105,17 +107,18 @@ class InterfaceMetrics(Numbers):
     def as_dict(self) -> dict[str, Any]:
         """Plain values, stages too."""
         stages = [vars(stage) for stage in self.stages]
-        return self.as_row() | {"stages": stages, "crush_mm": self.crush_mm, "exhausted": self.exhausted}
+        slid = {"slid": self.slid} if self.slid else {}
+        return self.as_row() | {"stages": stages, "crush_mm": self.crush_mm, "exhausted": self.exhausted} | slid
 
 
 @dataclass(frozen=True)
 class PartMetrics(Numbers):
-    """One member or one point of a body that gives.
+    """One member or one point of a body that gives, or one wheelset.
 
-    Its numbers are those of :data:`trainmj.collision.quantities.MEMBER` or ``POINT``.
+    Its numbers are those of :data:`trainmj.collision.quantities.MEMBER`, ``POINT`` or ``WHEELSET``.
 
     Attributes:
-        name: "M1 member 1", "M1 2", "M1 bogie 1".
+        name: "M1 member 1", "M1 2", "M1 bogie 1", "M1 wheelset 1".
     """
 
     name: str
@@ -153,6 +156,7 @@ class VehicleMetrics(Numbers):
         kind: what its train calls it.
         members: of its body, if it gives, from the end that faces the impact; then the links of its bogies.
         points: likewise, the points between them; then its bogies.
+        wheelsets: in the vertical plane, from the end that faces the impact.
         used_up: whether a member was shortened by its whole length, behind which nothing is stated.
         judged: whether it counts if its body gives way: that of a partner that is no twin does not.
         contacts: its contact windows; of more than KEPT that have ended, all but the last are the first ones, and the
@@ -163,6 +167,7 @@ class VehicleMetrics(Numbers):
     kind: str
     members: tuple[PartMetrics, ...] = ()
     points: tuple[PartMetrics, ...] = ()
+    wheelsets: tuple[PartMetrics, ...] = ()
     used_up: bool = False
     judged: bool = True
     contacts: tuple[ContactWindow, ...] = ()
@@ -179,6 +184,7 @@ class VehicleMetrics(Numbers):
     def as_dict(self) -> dict[str, Any]:
         """Plain values, those of contact windows, members and points too."""
         parts = {"members": self.members, "points": self.points} if self.members else {}
+        parts |= {"wheelsets": self.wheelsets} if self.wheelsets else {}
         contacts = [vars(window) for window in self.contacts]
         rows = {key: [part.as_row() for part in of_key] for key, of_key in parts.items()}
         return self.as_row() | {"contacts": contacts} | rows

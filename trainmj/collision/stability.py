@@ -6,7 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from trainmj.collision import stability_plane as plane
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.envelope import Array
 from trainmj.errors import InputError
 from trainmj.units import MS, rounded_down
 
@@ -25,6 +27,20 @@ def largest_step(chain: Chain) -> float:
     """
     from scipy.optimize import brentq
 
+    stiffness, damping = plane.matrices(chain) if chain.plane else _matrices(chain)
+
+    def over(step: float) -> float:
+        return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
+
+    low = _certain_step(chain) * (1.0 - _ROUNDING)  # it may be the largest itself
+    high = 2.0 * low
+    while over(high) < 0.0:
+        low, high = high, 2.0 * high
+    return float(brentq(over, low, high, rtol=1e-6 if chain.plane else 1e-12))
+
+
+def _matrices(chain: Chain) -> tuple[Array, Array]:
+    """(n_point, n_point) stiffness and damping over the roots of the masses."""
     n = len(chain.points)
     root = np.sqrt(chain.point_mass)
     stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
@@ -37,15 +53,7 @@ def largest_step(chain: Chain) -> float:
                 matrix[right, left] -= value
     stiffness /= np.outer(root, root)
     damping /= np.outer(root, root)
-
-    def over(step: float) -> float:
-        return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
-
-    low = _certain_step(chain) * (1.0 - _ROUNDING)  # it may be the largest itself
-    high = 2.0 * low
-    while over(high) < 0.0:
-        low, high = high, 2.0 * high
-    return float(brentq(over, low, high, rtol=1e-12))
+    return stiffness, damping
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
@@ -60,8 +68,11 @@ def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
 def _certain_step(chain: Chain) -> float:
     """A step that is stable for certain [s]: at most the largest, and found at once.
 
-    Gershgorin's circles around the points: all that acts on a point, twice.
+    Gershgorin's circles: around the points, all that acts on a point, twice; in the vertical plane around what acts.
     """
+    if chain.plane:
+        k, c = plane.bounds(chain)
+        return float(2.0 / (0.5 * c + np.sqrt(0.25 * c**2 + k)))
     stiffness, damping = np.zeros(len(chain.points)), np.zeros(len(chain.points))
     for left, right, k, c in _links(chain):
         for point in (left, right):

@@ -14,6 +14,7 @@ class Kind(StrEnum):
     TIME_LIMIT = "time limit"
     NO_CONTACT = "no contact"
     CURVE_ENDED = "curve ended"
+    OVERRIDE = "override"
     EXHAUSTED = "stroke exhausted"
     LIMIT = "limit passed"
     UNSTABLE = "unstable"
@@ -25,6 +26,7 @@ MEANING = {
     Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
     Kind.NO_CONTACT: "computed, but no device was pressed",
     Kind.CURVE_ENDED: "computed, but a curve or a member of a body ended: what came later is not valid",
+    Kind.OVERRIDE: "computed, but one face slid off the other, or pins met: what came later is no prediction",
     Kind.EXHAUSTED: "computed, but a stroke limit was passed, or a car body gave way",
     Kind.LIMIT: "computed, but a limit that the scenario states was passed",
     Kind.UNSTABLE: "an energy balance is off, or a value is not finite",
@@ -34,7 +36,7 @@ MEANING = {
 FAILED = (Kind.REFUSED, Kind.UNSTABLE)
 """Kinds of cases that could not be computed."""
 
-NOT_VALID = (Kind.CURVE_ENDED,)
+NOT_VALID = (Kind.CURVE_ENDED, Kind.OVERRIDE)
 """Kinds of cases that were computed, and whose numbers are not valid from some time on."""
 
 UNUSABLE = (*FAILED, *NOT_VALID)

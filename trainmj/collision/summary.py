@@ -6,7 +6,7 @@ The quantities themselves are in :mod:`trainmj.collision.quantities`; here they 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -15,26 +15,26 @@ from typing import Any
 import numpy as np
 
 from trainmj.collision.block import Tally
-from trainmj.collision.body import Member, Point
 from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
 from trainmj.collision.limits import Criterion, of_responses, of_stages
+from trainmj.collision.line import Line
 from trainmj.collision.measured import UNSTABLE, Measured, Side
 from trainmj.collision.quantities import (
     COLLISION,
-    INTERFACE,
-    MEMBER,
-    POINT,
     STAGE,
     TRAIN,
     Column,
     Quantity,
     columns_of,
+    names_of_parts,
     of_balance,
     of_interfaces,
+    of_sides,
     of_train,
     of_vehicles,
+    parts_of,
     with_column,
 )
 from trainmj.collision.records import ContactWindow, InterfaceMetrics, Numbers, PartMetrics, StageUse, VehicleMetrics
@@ -151,24 +151,23 @@ def summary_of(measured: Measured) -> Summary:
     """The numbers of a collision that has been measured."""
     chain = measured.chain
     own = n_own_sides(chain)
-    interfaces = tuple(_interface(side, chain.twin or n < own) for n, side in enumerate(measured.sides))
+    sides = of_sides(chain)
+    interfaces = tuple(_interface(side, sides, chain.twin or n < own) for n, side in enumerate(measured.sides))
     quantities = of_vehicles(chain)
     names = [q.name for q in quantities]
     blank = np.full(len(chain.vehicles), np.nan)
     values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in quantities)
     numbers = list(zip(*(value.tolist() for value in values), strict=True))
-    members, points = (
-        (_of_parts(measured, chain.members, MEMBER), _of_parts(measured, chain.points, POINT))
-        if chain.members
-        else ([], [])
-    )
+    parts = {kind: _of_parts(measured, table) for kind, table in parts_of(chain)}
     vehicles = tuple(
         VehicleMetrics(
             dict(zip(names, numbers[i], strict=True)),
             chain.vehicles[i].name,
             chain.vehicles[i].kind,
-            tuple(members[k] for k in chain.members_inward(i)),
-            tuple(points[k] for k in chain.points_inward(i)),
+            **{
+                kind: tuple(PartMetrics(of[k], name) for k, name in names_of_parts(chain, kind, i))
+                for kind, of in parts.items()
+            },
             contacts=tuple(
                 ContactWindow(start, end, mean / G, cut) for start, end, mean, cut in measured.contacts_of(i)
             ),
@@ -199,29 +198,26 @@ def _responses(
     """Every number that has a column, in the order of the columns."""
     values = [*_shown(whole, (*of_train(chain), *COLLISION)), *_shown(balance, of_balance(chain))]
     for i in interfaces:
-        values += [i.values[q.name] for q in of_interfaces(i.draws)]
+        values += [i.values[q.name] for q in of_interfaces(of_sides(chain), i.draws)]
         values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
     quantities = of_vehicles(chain)
     for v in vehicles:
         values += _shown(v, quantities)
-        for parts, of_parts in ((v.members, with_column(MEMBER)), (v.points, with_column(POINT))):
-            values += [part.values[q.name] for q in of_parts for part in parts]
+        for kind, table in parts_of(chain):
+            values += [part.values[q.name] for q in with_column(table) for part in getattr(v, kind)]
     return values
 
 
-def _of_parts(
-    measured: Measured, parts: Sequence[Member | Point], table: tuple[Quantity[Measured], ...]
-) -> list[PartMetrics]:
-    """Each member, or point, of bodies that give, by its index."""
-    numbers = {q.name: q.value(measured).tolist() for q in table}
-    return [
-        PartMetrics({name: values[k] for name, values in numbers.items()}, part.name) for k, part in enumerate(parts)
-    ]
+def _of_parts(measured: Measured, table: tuple[Quantity[Measured], ...]) -> list[dict[str, float]]:
+    """The numbers of each part of a kind, such as a member of a body that gives, by its index."""
+    numbers = [np.asarray(q.value(measured)).tolist() for q in table]
+    names = [q.name for q in table]
+    return [dict(zip(names, of_one, strict=True)) for of_one in zip(*numbers, strict=True)]
 
 
-def _interface(side: Side, judged: bool) -> InterfaceMetrics:
+def _interface(side: Side, quantities: tuple[Quantity[Side], ...], judged: bool) -> InterfaceMetrics:
     return InterfaceMetrics(
-        {q.name: q.value(side) for q in INTERFACE},
+        {q.name: q.value(side) for q in quantities},
         name=side.name,
         device=side.device.name,
         stages=tuple(
@@ -232,7 +228,13 @@ def _interface(side: Side, judged: bool) -> InterfaceMetrics:
         draws=side.interface.draws,
         drawn_out=side.drawn_out,
         judged=judged,
+        slid=tuple(_slid(*one) for one in side.slid),
     )
+
+
+def _slid(stage: str, line: Line, time: float) -> str:
+    how = "its pins met" if line.strut else f"past its {line.overlap / MM:.6g} mm of overlap"
+    return f"{stage} at {time:.4g} s ({how})"
 
 
 def _status(
@@ -263,6 +265,7 @@ def _status(
             if tally.over
             else "no device was pressed before the time limit",
         )
+    slid = [(i.name, f"{i.name} {one}") for i in interfaces for one in i.slid]
     ended = [(i.name, _ended(i)) for i in interfaces if i.beyond_curve]
     ended += [
         (f"body of {v.name}", f"body of {v.name} (a member shortened by its whole length)")
@@ -273,6 +276,10 @@ def _status(
     spent += [one for vehicle in vehicles if vehicle.judged for one in _collapsed(vehicle)]
     passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
     cut = "" if tally.over else "; cut off by the time limit"
+    if slid:
+        where, said = zip(*slid, strict=True)
+        also = f"; {Kind.CURVE_ENDED} at {', '.join(one for _, one in ended)}" if ended else ""
+        return Status(Kind.OVERRIDE, where, f"{', '.join(said)}{also}; {not_valid(tally.valid_until)}{cut}")
     if ended:
         where, said = zip(*ended, strict=True)
         return Status(Kind.CURVE_ENDED, where, f"{', '.join(said)}; {not_valid(tally.valid_until)}{cut}")

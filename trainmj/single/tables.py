@@ -68,7 +68,11 @@ def why_not_valid(summary: Summary) -> str:
         cures.append("for draw gear a longer curve")
     if bodies:
         cures.append("more hardening_kN_per_mm or collapse_force_kN of the body, or fewer members")
-    what = [f"the curve of {', '.join(ended)} ended"] if ended else []
+    slid = [f"{i.name} {one}" for i in summary.interfaces for one in i.slid]
+    if slid:
+        cures.append("faces of more overlap, a stronger tie, or couplers that swing less")
+    what = [f"one face slid off the other, or the pins of a strut met: {', '.join(slid)}"] if slid else []
+    what += [f"the curve of {', '.join(ended)} ended"] if ended else []
     what += [f"a member of the body of {bodies} was shortened by its whole length"] if bodies else []
     return (
         f"{', and '.join(what)}, and nothing is stated behind it. From then on its last force is only "

@@ -10,7 +10,17 @@ from typing import Any
 from trainmj.collision.identity import identity
 from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
-from trainmj.verification import bodies, closed_forms, exact, full_scale, numerics, oracles, published, symmetries
+from trainmj.verification import (
+    bodies,
+    closed_forms,
+    exact,
+    full_scale,
+    numerics,
+    oracles,
+    plane,
+    published,
+    symmetries,
+)
 from trainmj.verification.check import Check
 
 Case = Callable[[], Iterator[Check]]
@@ -36,6 +46,12 @@ GROUPS = (
         "Bodies that give",
         "Waves, frequencies, damping and collapse of bodies as formulas have them, and the largest stable step.",
         bodies.CASES,
+    ),
+    Group(
+        "The vertical plane",
+        "Rest, natural frequencies and what is conserved, as formulas have them; with all but the motion along the "
+        "track held, the collisions along it.",
+        plane.CASES,
     ),
     Group(
         "Computed by others",

@@ -28,6 +28,67 @@ FRICTIONLESS = {"collision.rail_friction": 0}
 """Changes of a scenario under which momentum is kept."""
 
 
+METRO: dict[str, Any] = {
+    "body": {"pitch_inertia_t_m2": 750, "cog_height_m": 1.6},
+    "bogies": {
+        "centres_m": 12.6,
+        "wheelbase_m": 2.3,
+        "frame_t": 2.56,
+        "frame_pitch_t_m2": 1.75,
+        "wheelset_t": 1.42,
+        "axle_height_m": 0.42,
+        "link_height_m": 0.6,
+        "cog_height_m": 0.5,
+    },
+    "secondary": {
+        "kN_per_mm": 0.7,
+        "kN_s_per_m": 60,
+        "lift_stop_mm": 60,
+        "bump_stop_mm": 60,
+        "stop_kN_per_mm": 20,
+    },
+    "primary": {"kN_per_mm": 3.4, "kN_s_per_m": 20, "lift_stop_mm": 30, "bump_stop_mm": 40, "stop_kN_per_mm": 20},
+}
+"""A type of vehicle in the vertical plane, as a scenario states it."""
+
+STRUT: dict[str, Any] = {
+    "acts": "strut",
+    "height_mm": 660,
+    "pin_m": 1.5,
+    "swing": {"free_mrad": 100, "MN_m_per_rad": 2},
+}
+FACE: dict[str, Any] = {
+    "acts": "face",
+    "height_mm": 950,
+    "overlap_mm": 120,
+    "tie": {"friction": 0.2, "tooth_kN": 0, "kN_per_mm": 100},
+}
+
+
+_LINES: dict[str, dict[str, Any]] = {
+    "b_type": {
+        "trains.b_type.type": "metro",
+        "devices.front.stages.coupler.line": STRUT,
+        "devices.front.stages.anti_climber.line": FACE,
+        "devices.coupler_a_b.line": STRUT,
+        "devices.coupler_c_d.line": STRUT,
+    },
+    "en15227_c1": {
+        "trains.main_line.type": "metro",
+        "devices.head.stages.coupler.line": FACE,
+        "devices.between.stages.coupler.line": STRUT,
+    },
+    "wagon_80t": {
+        "trains.main_line.type": "metro",
+        "trains.wagon_80t.type": "metro",
+        "devices.head.stages.coupler.line": FACE,
+        "devices.between.stages.coupler.line": STRUT,
+        "devices.wagon_buffers.line": FACE,
+    },
+}
+"""What makes a shipped scenario one in the vertical plane."""
+
+
 def envelope(points: Sequence[tuple[float, float]], stiffness: float, damping: float = 0.0) -> Envelope:
     """An envelope from points (mm, kN), its stiffness in kN/mm and its dashpot in kN s/m."""
     u, f = np.array(points, dtype=float).T
@@ -166,6 +227,14 @@ def _stage(rng: np.random.Generator) -> dict[str, Any]:
     stroke = np.cumsum(np.concatenate([[0.0, rng.uniform(1.0, 80.0)], rng.uniform(0.5, 250.0, n)]))
     force = rng.uniform(200.0, 800.0) * np.cumprod(np.append(1.0, rng.choice([0.9, 1.0, 1.2, 1.7], n)))
     return {"curve": {"stroke_mm": stroke.tolist(), "force_kN": [0.0, *force.tolist()]}}
+
+
+def planar(changes: Mapping[str, Any] | None = None, name: str = "b_type") -> Scenario:
+    """A shipped scenario in the vertical plane, with changes by path: every train on one type of vehicle.
+
+    Couplers are struts and what is behind a shear-off are faces, and so are the heads of a train against a wagon.
+    """
+    return load(name, {"plane": "vertical", "vehicle_types": {"metro": METRO}, **_LINES[name], **(changes or {})})
 
 
 def shipped(name: str = "b_type", changes: Mapping[str, Any] | None = None) -> Chain:
