@@ -51,8 +51,8 @@ def ran(tmp_path_factory):
     """The folder of a run with all that there is, and what it printed as JSON."""
     folder = tmp_path_factory.mktemp("plane")
     trainmj.save(short(bracket=["free", "stated", "tied"]), folder / "train.yaml")
-    args = ["run", str(folder / "train.yaml"), "--margin", "--slip", "5", "--out", str(folder / "out"), "--report"]
-    done = CliRunner().invoke(main, [*args, "--json"])
+    args = ["run", str(folder / "train.yaml"), "--margin", "--slip", "5", "--out", str(folder / "out")]
+    done = CliRunner().invoke(main, [*args, "--report", "--figures", "svg", "--json"])
     assert done.exit_code == 0, done.output
     return folder / "out", json.loads(done.stdout)
 
@@ -199,10 +199,12 @@ def test_margins_without_a_number_say_why():
     assert (needless.factor, needless.said) == (0.0, "holds without any tie")
     (hopeless,) = trainmj.margins(slid())
     assert (hopeless.factor, hopeless.as_dict()["factor"]) == (math.inf, None)
-    assert hopeless.said == f"never holds, not even with {MOST:g} times its capacity"
+    assert hopeless.said == f"never holds, up to {MOST:g} times its capacity"
+    (without,) = trainmj.margins(short(devices__front__stages__anti_climber__line__tie="none"))
+    assert without.said == "does not hold: no tie is stated"
     weak = replace(needless, factor=2.5)
-    assert "would with 2.5 times" in weak.said
-    verdicts = [row[-1].kind for row in tables_plane.margins([needless, weak, hopeless]).rows]
+    assert weak.said == "too weak: needs 2.5 times its capacity"
+    verdicts = [row[-2].kind for row in tables_plane.margins([needless, weak, hopeless]).rows]
     assert verdicts == ["pass", "fail", "fail"]
     assert trainmj.margins(short(simulation__time_limit_s=0.05)) == (), "no faces met"
 
@@ -236,7 +238,7 @@ def test_the_folder_has_all_of_the_plane(ran):
     assert wheelsets["name"].tolist() == [w["name"] for v in printed["vehicles"] for w in v["wheelsets"]]
     assert {"step_mm", "met_step_mm"} <= set(pd.read_csv(folder / "interfaces.csv"))
     assert {"pitch_mrad", "wheel_load"} <= set(pd.read_csv(folder / "vehicles.csv"))
-    assert (folder / "plane.png").is_file()
+    assert (folder / "plane.svg").is_file()
 
 
 def test_a_report_made_later_has_the_bracket_and_margins(ran):

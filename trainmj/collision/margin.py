@@ -41,6 +41,7 @@ class Margin:
             hold without any, infinite if not even with MOST.
         slip_mm: slip up to which they hold.
         slip_as_stated_mm: largest slip of its faces with the ties as stated.
+        tied: whether its ties have any capacity as stated.
         valid: whether the collision is valid at that factor: nothing else slid off, and no curve ended.
     """
 
@@ -48,6 +49,7 @@ class Margin:
     factor: float
     slip_mm: float
     slip_as_stated_mm: float
+    tied: bool = True
     valid: bool = True
 
     @property
@@ -55,11 +57,13 @@ class Margin:
         """What it means, in words."""
         if self.factor == 0.0:
             return "holds without any tie"
+        if not self.tied:
+            return "does not hold: no tie is stated"
         if self.factor == math.inf:
-            return f"never holds, not even with {MOST:g} times its capacity"
+            return f"never holds, up to {MOST:g} times its capacity"
         if self.factor <= 1.0:
             return f"holds, down to {self.factor:.3g} of its capacity"
-        return f"does not hold as stated, would with {self.factor:.3g} times its capacity"
+        return f"too weak: needs {self.factor:.3g} times its capacity"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, as ``trainmj run --margin --json`` prints them; the factor is None if ties never hold."""
@@ -94,7 +98,8 @@ def margins(scenario: Scenario | str | Path, slip_mm: float = SLIP) -> tuple[Mar
     chain = line_up(scenario)
     stated = next(summary for _, summary in run_chains([(0, chain)]))
     engaged = [k for k, sides in _by_interface(chain, stated).items() if any(map(_engaged, sides))]
-    tried: dict[int, dict[float, Summary]] = {k: {1.0: stated} for k in engaged}
+    tied = {k: any(_tied(element.line) for element in chain.interfaces[k].elements) for k in engaged}
+    tried: dict[int, dict[float, Summary]] = {k: {1.0 if tied[k] else 0.0: stated} for k in engaged}
 
     def span(k: int) -> tuple[float, float]:
         """The largest factor tried at which ties fail, and the next one; negative and infinite if there is none."""
@@ -102,7 +107,7 @@ def margins(scenario: Scenario | str | Path, slip_mm: float = SLIP) -> tuple[Mar
         low = max((factor for factor, holds in held.items() if not holds), default=-math.inf)
         return low, min((factor for factor in held if factor > low), default=math.inf)
 
-    asked = {k: [factor for factor in _FIRST if factor != 1.0] for k in engaged}
+    asked = {k: [factor for factor in _FIRST if factor != 1.0] for k in engaged if tied[k]}
     while asked:
         cases = [((k, factor), _with(chain, k, factor)) for k, factors in asked.items() for factor in factors]
         for (k, factor), summary in run_chains(cases):
@@ -114,7 +119,7 @@ def margins(scenario: Scenario | str | Path, slip_mm: float = SLIP) -> tuple[Mar
         factor = span(k)[1]
         slip = max(side.slip_mm for side in _by_interface(chain, stated)[k])
         valid = factor == math.inf or not tried[k][factor].not_valid
-        found.append(Margin(chain.interfaces[k].name, factor, slip_mm, slip, valid))
+        found.append(Margin(chain.interfaces[k].name, factor, slip_mm, slip, tied[k], valid))
     return tuple(found)
 
 
@@ -141,6 +146,11 @@ def _engaged(side: InterfaceMetrics) -> bool:
 def _holds(chain: Chain, summary: Summary, k: int, slip_mm: float) -> bool:
     sides: Iterable[InterfaceMetrics] = _by_interface(chain, summary)[k]
     return not any(side.slid for side in sides) and all(side.slip_mm <= slip_mm for side in sides)
+
+
+def _tied(line: Line | None) -> bool:
+    """Whether a line has a tie with some capacity."""
+    return line is not None and line.tie > 0.0 and (line.friction > 0.0 or line.tooth > 0.0)
 
 
 def _with(chain: Chain, k: int, factor: float) -> Chain:

@@ -77,9 +77,8 @@ def beside_of(file: Path) -> Beside:
 
 def _margin(row: Mapping[str, Any]) -> Margin:
     factor = math.inf if row["factor"] is None else float(row["factor"])
-    return Margin(
-        str(row["interface"]), factor, float(row["slip_mm"]), float(row["slip_as_stated_mm"]), bool(row["valid"])
-    )
+    slips = float(row["slip_mm"]), float(row["slip_as_stated_mm"])
+    return Margin(str(row["interface"]), factor, *slips, bool(row["tied"]), bool(row["valid"]))
 
 
 _ROW: dict[str, Any] = {"ties": str, "status": Kind, "reason": str, "limits": int, "limits_kept": int}

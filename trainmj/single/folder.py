@@ -58,7 +58,7 @@ def write_run(
             if rows:
                 pd.DataFrame(rows).to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
         save(figures.collision(result, width), stage / "collision", formats)
-        if result.chain.plane:
+        if result.chain.plane and formats:
             save(figures.plane(result, summary, width), stage / "plane", formats)
         if result.chain.members:
             save(figures.bodies(result, width), stage / "bodies", formats)

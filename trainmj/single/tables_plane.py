@@ -161,8 +161,8 @@ def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
     reasons = [f"{row['ties']}: {_said(row)}." for row in rows if row["reason"]]
     note = " ".join(
         [
-            "Free: with nothing that holds ends together vertically. Stated: with what the scenario states. Tied: with "
-            "ties of any strength, and swing stops without free angle.",
+            "Free: nothing holds ends together vertically; stated: what the scenario states does; tied: ties of any "
+            "strength, and swing stops without free angle.",
             *reasons,
         ]
     )
@@ -187,8 +187,8 @@ def margins(found: Sequence[Margin]) -> Table:
             m.interface,
             m.slip_as_stated_mm,
             "-" if m.factor == float("inf") else f"{m.factor:.3g}",
-            m.said,
             judged(m.factor <= 1.0) if m.valid else failed("not valid"),
+            m.said,
         )
         for m in found
     ]
@@ -197,7 +197,7 @@ def margins(found: Sequence[Margin]) -> Table:
         *worded("Interface"),
         Column("slip as stated", "mm", 2, head="slip as\nstated"),
         Column("factor"),
-        *worded("ties", "verdict"),
+        *worded("verdict", "ties"),
     ]
     note = (
         f"Ties hold if no face slides off the other and engaged faces slip by no more than {slip}. Factor: on the "
