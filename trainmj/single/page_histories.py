@@ -44,7 +44,8 @@ def add_histories(section: Section, result: Result) -> None:
         lines = vehicle_lines(result, name, step)
         if any(any(one["y"]) for one in lines):
             plot_over_time(section, result, f"{axis} of car bodies", lines, axis, SHOWN[name].shown)
-    note = "Stacked; what the devices still hold is the rest of the kinetic energy at the start."
+    holds = "devices, suspensions, ties and motion up and down hold" if chain.plane else "the devices still hold"
+    note = f"Stacked; what {holds} is the rest of the kinetic energy at the start."
     if chain.grade:
         note += " What a grade gives comes on top."
     plot_over_time(section, result, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
@@ -156,7 +157,7 @@ def _balance_lines(result: Result, step: int) -> list[Trace]:
     elastic = np.sum(result.member_elastic, axis=1)
     held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - yielded - elastic - rails - brakes - grade)
     rest = "elastic or gas, in the devices" + (" (or damped in car bodies)" if chain.members else "")
-    rest += " (or up and down: pitch, heave, suspensions, ties)" if chain.plane else ""
+    rest += ", or in the vertical plane" if chain.plane else ""
     return [
         line(name, result.time[::step], values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")
         for name, values, colour in (
