@@ -201,11 +201,11 @@ def test_the_same_seed_is_the_same_train():
 @pytest.mark.parametrize("seed", [3, 5, 12])
 def test_random_trains_balance_and_have_converged(seed, monkeypatch):
     """Breaks when tolerances, the longest step or the creep of friction leave more than a tenth of what is compared."""
-    found = plane.solve(random_train(seed))
+    found = plane.solve(random_train(seed), 0.3)
     monkeypatch.setattr(plane, "CREEP", plane.CREEP / 2)
     for key, part in (("rtol", 10), ("atol", 10), ("longest", 2), ("longest_free", 2)):
         monkeypatch.setattr(plane.PlaneMotion, key, getattr(plane.PlaneMotion, key) / part)
-    finer = plane.solve(random_train(seed))
+    finer = plane.solve(random_train(seed), 0.3)
     assert abs(found.missing) < 1e-5 * found.kinetic[0]
     for name, ends in found.interfaces.items():
         other = finer.interfaces[name]
