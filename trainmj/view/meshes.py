@@ -336,6 +336,19 @@ def bogie(length: float) -> Mesh:
     return joined(pieces)
 
 
+def frame(wheelbase: float, axle: float) -> Mesh:
+    """The frame of a bogie without its wheelsets: its middle at 0, from its wheelbase and the height of its axles [m]."""
+    reach = 0.5 * wheelbase + 0.4
+    sides = [box((-reach, reach), (y - 0.07, y + 0.07), (axle, axle + 0.24)) for y in (-0.98, 0.98)]
+    return joined([box((-0.3, 0.3), (-0.95, 0.95), (axle - 0.02, axle + 0.38)), *sides])
+
+
+def wheelset(radius: float) -> Mesh:
+    """Two wheels on an axle, which stands on the rails at 0."""
+    axle = box((-0.08, 0.08), (-0.77, 0.77), (radius - 0.08, radius + 0.08))
+    return joined([axle, *(wheel(0.0, y, radius) for y in (-0.77, 0.77))])
+
+
 def _front_panel(
     end: float, direction: int, length: float, corners: Sequence[tuple[float, float]], out: float = 0.02
 ) -> Mesh:

@@ -13,15 +13,17 @@ from trainmj.collision.block import Layout
 from trainmj.collision.body import nearest
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.device import CAR_BODY, Stage
+from trainmj.collision.gear import Gear
 from trainmj.collision.law.hydraulic import recovers
 from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.model import spec, stand_in_of
 from trainmj.units import KN, KN_PER_MM, readable
 from trainmj.view import meshes
-from trainmj.view.parts import SKIN, Body, Part, ends, middle_of, setback
+from trainmj.view.parts import SHADE, SKIN, Body, Part, ends, middle_of, rail_of, setback
 
 _TRACK = 120.0  # track beyond the ends of the trains [m]
 _BOGIES = 0.17  # of the length of a body, from its ends to the middles of its bogies
+_SMALLEST = 0.05  # radius of a wheel [m]
 _SLIVER = 0.005  # what is shorter of a car body is not drawn [m]
 _SLEEPERS = 800  # at most; a longer track has them near the impact only
 _BOX, _CYLINDER, _MESH = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_MESH
@@ -46,7 +48,7 @@ def visible(chain: Chain, layout: Layout | None = None, stand_in: bool = False) 
     for end in found:
         body = model.worldbody if end.point == WALL else model.body(chain.points[end.point].name)
         for part in end.parts:
-            _add_part(body, part, end.direction, middle_of(chain, end.point))
+            _add_part(body, part, end.direction, middle_of(chain, end.point), rail_of(chain, end.point))
     return model
 
 
@@ -144,9 +146,9 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
     for material, whole in pieces.items():
         paint = _paint(material, i < chain.n_moving)
         for name, point, piece in _sections(chain, i, whole):
-            body, x = model.body(chain.points[point].name), middle_of(chain, point)
+            body, x = model.body(chain.points[point].name), (middle_of(chain, point), rail_of(chain, point))
             kept: meshes.Mesh | None = piece
-            for end in given if material != "shade" else ():
+            for end in given if material != SHADE else ():
                 direction = 1 if "front" in end.name.split() else -1
                 kept, crumpling = meshes.cut(kept, direction * end.start, direction) if kept else (None, None)
                 if crumpling is not None:
@@ -155,7 +157,10 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
             if kept is not None:
                 own = f"{name} {SKIN if vehicle.body and material == skin else material}"
                 _add_shape(body, model, own, own if vehicle.body else f"{key} {material}", kept, paint, x)
-    _add_bogies(model, chain, i, rear, front)
+    if vehicle.gear is not None:
+        _add_gear(model, chain, i, vehicle.gear)
+    else:
+        _add_bogies(model, chain, i, rear, front)
 
 
 def _sections(chain: Chain, i: int, mesh: meshes.Mesh) -> Iterator[tuple[str, int, meshes.Mesh]]:
@@ -196,8 +201,24 @@ def _add_bogies(model: mujoco.MjSpec, chain: Chain, i: int, rear: float, front: 
             f"bogie {length:.3f}",
             meshes.bogie(length),
             "bogie",
-            place + middle_of(chain, point),
+            (place + middle_of(chain, point), 0.0),
         )
+
+
+def _add_gear(model: mujoco.MjSpec, chain: Chain, i: int, gear: Gear) -> None:
+    """The frames and wheelsets of a vehicle in the vertical plane, each on the body that moves it.
+
+    A vehicle that stands higher stands on larger wheels: those of the others are worn.
+    """
+    radius = max(_SMALLEST, gear.axle_height + gear.offset)
+    frame, wheelset = meshes.frame(gear.wheelbase, gear.axle_height), meshes.wheelset(radius)
+    for bogie in range(2):
+        name = chain.name_of_bogie(i, bogie)
+        key = f"frame {gear.wheelbase:.3f} {gear.axle_height:.3f}"
+        _add_shape(model.body(name), model, name, key, frame, "bogie", (0.0, -gear.link_height))
+    for k in range(4):
+        name = chain.name_of_wheelset(i, k)
+        _add_shape(model.body(name), model, name, f"wheelset {radius:.3f}", wheelset, "bogie", (0.0, -radius))
 
 
 def _pieces(drawing: str, rear: float, front: float, cabs: Sequence[int] = ()) -> dict[str, meshes.Mesh]:
@@ -219,12 +240,18 @@ def _paint(material: str, moving: bool) -> str:
 
 
 def _add_shape(
-    body: mujoco.MjsBody, model: mujoco.MjSpec, name: str, key: str, mesh: meshes.Mesh, material: str, x: float = 0.0
+    body: mujoco.MjsBody,
+    model: mujoco.MjSpec,
+    name: str,
+    key: str,
+    mesh: meshes.Mesh,
+    material: str,
+    at: tuple[float, float],
 ) -> None:
-    """A shape made of a mesh, which is added where there is none of its key."""
+    """A shape made of a mesh, which is added where there is none of its key, at a place and a height [m]."""
     if model.mesh(key) is None:
         _add_mesh(model, key, mesh)
-    body.add_geom(name=name, type=_MESH, meshname=key, material=material, pos=[x, 0, 0], **_WEIGHTLESS)
+    body.add_geom(name=name, type=_MESH, meshname=key, material=material, pos=[at[0], 0, at[1]], **_WEIGHTLESS)
 
 
 def _add_mesh(model: mujoco.MjSpec, name: str, mesh: meshes.Mesh) -> None:
@@ -236,14 +263,14 @@ def _add_mesh(model: mujoco.MjSpec, name: str, mesh: meshes.Mesh) -> None:
     )
 
 
-def _add_part(body: mujoco.MjsBody, part: Part, direction: int, middle: float) -> None:
+def _add_part(body: mujoco.MjsBody, part: Part, direction: int, middle: float, rail: float) -> None:
     half, section = 0.5 * (part.end - part.start), part.shape.section
     is_round = len(section) == 1
     body.add_geom(
         name=part.name,
         type=_CYLINDER if is_round else _BOX,
         size=[*section, half, 0] if is_round else [half, *section],
-        pos=[middle + direction * 0.5 * (part.start + part.end), *part.place],
+        pos=[middle + direction * 0.5 * (part.start + part.end), part.place[0], part.place[1] + rail],
         quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0] if is_round else [1, 0, 0, 0],  # a cylinder's axis is its z
         material=part.shape.material,
         **_WEIGHTLESS,
@@ -273,5 +300,5 @@ def _add_wall(model: mujoco.MjSpec, chain: Chain) -> None:
         pieces = _pieces(obstacle.drawing, setback(chain, WALL, -1) - half, half)
         for material, mesh in pieces.items():
             name = f"obstacle {material}"
-            _add_shape(world, model, name, name, mesh, _paint(material, False), half)
+            _add_shape(world, model, name, name, mesh, _paint(material, False), (half, 0.0))
     world.add_geom(name="wall", type=_BOX, size=[1, 3, 2.5], pos=[face + 1, 0, 2.5], material="wall", **_UNTOUCHED)
