@@ -103,7 +103,7 @@ class _Strut:
 
     def follow(self, dof: Array, stroke: float) -> None:
         """Turn with the pins of both vehicles, once they have met."""
-        self._met |= stroke > 0.0
+        self._met |= stroke > _CLOSE
         if not self._met:
             return
         left, right = self.line.left, self.line.right

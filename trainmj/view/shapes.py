@@ -45,6 +45,8 @@ class Shapes:
             for end in ends(chain)
         ]
         self._heights = model.geom_pos[:, 2].copy()
+        turning = [g for *_, parts in self._ends for part, g in parts if part.zone.pin is not None]
+        model.geom_sameframe[turning] = 0  # of those that lie along their body MuJoCo would take its frame
         self._shades = [
             _Shade(model, model.geom(f"{v.name} {SHADE}").id, v.gear.offset, chain.first_dof[i])
             for i, v in enumerate(chain.vehicles)
