@@ -337,7 +337,7 @@ def bogie(length: float) -> Mesh:
 
 
 def frame(wheelbase: float, axle: float) -> Mesh:
-    """The frame of a bogie without its wheelsets: its middle at 0, from its wheelbase and the height of its axles [m]."""
+    """The frame of a bogie without its wheelsets, its middle at 0, by its wheelbase and the height of its axles [m]."""
     reach = 0.5 * wheelbase + 0.4
     sides = [box((-reach, reach), (y - 0.07, y + 0.07), (axle, axle + 0.24)) for y in (-0.98, 0.98)]
     return joined([box((-0.3, 0.3), (-0.95, 0.95), (axle - 0.02, axle + 0.38)), *sides])

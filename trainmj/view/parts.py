@@ -58,7 +58,9 @@ class Zone:
     end_at: float  # stroke at which it ends; from there on the stage is pushed back as it is [m]
     stage: int  # which of the device's stages
     path: int = 0  # way through the device that the stage is on
-    pin: float | None = None  # of a strut, which turns about it in the vertical plane, from the middle of the vehicle [m]
+    pin: float | None = (
+        None  # of a strut, which turns about it in the vertical plane, from the middle of the vehicle [m]
+    )
 
 
 @dataclass(frozen=True)

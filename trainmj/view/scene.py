@@ -11,21 +11,26 @@ import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.body import nearest
-from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.device import CAR_BODY, Stage
 from trainmj.collision.gear import Gear
 from trainmj.collision.law.hydraulic import recovers
 from trainmj.collision.mj import mujoco, undisturbed
-from trainmj.collision.model import spec, stand_in_of
+from trainmj.collision.model import StandIn, spec, stand_in_of
+from trainmj.collision.model_plane import SMALLEST
 from trainmj.units import KN, KN_PER_MM, readable
 from trainmj.view import meshes
 from trainmj.view.parts import SHADE, SKIN, Body, Part, ends, middle_of, rail_of, setback
 
 _TRACK = 120.0  # track beyond the ends of the trains [m]
 _BOGIES = 0.17  # of the length of a body, from its ends to the middles of its bogies
-_SMALLEST = 0.05  # radius of a wheel [m]
 _SLIVER = 0.005  # what is shorter of a car body is not drawn [m]
 _SLEEPERS = 800  # at most; a longer track has them near the impact only
+_PLANE = (
+    "In the vertical plane each of them acts along the track at one height, the mean of the heights of its lines by "
+    "what each absorbs. Weight, springs and dampers are those of the scenario. Contacts without friction, about as "
+    "soft as the rails of the scenario, stand in for these, and limits of joints for the stops of the suspensions. "
+)
 _BOX, _CYLINDER, _MESH = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_MESH
 _UNTOUCHED = {"contype": 0, "conaffinity": 0}
 _NOTHING = Stage("", 0.0, 0.0)  # before the first one
@@ -66,9 +71,7 @@ def export(chain: Chain, title: str = "") -> str:
     """
     words = " ".join(re.sub("-{2,}", "-", title).split())  # XML forbids two dashes in a comment
     stand_ins = "".join(
-        f"\n       {i.name}: {readable(force / KN, 0)} kN, {stiffness / KN_PER_MM:.6g} kN/mm"
-        for i in chain.interfaces
-        for stiffness, force in [stand_in_of(i, chain.stand_in_speed)]
+        f"\n       {i.name}: {_said(i, stand_in_of(i, chain.stand_in_speed))}" for i in chain.interfaces
     )
     stand_ins += "".join(f"\n       {line}" for line in _bodies(chain))
     bodies = (
@@ -82,12 +85,21 @@ def export(chain: Chain, title: str = "") -> str:
         "section Simulation, Load key. The devices of the scenario are NOT in this file: MJCF cannot express them. "
         "Stand-ins take their place, one for each interface: ideal elasto-plastic tendons (springyield, of MuJoCo 4.0) "
         "that push and never pull, with the unloading stiffness of the devices and one force, their mean up to the "
-        f"first stroke limit. {bodies}Left out: {'; '.join(_left_out(chain))}. "
+        f"first stroke limit. {bodies}{_PLANE if chain.plane else ''}Left out: {'; '.join(_left_out(chain))}. "
         "Strokes and accelerations differ from those of trainmj."
     )
     lines = fill(said, 112, initial_indent="     ", subsequent_indent="     ", break_on_hyphens=False)
     comment = f"<!-- {words or 'Train collision'}\n{lines}"
     return f"{comment}{stand_ins} -->\n{visible(chain, stand_in=True).to_xml()}"
+
+
+def _said(interface: Interface, found: StandIn) -> str:
+    """A stand-in in words."""
+    words = f"{readable(found.force / KN, 0)} kN, {found.stiffness / KN_PER_MM:.6g} kN/mm"
+    if interface.elements[0].line is None:
+        return words
+    heights = dict.fromkeys(f"{height:.3f} m" for height in found.heights)
+    return f"{words}, at {' and '.join(heights)}"
 
 
 def _bodies(chain: Chain) -> Iterator[str]:
@@ -127,6 +139,9 @@ def _left_out(chain: Chain) -> Iterator[str]:
         "draw gear": any(element.sign < 0 for element in elements),
         "dashpots of members that yield": any(m.damping and m.collapse < np.inf for m in chain.members),
         "that members of car bodies harden as they yield": any(member.hardening for member in chain.members),
+        "that struts turn about their pins, and their swing stops": any(line.strut for line in chain.lines),
+        "vertical ties of faces": any(line.tie for line in chain.lines),
+        "that faces slide off each other": any(line.overlap < np.inf for line in chain.lines),
         "friction of rails and ground": any(vehicle.rail_friction for vehicle in chain.vehicles),
         "brakes": any(vehicle.brake for vehicle in chain.vehicles),
         "the grade of the track": bool(chain.grade),
@@ -210,7 +225,8 @@ def _add_gear(model: mujoco.MjSpec, chain: Chain, i: int, gear: Gear) -> None:
 
     A vehicle that stands higher stands on larger wheels: those of the others are worn.
     """
-    radius = max(_SMALLEST, gear.axle_height + gear.offset)
+    axle = gear.axle_height + gear.offset
+    radius = max(SMALLEST, axle)
     frame, wheelset = meshes.frame(gear.wheelbase, gear.axle_height), meshes.wheelset(radius)
     for bogie in range(2):
         name = chain.name_of_bogie(i, bogie)
@@ -218,7 +234,7 @@ def _add_gear(model: mujoco.MjSpec, chain: Chain, i: int, gear: Gear) -> None:
         _add_shape(model.body(name), model, name, key, frame, "bogie", (0.0, -gear.link_height))
     for k in range(4):
         name = chain.name_of_wheelset(i, k)
-        _add_shape(model.body(name), model, name, f"wheelset {radius:.3f}", wheelset, "bogie", (0.0, -radius))
+        _add_shape(model.body(name), model, name, f"wheelset {radius:.3f}", wheelset, "bogie", (0.0, -axle))
 
 
 def _pieces(drawing: str, rear: float, front: float, cabs: Sequence[int] = ()) -> dict[str, meshes.Mesh]:
