@@ -180,8 +180,9 @@ def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
     for i in [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.n_moving]:
         yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
     if chain.plane:
-        yield "front step", f"{result.step[sample, chain.front] / MM:z.0f} mm"
-        yield "wheel lift so far", f"{result.wheel_rise[: sample + 1].max(initial=0.0) / MM:.1f} mm"
+        name = "front rise" if chain.interfaces[-1].right == WALL else "front step"
+        yield name, f"{result.step[sample, chain.front] / MM:z.0f} mm"
+        yield "lift so far", f"{result.wheel_rise[: sample + 1].max(initial=0.0) / MM:.1f} mm"
 
 
 def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
