@@ -176,7 +176,8 @@ class Wear:
         self.plastic = np.array(seen["member_plastic"])
         self.dof = np.asarray(seen["dof"])
         for (k, n), strut in self._struts.items():
-            if not any(worn.past(n) for (at, _), worn in self.worn.items() if at == k and strut.line.shears):
+            sides = [self.worn[place] for place in ((k, 0), (k, 1)) if place in self.worn]
+            if not (strut.line.shears and any(worn.past(n) for worn in sides)):
                 strut.follow(self.dof, self._stroke[k])
 
     def turned(self, k: int, path: int, side: int) -> float:

@@ -24,6 +24,7 @@ from trainmj.view.parts import SHADE, SKIN, Body, Part, ends, middle_of, rail_of
 
 _TRACK = 120.0  # track beyond the ends of the trains [m]
 _BOGIES = 0.17  # of the length of a body, from its ends to the middles of its bogies
+_CLEAR = 0.9  # from an axle to what hangs below the floor between the bogies [m]
 _SLIVER = 0.005  # what is shorter of a car body is not drawn [m]
 _SLEEPERS = 800  # at most; a longer track has them near the impact only
 _PLANE = (
@@ -155,8 +156,10 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
     rear, front = (vehicle.length / 2 - setback(chain, i, direction) for direction in (-1, 1))
     side = range(chain.n_moving) if i < chain.n_moving else range(chain.n_moving, len(chain.vehicles))
     cabs = tuple(direction for direction, end in ((-1, side[0]), (1, side[-1])) if i == end)
-    pieces = _pieces(vehicle.drawing, -rear, front, cabs)
+    hung = _hung(vehicle.gear)
+    pieces = _pieces(vehicle.drawing, -rear, front, cabs, hung)
     key = f"{vehicle.drawing} {rear:.3f} {front:.3f} {cabs} {[body.name.split()[1] for body in given]}"
+    key += f" {hung:.3f}" if hung != meshes.HUNG else ""
     skin = next(iter(pieces))
     for material, whole in pieces.items():
         paint = _paint(material, i < chain.n_moving)
@@ -237,16 +240,21 @@ def _add_gear(model: mujoco.MjSpec, chain: Chain, i: int, gear: Gear) -> None:
         _add_shape(model.body(name), model, name, f"wheelset {radius:.3f}", wheelset, "bogie", (0.0, -axle))
 
 
-def _pieces(drawing: str, rear: float, front: float, cabs: Sequence[int] = ()) -> dict[str, meshes.Mesh]:
+def _hung(gear: Gear | None) -> float:
+    """Half the length of what hangs below the floor, for which bogies at their true places leave room [m]."""
+    return meshes.HUNG if gear is None else min(meshes.HUNG, 0.5 * (gear.centres - gear.wheelbase) - _CLEAR)
+
+
+def _pieces(
+    drawing: str, rear: float, front: float, cabs: Sequence[int] = (), hung: float = meshes.HUNG
+) -> dict[str, meshes.Mesh]:
     """The meshes of a drawing by material, that of the outside first."""
     if drawing == "passenger":
-        return meshes.car(rear, front, cabs)
-    drawings = {
-        "wagon": meshes.wagon,
-        "locomotive": meshes.locomotive,
-        "lorry": meshes.lorry,
-        "buffer_stop": meshes.buffer_stop,
-    }
+        return meshes.car(rear, front, cabs, hung)
+    on_bogies = {"wagon": meshes.wagon, "locomotive": meshes.locomotive}
+    if drawing in on_bogies:
+        return on_bogies[drawing](rear, front, hung)
+    drawings = {"lorry": meshes.lorry, "buffer_stop": meshes.buffer_stop}
     return drawings[drawing](rear, front)
 
 
