@@ -43,7 +43,7 @@ _COUPLER_TUBE, _COUPLER_RING = Shape((0.13,), "device"), Shape((0.155,), "device
 _COUPLER_ROD, _COUPLER_HEAD = Shape((0.07,), "steel"), Shape((0.21, 0.19), "steel")
 _TUBE, _RING = Shape((0.13, 0.11), "device"), Shape((0.155, 0.135), "device")
 _PLATE, _TOOTH = Shape((0.30, 0.20), "steel"), Shape((0.30, 0.025), "steel")
-_TALL = 0.40  # height of that plate [m]
+_TALL = 0.40  # height of that plate, and nearly that of a head [m]
 _BELLOWS = Shape((0.62, 1.02), "gangway")
 _SIDE_WALL, _SIDE = Shape((1.25, 1.5), "device"), (0.0, 2.1)  # of a lorry
 
@@ -220,12 +220,11 @@ def _coupler(name: str, body: float, face: float, device: Device, interface: Int
         Part(f"{name} coupler tube", _COUPLER_TUBE, at, body, rod, zone),
         *_rings(f"{name} coupler", _COUPLER_RING, at, zone),
         Part(f"{name} coupler rod", _COUPLER_ROD, at, rod, head, zone),
-        Part(f"{name} coupler head", _COUPLER_HEAD, at, head, face, zone),
+        Part(f"{name} coupler head", _COUPLER_HEAD.times(_tall(line)), at, head, face, zone),
     ]
     for number, (stage, (path, line)) in enumerate(zip(others, lines[1:], strict=False), 1):
-        plate, (y, z), tall = face - share * stage.start, _ANTI_CLIMBER, 1.0
-        if line:
-            z, tall = line.height, min(line.overlap, _TALL) / _TALL  # so that plates part where the faces slide off
+        plate, (y, z), tall = face - share * stage.start, _ANTI_CLIMBER, _tall(line)
+        z = line.height if line else z
         start, end = share * stage.start, share * stage.end
         zone = Zone(body, max(plate - 0.14, body + _SHORTEST), start, end, number, path, _pin(line, face))
         for side, sign in (("left", -1), ("right", 1)):
@@ -243,6 +242,11 @@ def _coupler(name: str, body: float, face: float, device: Device, interface: Int
             Part(f"{name} gangway", _BELLOWS, _GANGWAY, body, face, Zone(body, face, 0.0, share * first.end, 0))
         )
     return tuple(parts)
+
+
+def _tall(line: LineEnd | None) -> float:
+    """How high faces are drawn, as a part of what is usual: as they overlap, so that they part in pictures too."""
+    return min(line.overlap, _TALL) / _TALL if line else 1.0
 
 
 def _pin(line: LineEnd | None, face: float) -> float | None:
