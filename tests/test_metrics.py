@@ -267,6 +267,7 @@ def tallied(result: Result, **fields: object) -> Summary:
         "member_force": np.zeros(0),
         "member_dissipated": np.zeros(0),
         "member_end_time": np.zeros(0),
+        "line_off_time": np.zeros(0),
         "contacts": np.zeros(2),
         "open": np.zeros(2),
         "open_start": np.zeros(2),

@@ -327,7 +327,7 @@ class Line(_Field):
     END_LEFT = "m", "stroke of its law, or of the left one of two, at which a strut has sheared; else infinite"
     END_RIGHT = "m", "stroke of the right one of two laws at which it has"
     INNER = "1", "1 of a strut between vehicles of a train, which is coupled from the start"
-    COUPLED = "1", "1 when a strut is coupled: between the two sides from its first force on"
+    COUPLED = "1", "1 when a strut is coupled: between the two sides from where its ends touch"
     SET_LEFT = "rad", "angle beyond the free one at the left pin when it coupled, from which its stop counts"
     SET_RIGHT = "rad", "likewise at the right pin"
     DEAD = "1", "1 when a strut has sheared"

@@ -182,7 +182,7 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
             lm = -(-lrz * fx + lrx * fz + one * half) - (-lrz * vx + lrx * vz - 0.5 * tied * u)
             rm = (-rrz * fx + rrx * fz) - one * half + (-rrz * vx + rrx * vz) + 0.5 * tied * u
             if s[line + LINE.STRUT] != 0.0:
-                ml, mr = _swing(s, line, e, math.atan2(nz, nx), lt, rt, one)
+                ml, mr = _swing(s, line, e, math.atan2(nz, nx), lt, rt, u - s[line + LINE.ZERO])
                 # the moments of the stops turn the strut, whose ends give way across it
                 sx, sz = (ml + mr) * nz / length, -(ml + mr) * nx / length
                 vx, vz = vx + sx, vz + sz
@@ -260,13 +260,13 @@ def _tie(s: Block, line: int, force: float, slip: float, time: float) -> float:
 
 
 @register_jitable
-def _swing(s: Block, line: int, e: int, angle: float, lt: float, rt: float, force: float) -> tuple[float, float]:
+def _swing(s: Block, line: int, e: int, angle: float, lt: float, rt: float, stroke: float) -> tuple[float, float]:
     """Moments of the swing stops of a strut on both bodies, while it is coupled and has not sheared."""
     if s[line + LINE.DEAD] != 0.0:
         return 0.0, 0.0
     left, right = angle - lt, angle - rt
     if s[line + LINE.COUPLED] == 0.0:
-        if force == 0.0 and s[line + LINE.INNER] == 0.0:
+        if stroke < 0.0 and s[line + LINE.INNER] == 0.0:
             return 0.0, 0.0
         s[line + LINE.COUPLED] = 1.0  # a stop that is reached already begins without a moment
         s[line + LINE.SET_LEFT] = _beyond(left, s[line + LINE.FREE_LEFT])

@@ -67,7 +67,7 @@ HISTORIES = {
     "step": History("ends", "m", "rise of the end of a vehicle less that of the next one along +x", "mm", MM),
     "wheel_load": History("wheelset", "N", "load of a wheelset on the rail"),
     "wheel_rise": History("wheelset", "m", "rise of a wheelset from where it stands at rest"),
-    "dof": History("dof", "m", "degrees of freedom of all vehicles in the vertical plane [m, rad]"),
+    "dof": History("degree", "m", "degrees of freedom of all vehicles in the vertical plane [m, rad]"),
 }
 """What a result has over time, (n_sample, n_vehicle), (n_sample, n_interface) and so on, by name.
 
@@ -211,7 +211,7 @@ class Result:
         }
         plane = {
             "wheelset": [self.chain.name_of_wheelset(i, k) for i, k in self.chain.wheelsets],
-            "dof": [name for i in range(len(self.chain.vehicles)) for name in names_of_dofs(self.chain, i)],
+            "degree": [name for i in range(len(self.chain.vehicles)) for name in names_of_dofs(self.chain, i)],
         }
         bodies = {
             "point": [point.name for point in self.chain.points],
@@ -426,7 +426,7 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
         "ends": len(chain.interfaces),
         "wheelset": len(chain.wheelsets),
         "line": len(chain.lines),
-        "dof": chain.first_dof[-1],
+        "degree": chain.first_dof[-1],
         "time": arrays["time"].size,
     }
     if not 0 < sizes["time"] <= chain.n_records:
@@ -469,7 +469,7 @@ def _dimensions(chain: Chain) -> dict[str, tuple[str, ...]]:
 
 
 _OF_BODIES = ("point", "member")
-_OF_PLANE = ("frame", "wheelset", "ends", "line", "dof")
+_OF_PLANE = ("frame", "wheelset", "ends", "line", "degree")
 
 _LONGEST_INTERVAL = 0.1
 """Between two records [s]."""

@@ -18,7 +18,7 @@ from trainmj.scenario.as_built import AsBuilt, Built, built
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, listed
 from trainmj.scenario.devices import DeviceSpec
 from trainmj.scenario.lines import Ties
-from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, Speed, Step, Whole
+from trainmj.scenario.ranges import Flights, Friction, Gap, Key, Response, SideOrVehicle, Speed, Step
 from trainmj.scenario.running_gear import VehicleType
 from trainmj.scenario.tolerances import Tolerances
 from trainmj.scenario.trains import RIGID_WALL, End, ObstacleSpec, TrainSpec
@@ -52,13 +52,13 @@ class Collision(Part):
         default=0.0,
         description="Coulomb coefficient between wheel and rail, of every vehicle whose train states no other",
     )
-    offset_mm: dict[Whole, Offset] = Field(
+    offset_mm: dict[SideOrVehicle, Offset] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
         description="by how much a side, M or S, or a single vehicle, such as M1, stands higher than designed, in the "
         "vertical plane [mm]: wheel wear, shims; a vehicle goes before its side",
     )
-    pitch_mrad: dict[Whole, Pitch] = Field(
+    pitch_mrad: dict[SideOrVehicle, Pitch] = Field(
         default_factory=dict,
         max_length=MAX_NAMES,
         description="pitch with which a side or a vehicle stands, likewise [mrad]; positive with the end up that faces "

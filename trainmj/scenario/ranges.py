@@ -86,7 +86,7 @@ Key = Annotated[
     Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=60),
     Spelt("must be a letter or _, then letters, digits and _"),
 ]
-Whole = Annotated[
+SideOrVehicle = Annotated[
     str,
     Field(pattern=r"^[MS]\d{0,3}$"),
     Spelt("must be a side, M or S, or a single vehicle, such as M1"),

@@ -286,3 +286,129 @@ def _body(rng: Rng, mass: float, length: float) -> dict[str, Any]:
             "stiffness_kN_per_mm": float(rng.uniform(50.0, 500.0)),
         }
     return body
+
+
+def random_train(seed: int, most: int = 12) -> dict[str, Any]:
+    """A collision of 2 to 12 vehicles in the vertical plane at 5 to 40 km/h, the same one for the same seed.
+
+    Their centres of gravity are off the middle, some stand higher or pitched; couplers are struts or faces, fronts are
+    faces, struts, or both with a shear-off between them. A wall meets faces alone.
+    """
+    rng = np.random.default_rng([seed, 4])
+    speed, n = float(rng.uniform(5.0, 40.0)), int(rng.integers(2, most + 1))
+    wall = rng.random() < 0.2
+    moving = n if wall else int(rng.integers(1, n))
+    rough = rng.random() < 0.5
+    types = {f"type_{k}": _vehicle_type(rng, rough) for k in range(int(rng.integers(1, 3)))}
+    struts = rng.random() < 0.6  # those between vehicles of a train
+    line = _strut if struts else _face
+    devices = {f"c{k}": _inner(rng, speed / 3.6) | {"line": line(rng)} for k in range(int(rng.integers(1, 3)))}
+    layout = "face" if wall else str(rng.choice(["staged", "staged", "face", "strut"]))
+    for name in ("f0", "f1"):
+        if layout == "staged":
+            devices[name] = _staged(rng)
+            devices[name]["stages"]["coupler"]["line"] = _strut(rng)
+            devices[name]["stages"]["absorber"]["line"] = _face(rng)
+        else:
+            devices[name] = _crush(rng, False) | {
+                "beyond": "hold",
+                "line": (_face if layout == "face" else _strut)(rng),
+            }
+    collision: dict[str, Any] = {
+        "train": "a",
+        "speed_km_h": speed,
+        "partner": "rigid_wall" if wall else "b",
+        "gap_mm": float(rng.choice([0.0, rng.uniform(5.0, 50.0)])),
+        "rail_friction": float(rng.choice([0.0, rng.uniform(0.0, 0.02)])),
+        "grade_per_mille": float(rng.choice([0.0, 0.0, rng.uniform(-20.0, 20.0)])),
+    }
+    offsets: dict[str, float] = {} if wall else {"M": float(rng.uniform(-50.0, 50.0)) * (1.0 + rough)}
+    if n > 3 and rng.random() < 0.5:
+        offsets["M1" if moving == 1 else f"M{moving}"] = float(rng.uniform(-20.0, 20.0))
+    collision |= {"offset_mm": offsets} if offsets else {}
+    if rng.random() < 0.3:
+        collision["pitch_mrad"] = {"M1": float(rng.uniform(-3.0, 3.0))}
+    trains = {"a": _planar_train(rng, moving, devices, types) | {"front": "f0"}}
+    if not wall:
+        trains["b"] = _planar_train(rng, n - moving, devices, types) | {"front": str(rng.choice(["f0", "f1"]))}
+    return {
+        "plane": "vertical",
+        "ties": str(rng.choice(["stated", "stated", "free", "tied"])),
+        "vehicle_types": types,
+        "devices": devices,
+        "trains": trains,
+        "collision": collision,
+        "simulation": {"step_ms": 0.02, "record_every_ms": 1.0, "time_limit_s": 0.5},
+    }
+
+
+def _planar_train(rng: Rng, count: int, devices: dict[str, Any], types: dict[str, Any]) -> dict[str, Any]:
+    names = [name for name in devices if name.startswith("c")]
+    cars = []
+    for k in range(count):
+        car: dict[str, Any] = {"name": f"car {k + 1}", "mass_t": float(rng.uniform(28.0, 60.0))}
+        car |= {"type": str(rng.choice(list(types))), "length_m": float(rng.uniform(19.0, 25.0))}
+        car["coupler"] = str(rng.choice(names)) if rng.random() < 0.7 else [str(rng.choice(names)) for _ in range(2)]
+        if rng.random() < 0.2:
+            car["brakes"] = {"force_kN": float(rng.uniform(5.0, 60.0))}
+        cars.append(car)
+    return {"vehicles": cars}
+
+
+def _inner(rng: Rng, rate: float) -> dict[str, Any]:
+    kind = str(rng.choice(["crush", "crush", "crush", "hysteresis", "gas_hydraulic"]))
+    if kind == "crush":
+        return _crush(rng, False) | {"beyond": "hold"}
+    return _hysteresis(rng) | {"beyond": "stop"} if kind == "hysteresis" else _gas(rng, 0.5 * rate)
+
+
+def _strut(rng: Rng) -> dict[str, Any]:
+    swing: Any = {"free_mrad": float(rng.uniform(20.0, 100.0)), "MN_m_per_rad": float(rng.uniform(1.0, 10.0))}
+    line = {"acts": "strut", "height_mm": float(rng.uniform(640.0, 700.0)), "pin_m": float(rng.uniform(0.8, 1.8))}
+    return {**line, "swing": swing if rng.random() < 0.8 else "none"}
+
+
+def _face(rng: Rng) -> dict[str, Any]:
+    tie: Any = {"friction": float(rng.uniform(0.05, 0.4)), "tooth_kN": float(rng.choice([0.0, 200.0]))}
+    tie["kN_per_mm"] = float(10 ** rng.uniform(1.5, 2.3))
+    line = {"acts": "face", "height_mm": float(rng.uniform(900.0, 1100.0)), "overlap_mm": float(rng.uniform(80, 200))}
+    return {**line, "tie": tie if rng.random() < 0.8 else "none"}
+
+
+def _vehicle_type(rng: Rng, rough: bool) -> dict[str, Any]:
+    """Running gear like that of a metro; rough: light in pitch, high, and soon at its stops, so that wheels lift."""
+
+    def around(value: float, part: float = 0.3) -> float:
+        return float(value * rng.uniform(1.0 - part, 1.0 + part))
+
+    def stops(lift: float, bump: float) -> dict[str, Any]:
+        part = 0.3 if rough else 1.0
+        stated = {"lift_stop_mm": around(part * lift), "bump_stop_mm": around(part * bump)}
+        stated["stop_kN_per_mm"] = around(20.0)
+        return stated if rng.random() < 0.8 else stated | {"lift_stop_mm": "none"}
+
+    inertia = {"pitch_inertia_t_m2": around(400.0 if rough else 1000.0)}
+    if rng.random() < 0.3:
+        inertia = {"radius_of_gyration_m": around(4.0 if rough else 6.0, 0.2)}
+    kind: dict[str, Any] = {
+        "body": {
+            **inertia,
+            "cog_height_m": around(2.0 if rough else 1.6, 0.1),
+            "cog_x_m": float(rng.uniform(-1.0, 1.0)),
+        },
+        "bogies": {
+            "centres_m": float(rng.uniform(11.0, 14.0)),
+            "wheelbase_m": around(2.3, 0.1),
+            "frame_t": around(2.6),
+            "frame_pitch_t_m2": around(2.0),
+            "wheelset_t": around(1.6),
+            "axle_height_m": 0.42,
+            "link_height_m": float(rng.uniform(0.5, 0.8)),
+            "cog_height_m": float(rng.uniform(0.45, 0.65)),
+        },
+        "secondary": {"kN_per_mm": around(0.7), "kN_s_per_m": around(50.0), **stops(60.0, 60.0)},
+        "primary": {"kN_per_mm": around(2.8), "kN_s_per_m": around(20.0), **stops(30.0, 40.0)},
+    }
+    if rng.random() < 0.3:
+        kind["rail"] = {"kN_per_mm": float(10 ** rng.uniform(2.5, 3.2)), "kN_s_per_m": around(100.0)}
+    return kind

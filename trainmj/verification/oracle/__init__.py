@@ -1,7 +1,8 @@
 """The same collision by other means, from the plain values of a scenario and scipy's integrators alone.
 
 Every device is on one of a few branches, and every vehicle slides or stands; between two switches the motion is smooth,
-and the moment of a switch is found as a root. Nothing here imports the code that it is to check.
+and the moment of a switch is found as a root. Nothing here imports the code that it is to check. What stays on the
+line is solved here, trains in the vertical plane by `plane.solve`.
 """
 
 from __future__ import annotations

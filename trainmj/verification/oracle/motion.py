@@ -18,8 +18,6 @@ from trainmj.verification.oracle.elements import Element
 Array = np.ndarray
 G = 9.80665
 WALL = -1
-_LONGEST = 1e-3  # longest step while there is force [s]: what fails and holds again within one is not seen
-_FREE = 1e-2  # longest step while there is none
 _INSIDE = 4  # looks at the conditions in each step
 _CLOSING = 0.01  # below this rate nothing comes closer [m/s]
 
@@ -128,6 +126,10 @@ class Solution:
 
 class Motion:
     """A system on its way."""
+
+    rtol, atol = 1e-10, 1e-12
+    longest = 1e-3  # longest step while there is force [s]: what fails and holds again within one is not seen
+    longest_free = 1e-2  # while there is none
 
     def __init__(self, system: System) -> None:
         """Put a system at its start."""
@@ -386,15 +388,16 @@ class Motion:
 
     def _stretch(self, t: float, stop: float) -> float:
         """One branch of everything; self.y is left at its end."""
-        atol = np.full(self.size, 1e-12)
+        atol = np.full(self.size, self.atol)
         for k, e in enumerate(self.elements):
             atol[self.at[k] + e.extra : self.at[k] + e.extra + 2 * len(e.devices)] = 1e-5
         atol[self.books :] = 1e-5
         stiff = self._stiff()
         kind: Any = LSODA if stiff else DOP853
         carries = any(e.carries() for e in self.elements)
-        step = _LONGEST if carries or self.members.n else _FREE
-        solver = kind(self.rate, t, self.y.copy(), stop, rtol=1e-9 if stiff else 1e-10, atol=atol, max_step=step)
+        step = self.longest if carries or self.members.n else self.longest_free
+        rtol = 10 * self.rtol if stiff else self.rtol
+        solver = kind(self.rate, t, self.y.copy(), stop, rtol=rtol, atol=atol, max_step=step)
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from trainmj.verification.oracle.bodies import Member
@@ -16,13 +17,37 @@ _FAR = 100.0  # a stop rises this far [m]
 COLLAPSE_KN = 2000.0
 
 
-def read(values: Values) -> System:
-    """The system that a scenario describes; values as its YAML file gives them, files and names of curves resolved."""
+@dataclass(frozen=True)
+class Meeting:
+    """Two neighbours, or a vehicle and the wall, and what is between them."""
+
+    name: str
+    left: int  # vehicle
+    right: int  # WALL: a wall
+    devices: tuple[str, ...]  # left to right
+    inner: bool  # whether both are of one train
+
+
+@dataclass(frozen=True)
+class LineUp:
+    """Vehicles left to right, as the collision puts them."""
+
+    names: tuple[str, ...]
+    cars: tuple[Values, ...]
+    meetings: tuple[Meeting, ...]
+    moving: int  # vehicles of the moving train
+
+    def front_right(self, i: int) -> bool:
+        """Whether the front end of a vehicle points along +x."""
+        return bool(self.cars[i]["led"] == ("front" if i < self.moving else "rear"))
+
+
+def lined_up(values: Values) -> LineUp:
+    """Who stands beside whom; values as the YAML file gives them, files and names of curves resolved."""
     c = values["collision"]
     friction = c.get("rail_friction", 0.0)
-    led = c.get("train_end", "front")
+    led, partner, speed = c.get("train_end", "front"), c["partner"], c.get("partner_speed_km_h", 0.0) / 3.6
     moving = _seen_from(led, _cars(values["trains"][c["train"]], friction, c["speed_km_h"] / 3.6))
-    partner = c["partner"]
     obstacle = values.get("obstacles", {}).get(partner)
     struck: list[dict[str, Any]] = []
     fronts = [_outer(values["trains"][c["train"]], led)]
@@ -30,42 +55,67 @@ def read(values: Values) -> System:
         fronts.append(obstacle["front"])
         if not obstacle.get("fixed"):
             car = {"mass": obstacle["mass_t"] * 1e3, "friction": obstacle.get("rail_friction", friction)}
-            struck = [car | {"brake": Brake(0.0), "speed": c.get("partner_speed_km_h", 0.0) / 3.6}]
+            length = obstacle.get("length_m", 6.0)
+            struck = [car | {"brake": Brake(0.0), "speed": speed, "led": "front", "length": length}]
     elif partner != "rigid_wall":
         end = c.get("partner_end", "front")
         fronts.append(_outer(values["trains"][partner], end))
-        struck = _seen_from(end, _cars(values["trains"][partner], friction, c.get("partner_speed_km_h", 0.0) / 3.6))
+        struck = _seen_from(end, _cars(values["trains"][partner], friction, speed))
     n = len(moving)
-    ordered = moving[::-1] + struck
+    wall = not struck
+    meetings = []
+    for k in range(n - 1):  # left to right, from the tail
+        left, right = n - 1 - k, n - 2 - k  # of the moving train: behind, before
+        between = _named(moving[right]["coupler"])[::-1]
+        meetings.append(Meeting(f"M{right + 1}-M{left + 1}", k, k + 1, between, inner=True))
+    front = "M1-wall" if wall else "S1-M1"
+    meetings.append(Meeting(front, n - 1, WALL if wall else n, tuple(fronts), inner=False))
+    for k in range(len(struck) - 1):
+        meetings.append(Meeting(f"S{k + 1}-S{k + 2}", n + k, n + k + 1, _named(struck[k]["coupler"]), inner=True))
     names = [f"M{n - k}" for k in range(n)] + [f"S{k + 1}" for k in range(len(struck))]
+    return LineUp(tuple(names), (*moving[::-1], *struck), tuple(meetings), n)
+
+
+def _named(coupler: Any) -> tuple[str, ...]:
+    """The devices of a coupler, near and far, or one."""
+    return tuple(coupler) if isinstance(coupler, list | tuple) else (coupler,)
+
+
+def read(values: Values) -> System:
+    """The system that a scenario describes."""
+    up = lined_up(values)
     points: list[Point] = []
     members: list[Member] = []
     bodies: list[Interface] = []
     ends: list[tuple[int, int]] = []  # of each vehicle: the points at which devices are attached
-    for i, (name, car) in enumerate(zip(names, ordered, strict=True)):
-        front_right = led == "front" if i < n else c.get("partner_end") == "rear"
-        ends.append(_points(i, name, car, front_right, i < n, points, members, bodies))
+    for i, (name, car) in enumerate(zip(up.names, up.cars, strict=True)):
+        ends.append(_points(i, name, car, up.front_right(i), i < up.moving, points, members, bodies))
     interfaces = []
-    for k in range(n - 1):  # left to right, from the tail
-        left, right = n - 1 - k, n - 2 - k  # of the moving train: behind, before
-        at = ends[k][1], ends[k + 1][0]
-        elements = _coupled(moving[right]["coupler"], values, *at, turn=True)
-        interfaces.append(Interface(f"M{right + 1}-M{left + 1}", *at, elements))
-    wall = not struck
-    at = ends[n - 1][1], WALL if wall else ends[n][0]
-    interfaces.append(Interface("M1-wall" if wall else "S1-M1", *at, _front(fronts, values, *at)))
-    for k in range(len(struck) - 1):
-        at = ends[n + k][1], ends[n + k + 1][0]
-        elements = _coupled(struck[k]["coupler"], values, *at, turn=False)
-        interfaces.append(Interface(f"S{k + 1}-S{k + 2}", *at, elements))
+    for m in up.meetings:
+        at = ends[m.left][1], WALL if m.right == WALL else ends[m.right][0]
+        join = _coupled if m.inner else _front
+        interfaces.append(Interface(m.name, *at, join(list(m.devices), values, *at)))
+    return system_of(values, up, points, interfaces, members, bodies)
+
+
+def system_of(
+    values: Values,
+    up: LineUp,
+    points: list[Point],
+    interfaces: list[Interface],
+    members: Sequence[Member] = (),
+    bodies: Sequence[Interface] = (),
+) -> System:
+    """With what the collision states of the track and the time."""
+    c = values["collision"]
     return System(
-        tuple(names),
+        up.names,
         tuple(points),
         tuple(interfaces),
         tuple(members),
         tuple(bodies),
         c.get("gap_mm", 0.0) / 1e3,
-        n - 1,
+        up.moving - 1,
         c.get("grade_per_mille", 0.0) / 1e3,
         values.get("simulation", {}).get("time_limit_s", 3.0),
     )
@@ -78,6 +128,7 @@ def _outer(train: Values, end: str) -> str:
 
 def _seen_from(end: str, cars: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Vehicles from an end of their train, each with the coupler to the next one from there."""
+    cars = [{**car, "led": end} for car in cars]
     if end == "front":
         return cars
     couplers = [c[::-1] if isinstance(c, list) else c for c in (car["coupler"] for car in cars[:-1])]
@@ -104,6 +155,7 @@ def _cars(train: Values, friction: float, speed: float) -> list[dict[str, Any]]:
                 "coupler": one.get("coupler") or (ends if all(ends) else train.get("coupler")),
                 "body": value.get("body"),
                 "length": value.get("length_m", 20.0),
+                "type": value.get("type"),
             }
         )
     return cars
@@ -392,7 +444,7 @@ def _part(name: str, values: Values, part: str) -> Values:
     return {**stated, "stages": stages}
 
 
-def _series(names: list[str], values: Values, left: int, right: int, offset: float, part: str = "all") -> Element:
+def series(names: list[str], values: Values, left: int, right: int, offset: float, part: str = "all") -> Element:
     """Devices, left to right, as one element; two with the same values take half of it each."""
     share = 1.0
     if len(names) == 2 and _part(names[0], values, part) == _part(names[1], values, part):
@@ -412,23 +464,24 @@ def _front(fronts: list[str], values: Values, left: int, right: int) -> list[Ele
     if len(fronts) == 2 and all(cuts) and not equal:
         starts = [_start_behind(values["devices"][name], cut, values) for name, cut in zip(fronts, cuts, strict=True)]
         return [
-            _series(fronts, values, left, right, 0.0, "before"),
-            _series(fronts, values, left, right, sum(starts), "behind"),
+            series(fronts, values, left, right, 0.0, "before"),
+            series(fronts, values, left, right, sum(starts), "behind"),
         ]
-    return [_series(fronts, values, left, right, 0.0)]
+    return [series(fronts, values, left, right, 0.0)]
 
 
-def _coupled(coupler: Any, values: Values, left: int, right: int, turn: bool) -> list[Element]:
-    """A coupler between two vehicles of one train: the device, or [near, far], and its draw gear."""
-    names = coupler if isinstance(coupler, list) else [coupler]
-    names = names[::-1] if turn else list(names)  # left to right
-    elements = [_series(names, values, left, right, 0.0)]
+def _coupled(names: list[str], values: Values, left: int, right: int) -> list[Element]:
+    """A coupler between two vehicles of one train: the device, or two left to right, and its draw gear."""
+    pull = draw_gear(names, values, left, right)
+    return [series(names, values, left, right, 0.0), *([pull] if pull else [])]
+
+
+def draw_gear(names: Sequence[str], values: Values, left: int, right: int) -> Element | None:
+    """What pulls in a coupler of some devices."""
     pulls = [values["devices"][name].get("pull") for name in names]
     if any(pulls) and len(pulls) > 1 and pulls[0] != pulls[1]:
         raise NotImplementedError("two different draw gears on one coupler")
-    if pulls[0]:
-        elements.append(_pull(pulls[0], values, left, right, len(pulls)))
-    return elements
+    return _pull(pulls[0], values, left, right, len(pulls)) if pulls[0] else None
 
 
 def _pull(spec: Values, values: Values, left: int, right: int, share: int) -> Element:
