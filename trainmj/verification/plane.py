@@ -202,7 +202,8 @@ def _beside(name: str, result: Result, known: InPlane) -> Iterator[Check]:
         own, others = np.array(values).T
         yield alike(name, f"{what}, of the largest", own, others, most, others.max())
     loads = [(w.load, one) for v, other in vehicles for w, one in zip(v.wheelsets, other.load, strict=True)]
-    yield alike(name, "least loads of wheelsets, N/N0", *np.array(loads).T, 1e-2, 1.0, "N/N0")
+    own, others = np.array(loads).T
+    yield alike(name, "least loads of wheelsets over those at rest", own, others, 1e-2, 1.0)
 
 
 CASES = (rest, frequencies, locked, conserved, mirror, batch_and_single, by_scipy)

@@ -270,10 +270,15 @@ class PlaneMotion(Motion):
 
     def _path(self, e: Element, lines: tuple[Values, Values], m: Meeting, ties: str) -> Path:
         strut = lines[0]["acts"] == "strut"
-        points, origins, pins = [], [], 0.0
+        points: list[tuple[float, float]] = []
+        origins: list[tuple[float, float]] = []
+        pins = 0.0
         for line, i, end in zip(lines, (m.left, m.right), (1, 0), strict=True):
             high = line["height_mm"] / 1e3
             if i == WALL:
+                if len(m.devices) == 1:  # a flat wall, at the height at which the vehicle before it stands
+                    (a, b), (_, z), pitch = points[0], origins[0], self.gears.start[m.left, PITCH]
+                    high = z + a * math.sin(pitch) + b * math.cos(pitch)
                 points.append((0.0, high))
                 origins.append((0.0, 0.0))
                 continue
