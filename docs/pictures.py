@@ -318,6 +318,125 @@ def report() -> None:
         _smaller(shot, FOLDER / "report.png", 1180)
 
 
+def plane_vehicle() -> None:
+    """A vehicle in the vertical plane from the side: its degrees of freedom, and the keys of its dimensions."""
+    with style.styled():
+        picture = style.figure(height=80)
+        axes = picture.subplots()
+        _body(axes, 0.0, 19.0, 1.1, 3.4)
+        axes.plot(0, 1.9, "ko", ms=5)
+        for bogie in (-6.3, 6.3):
+            _bogie(axes, bogie)
+        axes.axhline(0, color="0.3", lw=1.2)
+        arrow = {"arrowstyle": "->", "color": style.ORANGE, "lw": 1.3}
+        for start, end, text, at in (
+            ((0, 1.9), (2.2, 1.9), "x", (2.4, 1.8)),
+            ((0, 1.9), (0, 3.1), "z", (0.2, 3.0)),
+            ((-6.3, 0.6), (-6.3, 1.6), "s", (-6.0, 1.35)),
+            ((-8.15, 0.42), (-8.15, 1.25), "w", (-8.75, 1.0)),
+        ):
+            axes.annotate("", end, start, arrowprops=arrow)
+            axes.text(*at, text, color=style.ORANGE)
+        axes.annotate("", (1.3, 2.6), (1.5, 1.4), arrowprops=arrow | {"connectionstyle": "arc3,rad=0.45"})
+        axes.text(1.9, 2.5, "θ", color=style.ORANGE)
+        axes.annotate("", (-7.2, 0.95), (-5.5, 0.95), arrowprops=arrow | {"connectionstyle": "arc3,rad=0.3"})
+        axes.text(-7.5, 0.98, "φ", color=style.ORANGE)
+        for left, right, z, text in ((-6.3, 6.3, -0.9, "centres_m"), (5.15, 7.45, -0.45, "wheelbase_m")):
+            _between(axes, (left, z), (right, z), text, (0.5 * (left + right), z - 0.08), ha="center", va="top")
+        for x, z, text in (
+            (4.3, 0.42, "axle_height_m"),
+            (11.2, 0.66, "height_mm\nof a coupler"),
+            (15.4, 0.95, "height_mm of\nan anti-climber"),
+            (-0.7, 1.9, "cog_height_m"),
+            (-5.0, 0.6, "link_height_m"),
+        ):
+            left = x in (4.3, -0.7)
+            at = (x - 0.15, 0.25 if z < 1 else 0.85) if left else (x + 0.15, 0.3)
+            _between(axes, (x, 0), (x, z), text, at, ha="right" if left else "left", va="center", fontsize=6)
+        axes.plot([4.2, 5.15], [0.42, 0.42], color="0.6", lw=0.7)
+        axes.plot([-6.3, -4.9], [0.6, 0.6], color="0.6", lw=0.7)
+        axes.plot(-6.3, 0.6, "ko", ms=3)
+        axes.plot([9.5, 11.5], [0.66, 0.66], color=style.BLUE, lw=2.5)
+        axes.plot([9.5, 15.6], [0.95, 0.95], color="0.6", lw=0.7)
+        axes.plot([9.5, 9.5], [0.85, 1.05], color=style.BLUE, lw=5)
+        axes.text(-6.3, -0.35, "frame_t, wheelset_t", ha="center", va="top", fontsize=6)
+        axes.text(-3.7, 2.3, "body: what the vehicle weighs,\nless frames and wheelsets", ha="center", fontsize=7)
+        axes.set(xlim=(-10.5, 18.5), ylim=(-1.35, 3.7))
+        axes.set_axis_off()
+    save(picture, FOLDER / "plane_vehicle", ["svg"])
+
+
+def plane_lines() -> None:
+    """A strut between two pins and two faces that meet, between ends that stand at different heights."""
+    with style.styled():
+        picture = style.figure(height=74)
+        strut, faces = picture.subplots(1, 2)
+        arrow = {"arrowstyle": "->", "color": style.ORANGE, "lw": 1.3}
+        pins = (-3.0, 0.9), (3.0, 0.1)
+        for axes, title in ((strut, "acts: strut"), (faces, "acts: face")):
+            axes.set_title(title)
+            axes.set(xlim=(-5.2, 5.2), ylim=(-1.7, 2.6))
+            axes.set_axis_off()
+        for (x, z), outwards in zip(pins, (-1, 1), strict=True):
+            _end(strut, x, z, outwards)
+            strut.plot(x, z, "ko", ms=5)
+            strut.plot([x, x - outwards * 1.6], [z, z], color="0.5", ls=":")
+        strut.plot(*zip(*pins, strict=True), color=style.BLUE, lw=3)
+        strut.annotate("", (1.0, 0.56), (-0.5, 0.76), arrowprops=arrow)
+        strut.text(0.2, 0.75, "n", color=style.ORANGE)
+        strut.text(-1.35, 1.5, "ψ - θ: beyond free_mrad\nthe stop turns it back", fontsize=7)
+        _between(strut, (-3.0, -0.9), (3.0, -0.9), "D = D₀ - u", (0, -1.0), ha="center", va="top")
+        strut.text(-3.1, 1.35, "pin", ha="right", fontsize=7)
+        for x, z, outwards in ((-0.12, 0.8, -1), (0.12, 0.2, 1)):
+            _end(faces, x + outwards * 1.2, z, outwards)
+            faces.plot([x, x + outwards * 1.2], [z, z], color=style.BLUE, lw=3)
+            faces.plot([x, x], [z - 0.8, z + 0.8], color=style.BLUE, lw=4)
+        faces.annotate("", (1.9, 1.75), (0.1, 1.75), arrowprops=arrow)
+        faces.text(2.0, 1.65, "n: the mean pitch", color=style.ORANGE)
+        faces.annotate("", (0.1, 2.5), (0.1, 1.75), arrowprops=arrow)
+        faces.text(0.3, 2.35, "t", color=style.ORANGE)
+        faces.plot([0.12, 0.75], [0.8, 0.8], color="0.6", lw=0.7)
+        _between(faces, (0.6, 0.2), (0.6, 0.8), "s", (0.75, 0.5), ha="left", va="center")
+        _between(faces, (-0.5, 0.0), (-0.5, 1.6), "overlap_mm", (-0.55, -0.1), ha="right", va="top")
+        faces.text(0, -0.85, "tie: friction, tooth_kN,\nover kN_per_mm of slip", ha="center", va="top", fontsize=7)
+    save(picture, FOLDER / "plane_lines", ["svg"])
+
+
+def _between(axes: Axes, start: tuple[float, float], end: tuple[float, float], text: str, at: tuple[float, float],
+             **look: Any) -> None:  # fmt: skip
+    """A dimension between two points."""
+    axes.annotate("", end, start, arrowprops={"arrowstyle": "<->", "shrinkA": 0, "shrinkB": 0, "color": "0.3"})
+    axes.text(*at, text, **{"fontsize": 7} | look)
+
+
+def _body(axes: Axes, middle: float, length: float, low: float, high: float) -> None:
+    """A car body from the side."""
+    left, right = middle - 0.5 * length, middle + 0.5 * length
+    axes.fill([left, right, right, left], [low, low, high, high], fc="0.93", ec="0.3", lw=1.0)
+
+
+def _bogie(axes: Axes, middle: float) -> None:
+    """A frame on two wheelsets, below its secondary spring."""
+    for wheel in (-1.15, 1.15):
+        turn = np.linspace(0, 2 * np.pi, 60)
+        axes.plot(middle + wheel + 0.95 * np.cos(turn), 0.42 + 0.42 * np.sin(turn), color="0.3", lw=1.0)
+        _spring(axes, middle + wheel, 0.42, 0.72)
+    axes.plot([middle - 1.5, middle + 1.5], [0.75, 0.75], color="0.3", lw=4)
+    _spring(axes, middle + 0.35, 0.78, 1.1)
+
+
+def _spring(axes: Axes, x: float, low: float, high: float) -> None:
+    """An upright spring."""
+    z = np.linspace(low, high, 9)
+    axes.plot(x + 0.18 * np.array([0, 0, 1, -1, 1, -1, 1, 0, 0]), z, color=style.BLUE, lw=1.0)
+
+
+def _end(axes: Axes, x: float, z: float, outwards: int) -> None:
+    """The end of a vehicle behind a pin or a device."""
+    far = x + outwards * 1.8
+    axes.fill([x, far, far, x], [z - 0.5, z - 0.5, z + 1.4, z + 1.4], fc="0.93", ec="0.3", lw=1.0)
+
+
 def _device(spec: Mapping[str, Any], curves: Mapping[str, Any] | None = None) -> Device:
     """The device of a scenario, which needs a vehicle and a wall around it."""
     values = {
@@ -372,6 +491,8 @@ PICTURES = {
         law_pull,
         law_series,
         law_paths,
+        plane_vehicle,
+        plane_lines,
         b_type_devices,
         b_type,
         beyond,

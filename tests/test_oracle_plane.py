@@ -75,6 +75,31 @@ def test_speeds_and_accelerations_are_derivatives_of_places():
     assert c == pytest.approx((places[2][0] - 2 * places[1][0] + places[0][0]) / d**2, abs=1e-5)
 
 
+def test_what_no_force_acts_on_keeps_its_kinetic_energy():
+    """Breaks when the mass matrix is not that of the kinetic energy, or rates alone change this energy."""
+    one, rng = gears(), np.random.default_rng(4)
+    q, v = rng.uniform(-0.2, 0.2, (1, 11)), rng.uniform(-1.0, 1.0, (1, 11))
+    J, c = one.along(one.pose(q), v)
+    mass = one.mass_matrix(q, J)[0]
+    assert 0.5 * v[0] @ mass @ v[0] == pytest.approx(one.kinetic(q, v), rel=1e-12)
+    assert mass == pytest.approx(mass.T)
+    d, rate = 1e-5, np.linalg.solve(mass, one.turning(q, v, J, c)[0])
+    change = one.kinetic(q + d * v, v + d * rate) - one.kinetic(q - d * v, v - d * rate)
+    assert abs(change) / (2 * d) < 1e-4 * abs(one.turning(q, v, J, c)[0] @ v[0])
+
+
+def test_rails_hold_at_their_level():
+    """Breaks when friction and brakes act elsewhere than at rail level, on a vehicle that turns as one piece."""
+    one = gears()
+    turn = np.zeros((1, 11))
+    turn[0, [PITCH, 5, 6]] = 1.0
+    turn[0, [3, 4]] = one.a[0]
+    turn[0, 7:] = np.repeat(one.a[0], 2) + one.e[0]
+    q = np.zeros((1, 11))
+    pulled = one.held(one.along(one.pose(q), q)[0])
+    assert (pulled * turn).sum() == pytest.approx(1.6 + 0.01, rel=1e-12)
+
+
 def test_forces_are_slopes_of_energies():
     """Breaks when a spring, stop, preload or weight pushes otherwise than its energy says."""
     one = gears(pitch=0.002)
@@ -176,11 +201,11 @@ def test_the_same_seed_is_the_same_train():
 @pytest.mark.parametrize("seed", [3, 5, 12])
 def test_random_trains_balance_and_have_converged(seed, monkeypatch):
     """Breaks when tolerances, the longest step or the creep of friction leave more than a tenth of what is compared."""
-    found = plane.solve(random_train(seed))
+    found = plane.solve(random_train(seed), 0.3)
     monkeypatch.setattr(plane, "CREEP", plane.CREEP / 2)
     for key, part in (("rtol", 10), ("atol", 10), ("longest", 2), ("longest_free", 2)):
         monkeypatch.setattr(plane.PlaneMotion, key, getattr(plane.PlaneMotion, key) / part)
-    finer = plane.solve(random_train(seed))
+    finer = plane.solve(random_train(seed), 0.3)
     assert abs(found.missing) < 1e-5 * found.kinetic[0]
     for name, ends in found.interfaces.items():
         other = finer.interfaces[name]

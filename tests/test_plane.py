@@ -44,6 +44,14 @@ def test_verification(case):
     assert [str(check) for check in checks if not check.passed] == []
 
 
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", [3, 8, 11])
+def test_random_trains_beside_an_integration_by_scipy(seed):
+    """A sign, a lever or a state of the plane would be wrong where no formula looks."""
+    checks = list(plane.by_scipy([seed], 0.2))
+    assert [str(check) for check in checks if not check.passed] == []
+
+
 def test_without_the_plane_nothing_of_it_changes_a_number():
     """Vehicle types, lines and offsets would leak into one dimension."""
     plain = load("b_type", {"simulation.time_limit_s": 0.3})

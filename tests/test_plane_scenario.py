@@ -218,6 +218,8 @@ def test_along_the_track_nothing_of_it_has_an_effect_and_a_remark_says_so(metro)
     said = "along the track only"
     assert said in " ".join(remarks(chain))
     assert said not in " ".join(remarks(bare) + remarks(line_up(metro)))
+    limited = {"plane": "line", "limits.step_mm": 100, "limits.wheel_lift_M1_mm": 20}
+    assert line_up(metro.with_values(limited)).limits == bare.limits
     for path, value in (("ties", "free"), ("collision.offset_mm", {"M": 1}), ("bracket", ["free", "tied"])):
         assert said in " ".join(remarks(line_up(load("b_type", {path: value})))), path
 

@@ -159,6 +159,23 @@ def test_what_has_no_usable_number_is_never_counted_as_safe(folder):
     assert quantiles.quantiles[-1][1].upper == math.inf  # it may have been any of those that failed
 
 
+def test_what_passes_in_one_load_case_passes_whatever_becomes_of_it_in_another(folder):
+    """Breaks if a draw without usable numbers in one load case undoes the limit that it passed in another."""
+
+    class Failing(Linear):
+        def __call__(self, cases):
+            cases = list(cases)
+            for (key, case), computed in zip(cases, super().__call__(cases), strict=True):
+                lost = Computed(key, {"status": "unstable", "reason": "made so"}, {})
+                yield lost if key % 2 and case["collision.gap_mm"] > 50.0 else computed
+
+    found = run("out", engine=Failing(1.0), runs=64, cases={"a": {}, "b": {}}, **GAP)
+    of = {(p.case, p.name): p for p in found.passed}
+    a, b, whole = of["a", "any"], of["b", "any"], of["", "any"]
+    assert 0 < a.passes < b.unknown == 32
+    assert (whole.passes, whole.unknown) == (32, 32 - a.passes)
+
+
 def test_a_curve_that_ends_counts_as_passed_and_is_said(folder):
     """Breaks if numbers behind the end of a curve are taken for valid ones."""
     ends = {"devices.tube.beyond": None, "devices.tube.curve": points((0, 0), (1, 400), (300, 500)), "speed": 14}

@@ -2,10 +2,15 @@
 
 import shutil
 
+import numpy as np
 import pytest
+from builders import planar
 from click.testing import CliRunner
 
+import trainmj
 from trainmj.cli import main
+from trainmj.output.page import Page
+from trainmj.single.page_animation import add_animation
 
 pytestmark = pytest.mark.thorough
 
@@ -101,6 +106,44 @@ def test_plots_zoom_and_read_out(opened):
     seen.page.wait_for_function(
         "(end) => document.querySelector('.plot .canvas').layout.xaxis.range[1] < end", arg=before
     )
+    assert seen.errors == []
+
+
+def test_the_animation_of_the_vertical_plane_shows_step_and_lift(look, tmp_path):
+    """Breaks if vehicles stay level or their ends rise by another scale than the list of heights says."""
+    result = trainmj.run(
+        planar(
+            {
+                "collision.offset_mm": {"M": 40},
+                "collision.speed_km_h": 15,
+                "simulation.step_ms": 0.5,
+                "simulation.time_limit_s": 0.4,
+            }
+        )
+    )
+    page = Page("Plane", command="trainmj run", versions={})
+    add_animation(page.section("The collision"), result)
+    page.write(tmp_path / "page.html")
+    seen = look(tmp_path / "page.html")
+    up = """() => {
+        const [left, right] = [...document.querySelectorAll('.animation .device')][5].querySelectorAll('.crush');
+        return right.getBoundingClientRect().top - left.getBoundingClientRect().top;
+    }"""
+    drop = seen.page.evaluate(up)
+    seen.page.locator(".animation .time").focus()
+    seen.page.keyboard.press("End")
+    at_end = seen.page.evaluate(up)
+    assert at_end / drop == pytest.approx(result.step[-1, result.chain.front] / 0.04, rel=0.02)
+    seen.page.select_option(".animation .heights", "3")
+    assert seen.page.evaluate(up) == pytest.approx(3 * at_end, rel=0.02)
+    middles = """() => [...document.querySelectorAll('.animation .wheel')].map((wheel) => {
+        const box = wheel.getBoundingClientRect();
+        return (box.top + box.bottom) / 2;
+    })"""
+    found, rise = np.array(seen.page.evaluate(middles)), result.wheel_rise[-1]
+    scale = at_end / result.step[-1, result.chain.front]
+    assert rise.max() > 5e-3
+    assert found.max() - found == pytest.approx(3 * scale * rise, abs=0.05)
     assert seen.errors == []
 
 

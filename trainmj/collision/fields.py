@@ -276,6 +276,12 @@ class Frame(_Field):
     G8 = "N m", "force along the degree of freedom"
     G9 = "N", "force along the degree of freedom"
     G10 = "N", "force along the degree of freedom"
+    LEVER = "m", "of the rails about the centre of gravity of its body, mean of the wheelsets"
+    LEVER_0 = "m", "of the rails about the link of the left bogie, mean of its wheelsets"
+    LEVER_1 = "m", "of the rails about the link of the right bogie, mean of its wheelsets"
+    SINE = "1", "of its pitch"
+    SINE_0 = "1", "of the pitch of the left frame against the track"
+    SINE_1 = "1", "of the pitch of the right frame against the track"
     PITCH_MAX = "rad", "largest pitch", True
     PITCH_MIN = "rad", "least pitch", True
     HEAVE_MAX = "m", "largest rise of the centre of gravity of its body", True

@@ -13,7 +13,7 @@ from trainmj.collision.device import Device
 from trainmj.collision.gear import BOGIES, Gear, Suspension
 from trainmj.collision.law import KINDS
 from trainmj.collision.line import Line, LineEnd
-from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each
+from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each, only_in_plane
 from trainmj.collision.stability import check_step
 from trainmj.files.provenance import said
 from trainmj.files.source import Problem
@@ -50,6 +50,8 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         speed = c.partner_speed_km_h
         vehicles += [_vehicle(f"S{i + 1}", car, speed, scenario, drawn, False) for i, car in enumerate(cars)]
     s = scenario.simulation
+    flattened = scenario.plane == "line" and scenario.states_the_plane
+    limits = {name: most for name, most in scenario.limits.items() if not (flattened and only_in_plane(name))}
     chain = Chain(
         tuple(vehicles),
         tuple(_interfaces(scenario, n, vehicles[n - 1])),
@@ -62,13 +64,13 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
         grade=c.grade_per_mille * 1e-3,
         steps_per_window=s.steps_per_window,
         contact_threshold=s.contact_threshold_kN * KN,
-        limits=scenario.limits,
+        limits=limits,
         sources={path: said(entry) for path, entry in scenario.sources.items()},
         twin=c.partner == c.train,
         obstacle=fixed,
         free_flights=tuple(flight * MM for flight in scenario.occupants.free_flight_mm),
         plane=scenario.plane == "vertical",
-        flattened=scenario.plane == "line" and scenario.states_the_plane,
+        flattened=flattened,
     )
     scenario.refuse(_pitches(chain, c.pitch_mrad))
     check_step(chain)

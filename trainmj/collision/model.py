@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from trainmj.collision.body import Member, Point
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
-from trainmj.collision.model_plane import add_vehicle, enable, names_of_dofs
+from trainmj.collision.model_plane import add_rails_and_stops, add_vehicle, enable, names_of_dofs
 from trainmj.collision.model_plane import numbers_of as numbers_in_plane
 from trainmj.collision.press import press
 from trainmj.errors import EngineError
@@ -91,7 +92,8 @@ def spec(
         layout: room for the device law's block; by default what this chain needs.
         bare: only what moves, as in :func:`build`.
         scene: with light, ground and materials of the base scene, for shapes to be added.
-        stand_in: with elasto-plastic tendons in place of the device law, and no room for its block.
+        stand_in: with elasto-plastic tendons in place of the device law, and no room for its block; in the vertical
+            plane it stands on the rails of the base scene.
     """
     base = mujoco.MjSpec.from_file(str(shipped_folder("mjcf") / "base.xml"))
     if not scene:
@@ -114,33 +116,60 @@ def spec(
     base.add_key(name="start", qpos=chain.start_qpos, qvel=chain.start_qvel)
     if bare:
         return base
-    if chain.plane:
+    if chain.plane and not stand_in:
         _add_sensors_in_plane(base, chain)
         return base
     for interface in chain.interfaces:
-        tendon = base.add_tendon(name=interface.name)
-        left, right = chain.ends(interface)
-        tendon.wrap_joint(chain.points[left].name, 1.0)
-        if right != WALL:
-            tendon.wrap_joint(chain.points[right].name, -1.0)
-        if stand_in:
-            stiffness, force = stand_in_of(interface, chain.stand_in_speed)
-            tendon.stiffness[0] = stiffness
-            tendon.springyield = force / stiffness
-            tendon.springlength[:] = -_NEVER, 0.0
+        _add_interface(base, chain, interface, stand_in)
     if stand_in:
         for member in chain.members:
             _add_member(base, chain, member)
+        if chain.plane:
+            add_rails_and_stops(base, chain)
     _add_sensors(base, chain, SENSED[len(OF_DEVICES) :] if stand_in else SENSED, stand_in)
     return base
 
 
+def _add_interface(base: mujoco.MjSpec, chain: Chain, interface: Interface, stand_in: bool) -> None:
+    """A tendon as long as the stroke of an interface; in the vertical plane that of a stand-in at its heights."""
+    tendon, stroke_at_start = base.add_tendon(name=interface.name), 0.0
+    found = stand_in_of(interface, chain.stand_in_speed) if stand_in else None
+    for side, (point, sign) in enumerate(zip(chain.ends(interface), (1.0, -1.0), strict=True)):
+        if point == WALL:
+            continue
+        name, gear = chain.points[point].name, chain.vehicles[chain.points[point].vehicle].gear
+        tendon.wrap_joint(name, sign)
+        if found and gear:
+            lever = sign * (gear.cog_height - found.heights[side])
+            tendon.wrap_joint(f"{name} pitch", lever)
+            stroke_at_start += lever * gear.pitch
+    if found:
+        tendon.stiffness[0] = found.stiffness
+        tendon.springyield = found.force / found.stiffness
+        tendon.springlength[:] = -_NEVER, stroke_at_start
+
+
+class StandIn(NamedTuple):
+    """One force that stands in for the devices of an interface.
+
+    Attributes:
+        stiffness: with which it unloads [N/m].
+        force: of the plateau [N].
+        heights: above the rail, on the left and on the right, at which it acts in the vertical plane [m].
+    """
+
+    stiffness: float
+    force: float
+    heights: tuple[float, float] = (0.0, 0.0)
+
+
 @lru_cache(maxsize=128)
-def stand_in_of(interface: Interface, speed: float) -> tuple[float, float]:
-    """Unloading stiffness [N/m] and one force [N] that absorbs as much as an interface does up to its stroke limit.
+def stand_in_of(interface: Interface, speed: float) -> StandIn:
+    """What absorbs as much as an interface does up to its stroke limit.
 
     That is the mean force of first loading, up to where the first of its stages reaches its limit, or up to the end of
-    a curve: at rest, but at a speed [m/s] where an orifice resists that alone.
+    a curve: at rest, but at a speed [m/s] where an orifice resists that alone. Its heights are the means of those of
+    the lines, by what is absorbed until the next one takes over.
     """
     hydraulic = any(law.kind.name == "hydraulic" for element in interface.elements for law in element.laws)
     path = press(interface, speed=speed if hydraulic else 0.0)
@@ -150,7 +179,15 @@ def stand_in_of(interface: Interface, speed: float) -> tuple[float, float]:
         if limit < path.sides[-1, side]:
             ends.append(float(np.interp(limit, path.sides[:, side], path.stroke)))
     stiffness = [device.envelope.stiffness for device in interface.devices]
-    return 1.0 / sum(1.0 / k for k in stiffness), path.work(min(ends)) / min(ends)
+    end = min(ends)
+    whole = StandIn(1.0 / sum(1.0 / k for k in stiffness), path.work(end) / end)
+    acting = [(element.line, element.start) for element in interface.elements if element.sign > 0]
+    lines = [line for line, _ in acting if line]
+    if not lines:
+        return whole
+    absorbed = np.diff([path.work(min(end, place)) for place in (0.0, *(start for _, start in acting[1:]), end)])
+    heights = np.average([[line.left.height, line.right.height] for line in lines], axis=0, weights=absorbed)
+    return whole._replace(heights=(float(heights[0]), float(heights[1])))
 
 
 def _options_of(scene: mujoco.MjSpec) -> mujoco.MjSpec:

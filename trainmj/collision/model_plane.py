@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -16,14 +17,22 @@ from trainmj.units import G
 
 _SLIDE, _HINGE = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
 _ALONG, _UP, _ACROSS = [1, 0, 0], [0, 0, 1], [0, -1, 0]  # the last makes pitch positive with the end at +x up
+_GAUGE = 0.7525  # of the rails of the base scene, from the middle of the track [m]
+SMALLEST = 0.05  # radius of a wheel, where an offset leaves none [m]
+_NEVER = 1e3  # travel of a suspension without a stop [m]
+_UNSEEN = 3  # group of geoms that viewers do not show at first
 _NO_INERTIA = 1e-3
 """Of a wheelset, which does not pitch, about its axis: MuJoCo wants some [kg m2]; it pitches with its frame."""
 
 
 def enable(option: mujoco.MjOption) -> None:
-    """Switch on what the vertical plane needs of the options of the base scene: weight, springs, implicit dampers."""
+    """Switch on what the vertical plane needs of the options of the base scene: weight, springs, dampers.
+
+    Dampers stay explicit: implicit ones would cost a second factorisation in every step, a seventh of its time, and
+    theirs are not what limits the step.
+    """
     off = mujoco.mjtDisableBit
-    wanted = off.mjDSBL_GRAVITY | off.mjDSBL_SPRING | off.mjDSBL_DAMPER | off.mjDSBL_EULERDAMP
+    wanted = off.mjDSBL_GRAVITY | off.mjDSBL_SPRING | off.mjDSBL_DAMPER
     option.disableflags &= ~int(wanted)
     option.gravity[:] = 0.0, 0.0, -G
 
@@ -67,6 +76,55 @@ def add_vehicle(base: mujoco.MjSpec, chain: Chain, i: int, place: float) -> None
 def _suspend(body: mujoco.MjsBody, name: str, numbers: _Numbers, dof: int) -> None:
     joint = body.add_joint(name=name, type=_SLIDE, axis=_UP, springref=numbers.spring[dof])
     joint.stiffness[0], joint.damping[0] = numbers.stiffness[dof], numbers.damping[dof]
+
+
+def add_rails_and_stops(base: mujoco.MjSpec, chain: Chain) -> None:
+    """Stand-ins for what the law does below and in the suspensions: contacts of the wheels, and limits of the joints.
+
+    MuJoCo counts how soft these are by the acceleration; here that is of the mass that swings on rail or stop alone.
+    """
+    base.option.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    for i, k in chain.wheelsets:
+        gear = chain.vehicles[i].gear
+        assert gear is not None
+        axle = gear.axle_height + gear.offset
+        radius, soft = max(SMALLEST, axle), _softness(gear.wheelset_mass, gear.rail_stiffness, chain.step)
+        for y, side in ((_GAUGE, "left"), (-_GAUGE, "right")):
+            base.body(chain.name_of_wheelset(i, k)).add_geom(
+                name=f"{chain.name_of_wheelset(i, k)} contact {side}",
+                type=mujoco.mjtGeom.mjGEOM_SPHERE,
+                size=[radius, 0, 0],
+                pos=[0, y, radius - axle],
+                mass=0,
+                contype=0,
+                conaffinity=1,
+                condim=1,
+                priority=1,
+                solref=soft,
+                group=_UNSEEN,
+            )
+    for i, vehicle in enumerate(chain.vehicles):
+        if vehicle.gear is not None:
+            for dof in SUSPENDED:
+                _limit(base.joint(names_of_dofs(chain, i)[dof]), vehicle.gear, dof, chain.step)
+
+
+def _limit(joint: mujoco.MjsJoint, gear: Gear, dof: int, step: float) -> None:
+    """Let the travel of a suspension end at its stops."""
+    suspension = gear.secondary if dof in BOGIES else gear.primary
+    below, above = gear.wheelset_mass, gear.frame_mass
+    if dof in BOGIES:
+        below, above = gear.frame_mass + 2.0 * gear.wheelset_mass, 0.5 * gear.body_mass
+    stops = np.array([-suspension.lift_stop, suspension.bump_stop])
+    if np.isfinite(stops).any():
+        joint.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        joint.range = stops.clip(-_NEVER, _NEVER)
+        joint.solref_limit = _softness(1.0 / (1.0 / below + 1.0 / above), suspension.stop, step)
+
+
+def _softness(mass: float, stiffness: float, step: float) -> list[float]:
+    """Time constant and damping ratio of a constraint of MuJoCo's, which wants two steps at least."""
+    return [max(2.0 * step, math.sqrt(mass / stiffness)), 1.0]
 
 
 def numbers_of(chain: Chain, places: Sequence[float]) -> dict[str, Array]:

@@ -322,6 +322,7 @@ def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: 
         min(s[f + FRAME.PITCH_MIN], pitch),
     )
     s[f + FRAME.HEAVE_MAX], s[f + FRAME.HEAVE_MIN] = max(s[f + FRAME.HEAVE_MAX], z), min(s[f + FRAME.HEAVE_MIN], z)
+    s[f + FRAME.SINE], s[f + FRAME.LEVER] = sine, 0.0
     for n in range(2):
         at = 3 + 4 * n
         slide = qpos[d + at]
@@ -332,12 +333,15 @@ def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: 
         s1, c1 = math.sin(angle), math.cos(angle)
         link = arm * sine + (drop + slide) * cosine - drop  # rise of the link
         swung = arm * cosine - (drop + slide) * sine
+        s[f + FRAME.SINE_0 + n], s[f + FRAME.LEVER_0 + n] = s1, 0.0
         for k in range(2):
             own = at + 2 + k
             travel = qpos[d + own]
             half = base if k else -base
             up = half * c1 - (axle + travel) * s1  # derivative of the rise by the pitch of the frame
             rise = z + link + half * s1 + (axle + travel) * c1 - axle
+            s[f + FRAME.LEVER] += 0.25 * (s[f + FRAME.HEIGHT] + z - rise)
+            s[f + FRAME.LEVER_0 + n] += 0.5 * (s[f + FRAME.LINK] + z + link - rise)
             speed = qvel[d + 1] + swung * turning + cosine * qvel[d + at] + up * (turning + spin) + c1 * qvel[d + own]
             gap = rise - s[w + WHEEL.PRELOAD] / stiffness
             load = max(0.0, -stiffness * gap - damping * speed) if gap < 0.0 else 0.0
@@ -385,19 +389,27 @@ def _damped(s: Block, f: int, at: int, damping: float, travel: float, rate: floa
 def rail_speed(s: Block, f: int, qvel: Any) -> Any:
     """Speed along the track at which the rails hold a vehicle: of its wheelsets where they touch them."""
     d = int(s[f + FRAME.DOF])
-    if s[f + FRAME.DOFS] == 1.0:
-        return qvel[d]
-    turned = s[f + FRAME.HEIGHT] * qvel[d + 2] + 0.5 * s[f + FRAME.LINK] * (qvel[d + 4] + qvel[d + 8])
-    return qvel[d] + turned
+    speed = qvel[d]
+    if s[f + FRAME.DOFS] != 1.0:
+        speed += s[f + FRAME.LEVER] * qvel[d + 2]
+        for n in range(2):
+            at, sine = d + 3 + 4 * n, s[f + FRAME.SINE_0 + n]
+            speed += 0.5 * (s[f + FRAME.LEVER_0 + n] * qvel[at + 1] - s[f + FRAME.SINE] * qvel[at])
+            speed -= 0.25 * sine * (qvel[at + 2] + qvel[at + 3])
+    return speed
 
 
 @inlined
 def hold(s: Block, f: int, friction: float) -> None:
-    """Rail friction or brake below the wheelsets of a vehicle: its moments on body and frames."""
+    """Rail friction or brake below the wheelsets of a vehicle, a quarter each: what it does but along the track."""
     if s[f + FRAME.DOFS] != 1.0:
-        s[f + FRAME.G2] += friction * s[f + FRAME.HEIGHT]
-        s[f + FRAME.G4] += 0.5 * friction * s[f + FRAME.LINK]
-        s[f + FRAME.G8] += 0.5 * friction * s[f + FRAME.LINK]
+        s[f + FRAME.G2] += friction * s[f + FRAME.LEVER]
+        for n in range(2):
+            at, sine = f + FRAME.G3 + 4 * n, s[f + FRAME.SINE_0 + n]
+            s[at] -= 0.5 * friction * s[f + FRAME.SINE]
+            s[at + 1] += 0.5 * friction * s[f + FRAME.LEVER_0 + n]
+            s[at + 2] -= 0.25 * friction * sine
+            s[at + 3] -= 0.25 * friction * sine
 
 
 @register_jitable

@@ -592,13 +592,19 @@ def with_column(quantities: tuple[Quantity[Any], ...]) -> tuple[Quantity[Any], .
     return tuple(q for q in quantities if q.column)
 
 
+_ALONG = "vehicles move along the track only: state plane: vertical"
 _WITHOUT = {
     "no vehicle of the scenario has a body that gives": r"bod(y|ies)_|.*_(member|bogie)_\d|.*_[MS]\d+_\d",
-    "vehicles move along the track only: state plane: vertical": r"(met_)?step_|slip_|tie_force_|swing_moment_|pitch_|"
+    _ALONG: r"(met_)?step_|slip_|tie_force_|swing_moment_|pitch_|"
     r"heave_|wheel_(lift|load)_|(lift|load)_[MS]\d+_wheelset|largest_(step|wheel)|least_wheel|damped_",
     "the scenario does not state simulation.averaging_ms": "averaged_device_|TAMA_averaged",
 }
 """Why a collision may have none of the responses whose names begin like a pattern."""
+
+
+def only_in_plane(name: str) -> bool:
+    """Whether a response of this name would be one of the vertical plane."""
+    return why_absent(name, ()) == _ALONG
 
 
 def in_place_of(name: str, known: Iterable[str]) -> str:

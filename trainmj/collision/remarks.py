@@ -43,7 +43,7 @@ def _of_chain(chain: Chain) -> Iterator[str]:
     if chain.flattened:
         yield (
             "Vehicles move along the track only: what the scenario states of the vertical plane, as vehicle types, "
-            "lines of devices, ties and offsets, has no effect. State plane: vertical to use it."
+            "lines of devices, ties, offsets and limits, has no effect. State plane: vertical to use it."
         )
     yield from _of_bodies(chain)
 

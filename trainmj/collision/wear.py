@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from trainmj.collision.block import alone
 from trainmj.collision.body import yielded
-from trainmj.collision.chain import Chain, Element, n_own_sides, places_of_sides
+from trainmj.collision.chain import WALL, Chain, Element, Interface, n_own_sides, places_of_sides
 from trainmj.collision.device import Device, Path
 from trainmj.collision.element import advance
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import ELEMENT
+from trainmj.collision.line import Line, LineEnd
 from trainmj.collision.result import Result
 from trainmj.units import MM
 
 SEEN = (
     *("stroke", "force", "left_stroke", "right_stroke", "left_energy", "right_energy"),
-    *("point_position", "member_plastic"),
+    *("point_position", "member_plastic", "dof"),
 )
 GIVEN = 1e-3
 """Plastic shortening of a member from which on pictures colour it [m]."""
@@ -51,6 +53,10 @@ class Worn:
     def used(self) -> list[float]:
         """(n_stage,) largest strokes of the stages themselves so far [m]."""
         return [stage.stroke(one.most) for one in self._paths for stage in one.path.stages]
+
+    def past(self, n: int) -> bool:
+        """Whether a path of the device has been pressed to its end."""
+        return max(one.most for one in self._paths) >= self._paths[min(n, len(self._paths) - 1)].path.stages[-1].end
 
     @property
     def shown(self) -> float:
@@ -85,6 +91,42 @@ class _Pressed:
         return self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
 
 
+class _Strut:
+    """A strut between the pins of two vehicles in the vertical plane."""
+
+    def __init__(self, chain: Chain, interface: Interface, line: Line) -> None:
+        """Along the vehicles, which have not met."""
+        self.line = line
+        self.turned = (0.0, 0.0)
+        self._chain, self._places = chain, (interface.left, interface.right)
+        self._met = line.inner
+
+    def follow(self, dof: Array, stroke: float) -> None:
+        """Turn with the pins of both vehicles, once they have met."""
+        self._met |= stroke > _CLOSE
+        if not self._met:
+            return
+        left, right = self.line.left, self.line.right
+        x, z, pitch = self._pin(dof, 0, left)
+        other_x, other_z, other_pitch = self._pin(dof, 1, right)
+        angle = math.atan2(other_z - z, left.pin + right.pin + other_x - x)
+        self.turned = angle - pitch, angle - other_pitch
+
+    def _pin(self, dof: Array, side: int, end: LineEnd) -> tuple[float, float, float]:
+        """How far a pin has come along the track, its height, and the pitch of its vehicle."""
+        chain, vehicle = self._chain, self._places[side]
+        if vehicle == WALL:
+            return 0.0, end.height, 0.0
+        first, gear = chain.first_dof[vehicle], chain.vehicles[vehicle].gear
+        if gear is None:
+            return float(dof[first]), end.height, 0.0
+        x, z, pitch = dof[first : first + 3].tolist()
+        ahead = chain.end_arms(vehicle)[1] - end.pin if side == 0 else chain.end_arms(vehicle)[0] + end.pin
+        above, sine, cosine = end.height - gear.cog_height, math.sin(pitch), math.cos(pitch)
+        height = gear.cog_height + gear.offset + z + ahead * sine + above * cosine
+        return x + ahead * cosine - above * sine - ahead, height, pitch
+
+
 class Wear:
     """Devices and bodies of a chain as they are used up; update it with every sample, in order.
 
@@ -92,6 +134,7 @@ class Wear:
         worn: the device on each side (0 left, 1 right) of each interface; both sides draw one that they share.
         moved: (n_point,) how far points have moved [m].
         plastic: (n_member,) plastic shortening of the members of bodies [m].
+        dof: (n_dof,) degrees of freedom in the vertical plane; none where vehicles only move along the track.
     """
 
     def __init__(self, chain: Chain) -> None:
@@ -107,6 +150,13 @@ class Wear:
         self._stroke = self._lowest = np.zeros(len(chain.interfaces))
         self.moved = np.zeros(len(chain.points))
         self.plastic = self._travel = np.zeros(len(chain.members))
+        self.dof = chain.start_qpos if chain.plane else np.zeros(0)
+        self._struts = {
+            (k, n): _Strut(chain, interface, element.line)
+            for k, interface in enumerate(chain.interfaces)
+            for n, element in enumerate(interface.elements)
+            if element.sign > 0 and element.line is not None and element.line.strut
+        }
 
     def update(self, seen: Mapping[str, Array]) -> None:
         """Follow a sample: of SEEN, the histories of a result by name, in SI."""
@@ -123,6 +173,18 @@ class Wear:
         self.moved = np.asarray(seen["point_position"] - self._chain.start)
         self._travel = self._travel + np.abs(seen["member_plastic"] - self.plastic)
         self.plastic = np.array(seen["member_plastic"])
+        self.dof = np.asarray(seen["dof"])
+        for (k, n), strut in self._struts.items():
+            sides = [self.worn[place] for place in ((k, 0), (k, 1)) if place in self.worn]
+            if not (strut.line.shears and any(worn.past(n) for worn in sides)):
+                strut.follow(self.dof, self._stroke[k])
+
+    def turned(self, k: int, path: int, side: int) -> float:
+        """Angle of a strut of an interface against the vehicle on one side [rad], positive as its pitch.
+
+        A strut lies along its vehicle until both ends have met, and stays as it was once it has sheared off.
+        """
+        return self._struts[k, path].turned[side]
 
     def shown(self, k: int, side: int) -> float:
         """What one side of an interface shows of its stroke now [m]: its own device's, or half of a shared one's.

@@ -366,7 +366,7 @@ class Draws:
         )
 
     def _any(self, case: str, passed: Flags, lost: Flags, used: FloatArray) -> Passed:
-        passed, unknown = passed & ~lost, lost & ~passed
+        unknown = lost & ~passed  # what passed a limit in one load case did, whatever became of the others
         title = "any limit in any load case" if not case and len(self._plan.cases) > 1 else "any limit"
         worst, causes = _largest(used), self._causes(case, passed, used)
         return Passed(

@@ -18,7 +18,15 @@ from trainmj.units import KJ, KM_H, MM, enough
 
 _MOST_CARS = 7  # vehicles of each side that are drawn, those nearest to the impact
 _FRAMES = 240
+_RISES = (
+    " How far the ends of vehicles and the wheelsets have risen is at the scale of the height of the vehicles, or "
+    "three times as much where you choose so. As vehicles are drawn short, they look steeper than they are."
+)
 _BODIES = " members of bodies take the colour of what they have lost by yielding;"
+_HEIGHTS = (
+    '<label>Heights <select class="heights"><option value="1" selected>1 x</option>'
+    '<option value="3">3 x</option></select></label>\n'
+)
 _SEEN = 2e-3  # shortening of a body from which on it is drawn [m]
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 
@@ -28,6 +36,7 @@ def add_animation(section: Section, result: Result) -> None:
     content = animation_data(result)
     markup, script = ((_TEMPLATES / f"animation.{end}").read_text(encoding="utf-8") for end in ("html", "js"))
     markup = markup.replace("BODIES", _BODIES if any(content["bodies"]) else "")
+    markup = markup.replace("HEIGHTS\n", _HEIGHTS if result.chain.plane else "")
     section.raw(Markup(markup.replace("DATA", as_json(content))), script)
     left_out = len(result.chain.vehicles) - len(content["vehicles"])
     few = {0: "", 1: " 1 vehicle further away is left out."}
@@ -36,6 +45,7 @@ def add_animation(section: Section, result: Result) -> None:
         + (" or body" if any(content["bodies"]) else "")
         + " is as long as its stroke needs. The view follows the "
         "place of the impact, and the sleepers pass below it."
+        + (_RISES if result.chain.plane else "")
         + few.get(left_out, f" {left_out} vehicles further away are left out.")
     )
 
@@ -44,7 +54,8 @@ def animation_data(result: Result) -> dict[str, Any]:
     """What the script needs: names, and strokes, energies, speeds and the place of the impact at evenly spaced times.
 
     An interface has a stroke as a whole, and stroke and energy of each device, one or one of each side. A body that
-    shortens to be seen has members, along the track, with what they are shorter and the energy lost by yielding.
+    shortens to be seen has members, along the track, with what they are shorter and the energy lost by yielding. In the
+    vertical plane the left and the right end of a vehicle rise, and each wheelset, from left to right.
     """
     chain = result.chain
     n = len(chain.vehicles)
@@ -69,6 +80,8 @@ def animation_data(result: Result) -> dict[str, Any]:
         "stroke": [numbers(result.stroke[frames, k] / MM) for k in joints],
         "devices": [_parts(sides) for sides in devices],
         "bodies": [_parts(members) for members in bodies],
+        "rises": [_rises(result, i, frames) for i in cars] if chain.plane else [],
+        "wheels": [_wheels(result, i, frames) for i in cars] if chain.plane else [],
         "largest_energy": float(f"{max(most, 1e-6):.4g}"),
         "digits": enough(0, most),
         "speed": [numbers(result.velocity[frames, i] / KM_H, 4) for i in cars],
@@ -91,6 +104,25 @@ def _members(result: Result, vehicle: int, frames: Array) -> list[tuple[Array, A
     given = np.abs(result.member_plastic) > GIVEN
     shortening, energy = result.member_shortening / MM, np.where(given, result.member_yielded, 0.0) / KJ
     return [(shortening[frames, k], energy[frames, k]) for k in result.chain.members_of(vehicle)]
+
+
+def _rises(result: Result, vehicle: int, frames: Array) -> list[list[float | None]]:
+    """How far the left and the right end of a vehicle have risen from the design (n_frame,) [mm]; none if it slides."""
+    chain, gear = result.chain, result.chain.vehicles[vehicle].gear
+    if gear is None:
+        return []
+    _, z, pitch = result.dof[frames, chain.first_dof[vehicle] :][:, :3].T
+    return [_tenths(gear.offset + z + arm * np.sin(pitch)) for arm in chain.end_arms(vehicle)]
+
+
+def _wheels(result: Result, vehicle: int, frames: Array) -> list[list[float | None]]:
+    """How far each of its wheelsets has risen from where it stands at rest (n_frame,) [mm]."""
+    own = [n for n, (i, _) in enumerate(result.chain.wheelsets) if i == vehicle]
+    return [_tenths(result.wheel_rise[frames, n]) for n in own]
+
+
+def _tenths(rise: Array) -> list[float | None]:
+    return numbers(np.round(rise / MM, 1))
 
 
 def _devices(result: Result, frames: Array) -> list[list[tuple[Array, Array]]]:

@@ -328,12 +328,13 @@ def random_train(seed: int, most: int = 12) -> dict[str, Any]:
     collision |= {"offset_mm": offsets} if offsets else {}
     if rng.random() < 0.3:
         collision["pitch_mrad"] = {"M1": float(rng.uniform(-3.0, 3.0))}
+    ties = str(rng.choice(["stated", "stated", "free", "tied"]))
     trains = {"a": _planar_train(rng, moving, devices, types) | {"front": "f0"}}
     if not wall:
         trains["b"] = _planar_train(rng, n - moving, devices, types) | {"front": str(rng.choice(["f0", "f1"]))}
     return {
         "plane": "vertical",
-        "ties": str(rng.choice(["stated", "stated", "free", "tied"])),
+        "ties": "stated" if ties == "tied" and "'none'" in str(devices) else ties,  # nothing holds where there is none
         "vehicle_types": types,
         "devices": devices,
         "trains": trains,

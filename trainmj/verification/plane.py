@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,10 +19,14 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import places_of
+from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
-from trainmj.units import MM, G
+from trainmj.scenario import Scenario
+from trainmj.units import MM, MRAD, G
 from trainmj.verification.check import Check, alike, at_least, zero
+from trainmj.verification.mixed import random_train
+from trainmj.verification.oracle.plane import InPlane, solve
 from trainmj.verification.systems import Ride, planar
 
 _LOCKED = 1e18
@@ -165,4 +169,41 @@ def batch_and_single() -> Iterator[Check]:
     yield zero("Batch and single runs in the plane", "cases of 3 that differ in any bit", differ, 0)
 
 
-CASES = (rest, frequencies, locked, conserved, mirror, batch_and_single)
+def by_scipy(seeds: Sequence[int] = (5, 6), seconds: float = 0.25) -> Iterator[Check]:
+    """Random trains, beside an integration of the equations of motion in other coordinates by scipy."""
+    for seed in seeds:
+        values = random_train(seed)
+        values["simulation"] |= {"time_limit_s": seconds}
+        result = run(Scenario.from_values(values))
+        yield from _beside(f"Random train {seed}, by scipy", result, solve(values))
+
+
+def _beside(name: str, result: Result, known: InPlane) -> Iterator[Check]:
+    found, tally = summarise(result), result.tally
+    strokes = []
+    for i, places in zip(result.chain.interfaces, result.chain.records, strict=True):
+        paths = known.interfaces[i.name].paths
+        for n, (path, records) in enumerate(zip(paths, places, strict=False)):  # draw gear has none
+            idle = i.paths(0)[n].start - i.devices[0].paths(len(paths))[n].start
+            own = sum(max(0.0, tally.element_stroke_max[k] + idle) for k in records)
+            strokes.append((own, sum(max(0.0, one) for one in path.strokes[: len(records)])))
+    steps = [
+        (step, known.interfaces[i.name].step)
+        for step, i in zip(tally.ends_step_max, result.chain.interfaces, strict=True)
+    ]
+    vehicles = [(v, known.vehicles[v.name]) for v in found.vehicles]
+    pairs = {
+        "strokes": (strokes, 1e-3),
+        "steps while ends touch": ([pair for pair in steps if not math.isnan(pair[1])], 1e-2),
+        "pitch": ([(abs(v.pitch_mrad) * MRAD, other.pitch) for v, other in vehicles], 1e-2),
+        "heave": ([(abs(v.heave_mm) * MM, other.heave) for v, other in vehicles], 1e-2),
+    }
+    for what, (values, most) in pairs.items():
+        own, others = np.array(values).T
+        yield alike(name, f"{what}, of the largest", own, others, most, others.max())
+    loads = [(w.load, one) for v, other in vehicles for w, one in zip(v.wheelsets, other.load, strict=True)]
+    own, others = np.array(loads).T
+    yield alike(name, "least loads of wheelsets over those at rest", own, others, 1e-2, 1.0)
+
+
+CASES = (rest, frequencies, locked, conserved, mirror, batch_and_single, by_scipy)

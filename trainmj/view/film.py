@@ -12,15 +12,17 @@ from numpy.typing import NDArray
 from PIL.Image import Image
 
 from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco, undisturbed
 from trainmj.collision.result import Result
 from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import InputError, OutputError
-from trainmj.units import KJ, KM_H, KN, enough, in_digits
+from trainmj.units import KJ, KM_H, KN, MM, enough, in_digits
 from trainmj.view.cameras import CAMERAS, Camera, Director
 from trainmj.view.files import FILMS, STILLS, write_film, write_still
 from trainmj.view.offscreen import canvas
 from trainmj.view.overlay import Label, Overlay
+from trainmj.view.parts import middle_of
 from trainmj.view.scene import visible
 from trainmj.view.shapes import Shapes, largest_energy
 
@@ -81,7 +83,7 @@ def samples(result: Result, file: Path, slow: float, fps: float, at: float | Non
     Raises:
         InputError: if the time of a still is not within the collision, or vehicles are nowhere.
     """
-    if not np.all(np.abs(result.point_position) < _FARTHEST):
+    if not np.all(np.abs(_qpos(result)) < _FARTHEST):
         raise InputError("cannot be drawn: vehicles have no position, or are farther away than they can get")
     end = float(result.time[-1])
     if file.suffix.lower() in STILLS:
@@ -154,7 +156,7 @@ def _draw(
             for k in range(shown[n - 1] + 1 if n else 0, sample + 1):
                 wear.update(seen_at(result, k))
             moved = shapes.show(wear)
-            data.qpos[:] = result.point_position[sample]
+            data.qpos[:] = _qpos(result)[sample]
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
             picture = draw(data, director.views(result.point_position[sample]), moved)
@@ -162,6 +164,11 @@ def _draw(
             rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
             yield overlay.write(picture, float(result.time[sample]), rows, labels)
             watch(n + 1)
+
+
+def _qpos(result: Result) -> Array:
+    """(n_sample, n) positions of the joints of its model [m, rad]."""
+    return result.dof if result.chain.plane else result.point_position
 
 
 def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
@@ -172,6 +179,10 @@ def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
     yield "front force", f"{in_digits(force[sample], enough(0, np.abs(force).max()))} kN"
     for i in [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.n_moving]:
         yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
+    if chain.plane:
+        name = "front rise" if chain.interfaces[-1].right == WALL else "front step"
+        yield name, f"{result.step[sample, chain.front] / MM:z.0f} mm"
+        yield "lift so far", f"{result.wheel_rise[: sample + 1].max(initial=0.0) / MM:.1f} mm"
 
 
 def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
@@ -179,14 +190,14 @@ def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, f
 
     Names come in order of importance, as there may not be room for all: heads, tails, round numbers, the rest.
     """
-    points = data.xpos[1:, 0]
+    points = np.array([data.body(point.name).xpos[0] for point in chain.points])
     middles = chain.of_vehicles(points)
     names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)]
     ends = {chain.n_moving - 1: 0, chain.n_moving: 1, 0: 2, len(names) - 1: 3}
     order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + int(names[i].text[1:]) % 10))
     names = [names[i] for i in order if len(names) <= _MOST_NAMES or i in ends or int(names[i].text[1:]) % 5 == 0]
     rights = [chain.edge(i, 1) for i in range(len(chain.vehicles))]
-    tails = points[rights] + [chain.vehicles[i].length - chain.points[p].place for i, p in enumerate(rights)]
+    tails = points[rights] + [middle_of(chain, p) + 0.5 * chain.vehicles[i].length for i, p in enumerate(rights)]
     energies = [wear.energy(k) for k in range(len(chain.interfaces))]
     few, digits = len(chain.vehicles) <= _MOST_NUMBERS, enough(0, full / KJ)
     return names + [

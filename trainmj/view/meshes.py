@@ -28,6 +28,9 @@ _RADIUS, _TREAD, _CORNERS = 0.42, 0.13, 16  # of a wheel: radius and width [m], 
 ON_BOGIES = ("passenger", "locomotive", "wagon")
 """Drawings of vehicles with two bogies below them."""
 
+HUNG = 3.2
+"""Half the length of what hangs below the floor of a long vehicle [m]."""
+
 _SLEEPER_EVERY = 0.6  # distance between sleepers [m]
 
 
@@ -83,13 +86,14 @@ def wheel(x: float, y: float, radius: float = _RADIUS) -> Mesh:
     return Mesh(vertices, np.concatenate(faces).astype(np.int32))
 
 
-def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
+def car(rear: float, front: float, cabs: Sequence[int], hung: float = HUNG) -> dict[str, Mesh]:
     """A metro car: a mesh for each material of the base scene; "livery" stands for that of the train.
 
     Args:
         rear: where the body begins, from the middle of the vehicle [m].
         front: where it ends [m].
         cabs: 1 for a cab in front, -1 for one at the rear.
+        hung: half the length of what hangs below the floor, between the bogies [m].
     """
     nose = min(_NOSE, (front - rear) / 4)
     stations = _nose(rear, -1, nose)[::-1] if -1 in cabs else [_ring(rear)]
@@ -106,7 +110,7 @@ def car(rear: float, front: float, cabs: Sequence[int]) -> dict[str, Mesh]:
             for x in rear + (front - rear) * np.array([0.28, 0.72])
             if front - rear > 9
         ],
-        "bogie": _underframe(rear, front),
+        "bogie": _underframe(rear, front, hung),
         "shade": [_shadow(rear, front)],
         "lamp": [],
     }
@@ -125,7 +129,7 @@ def _add_face(pieces: dict[str, list[Mesh]], end: float, direction: int, length:
         pieces["lamp"].append(panel(corners, out=0.035))
 
 
-def locomotive(rear: float, front: float) -> dict[str, Mesh]:
+def locomotive(rear: float, front: float, hung: float = HUNG) -> dict[str, Mesh]:
     """An electric locomotive with a cab at each end, by material."""
     length, middle = front - rear, (rear + front) / 2
     nose = min(_NOSE, length / 4)
@@ -140,7 +144,7 @@ def locomotive(rear: float, front: float) -> dict[str, Mesh]:
             *(_both(x - 0.45, x + 0.45, (2.2, 2.8)) for x in grilles),
         ],
         "bogie": [
-            *_underframe(rear, front),
+            *_underframe(rear, front, hung),
             *(_strut((middle, middle + side * arm), (-0.5, -0.42), (3.9, 4.9), 0.08) for side in (-1, 1)),
             *(_strut((middle, middle + side * arm), (0.42, 0.5), (3.9, 4.9), 0.08) for side in (-1, 1)),
             *(
@@ -235,7 +239,7 @@ def cut(mesh: Mesh, x: float, direction: int) -> tuple[Mesh | None, Mesh | None]
     return found[0], found[1]
 
 
-def wagon(rear: float, front: float) -> dict[str, Mesh]:
+def wagon(rear: float, front: float, hung: float = HUNG) -> dict[str, Mesh]:
     """A freight wagon with ribbed sides, by material."""
     ribs = [
         box((x - 0.06, x + 0.06), (y - 0.05, y + 0.05), (1.25, 3.1))
@@ -246,7 +250,7 @@ def wagon(rear: float, front: float) -> dict[str, Mesh]:
     rims += [box((x - 0.07, x + 0.07), (-1.4, 1.4), (3.05, 3.2)) for x in (rear + 0.07, front - 0.07)]
     return {
         "livery": joined([box((rear, front), (-1.38, 1.38), (1.2, 3.08)), *ribs, *rims]),
-        "bogie": joined([*_underframe(rear, front), box((rear, front), (-1.1, 1.1), (0.95, 1.2))]),
+        "bogie": joined([*_underframe(rear, front, hung), box((rear, front), (-1.1, 1.1), (0.95, 1.2))]),
         "shade": _shadow(rear, front),
     }
 
@@ -318,11 +322,11 @@ def _both(a: float, b: float, z: tuple[float, float], out: float = 0.0) -> Mesh:
     return joined([box((a, b), (s * (_SIDE + out) - 0.02, s * (_SIDE + out) + 0.02), z) for s in (-1, 1)])
 
 
-def _underframe(rear: float, front: float) -> list[Mesh]:
+def _underframe(rear: float, front: float, hung: float) -> list[Mesh]:
     pieces = [box((rear + 0.1, front - 0.1), (-1.15, 1.15), (0.8, 0.97))]
-    if front - rear > 12:
+    if front - rear > 12 and hung > 0.5:
         middle = (rear + front) / 2
-        pieces.append(box((middle - 3.2, middle + 3.2), (-1.1, 1.1), (0.42, 0.82)))
+        pieces.append(box((middle - hung, middle + hung), (-1.1, 1.1), (0.42, 0.82)))
     return pieces
 
 
@@ -334,6 +338,19 @@ def bogie(length: float) -> Mesh:
         pieces.append(box((-reach * 1.35, reach * 1.35), (y - 0.07, y + 0.07), (0.42, 0.66)))
         pieces += [wheel(d * reach, 0.77 * np.sign(y)) for d in (-0.9, 0.9)]
     return joined(pieces)
+
+
+def frame(wheelbase: float, axle: float) -> Mesh:
+    """The frame of a bogie without its wheelsets, its middle at 0, by its wheelbase and the height of its axles [m]."""
+    reach = 0.5 * wheelbase + 0.4
+    sides = [box((-reach, reach), (y - 0.07, y + 0.07), (axle, axle + 0.24)) for y in (-0.98, 0.98)]
+    return joined([box((-0.3, 0.3), (-0.95, 0.95), (axle - 0.02, axle + 0.38)), *sides])
+
+
+def wheelset(radius: float) -> Mesh:
+    """Two wheels on an axle, which stands on the rails at 0."""
+    axle = box((-0.08, 0.08), (-0.77, 0.77), (radius - 0.08, radius + 0.08))
+    return joined([axle, *(wheel(0.0, y, radius) for y in (-0.77, 0.77))])
 
 
 def _front_panel(

@@ -9,6 +9,7 @@ import numpy as np
 
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle
 from trainmj.collision.device import CAR_BODY, Device, Stage
+from trainmj.collision.line import LineEnd
 
 _HEAD, _ROD = 0.20, 0.10  # lengths of a coupler's head and of the rod behind it [m]
 _RINGS = 6  # folds that are drawn on a crush tube
@@ -16,6 +17,9 @@ _LEAST = 0.25  # room that any device has [m]
 _SHORTEST = 0.03  # length of a fully crushed tube [m]
 _END = 0.1  # of half a vehicle: the part of its body that gives way, in front of the wheels
 _CRUMPLED = 0.8  # of the end of a car body, at most
+
+SHADE = "shade"
+"""The last word of names of geoms that are the shadow of a vehicle on the ground, and its material."""
 
 SKIN = "skin"
 """The last word of names of geoms that take the colour of the energy a car body has absorbed."""
@@ -28,12 +32,18 @@ class Shape:
     section: tuple[float, ...]  # (radius,) of a cylinder, or half width and half height of a box [m]
     material: str  # of the base scene; "device" takes the colour of the energy absorbed
 
+    def times(self, tall: float) -> Shape:
+        """A box so many times as high."""
+        width, height = self.section
+        return Shape((width, height * tall), self.material)
+
 
 _COUPLER, _ANTI_CLIMBER, _GANGWAY = (0.0, 0.78), (0.85, 1.22), (0.0, 2.12)  # y and z above the rail [m]
 _COUPLER_TUBE, _COUPLER_RING = Shape((0.13,), "device"), Shape((0.155,), "device")
 _COUPLER_ROD, _COUPLER_HEAD = Shape((0.07,), "steel"), Shape((0.21, 0.19), "steel")
 _TUBE, _RING = Shape((0.13, 0.11), "device"), Shape((0.155, 0.135), "device")
 _PLATE, _TOOTH = Shape((0.30, 0.20), "steel"), Shape((0.30, 0.025), "steel")
+_TALL = 0.40  # height of that plate, and nearly that of a head [m]
 _BELLOWS = Shape((0.62, 1.02), "gangway")
 _SIDE_WALL, _SIDE = Shape((1.25, 1.5), "device"), (0.0, 2.1)  # of a lorry
 
@@ -47,6 +57,10 @@ class Zone:
     begin_at: float  # stroke of the device at which the stage begins [m]
     end_at: float  # stroke at which it ends; from there on the stage is pushed back as it is [m]
     stage: int  # which of the device's stages
+    path: int = 0  # way through the device that the stage is on
+    pin: float | None = (
+        None  # of a strut, which turns about it in the vertical plane, from the middle of the vehicle [m]
+    )
 
 
 @dataclass(frozen=True)
@@ -124,7 +138,13 @@ def middle_of(chain: Chain, point: int) -> float:
     if point == WALL:
         return 0.5 * bearer(chain, WALL).length
     of = chain.points[point]
-    return 0.5 * chain.vehicles[of.vehicle].length - of.place
+    vehicle = chain.vehicles[of.vehicle]
+    return 0.5 * vehicle.length - of.place - (vehicle.gear.cog_x if vehicle.gear else 0.0)
+
+
+def rail_of(chain: Chain, point: int) -> float:
+    """Height of the rails below a vehicle as designed, seen from a point of it [m]."""
+    return 0.0 if point == WALL else -chain.cog_height(chain.points[point].vehicle)
 
 
 def device_of(interface: Interface, side: int) -> Device:
@@ -146,6 +166,14 @@ def setback(chain: Chain, vehicle: int, direction: int) -> float:
     crush = last.limit if np.isfinite(last.limit) else min(0.5, end - last.start)
     room = (last.start + crush) / (2 if interface.is_shared else 1) + _LEAST
     return float(min(room, 0.3 * bearer(chain, vehicle).length))
+
+
+def _lines(device: Device) -> list[tuple[int, LineEnd | None]]:
+    """Of each stage of a device, the path it is on and, in the vertical plane, its end of the line of that."""
+    if not device.lines:
+        return [(0, None)] * len(device.stages)
+    paths = device.paths(device.n_paths)
+    return [(n, line) for n, (path, line) in enumerate(zip(paths, device.lines, strict=True)) for _ in path.stages]
 
 
 def _stages(device: Device) -> tuple[Stage, ...]:
@@ -184,32 +212,46 @@ def _coupler(name: str, body: float, face: float, device: Device, interface: Int
     share = 0.5 if interface.is_shared else 1.0
     head = face - min(_HEAD, 0.3 * (face - body))
     rod = head - min(_ROD, 0.2 * (face - body))
-    zone = Zone(body, rod, 0.0, share * first.end, 0)
+    lines = _lines(device)
+    path, line = lines[0]
+    at = (_COUPLER[0], line.height) if line else _COUPLER
+    zone = Zone(body, rod, 0.0, share * first.end, 0, path, _pin(line, face))
     parts = [
-        Part(f"{name} coupler tube", _COUPLER_TUBE, _COUPLER, body, rod, zone),
-        *_rings(f"{name} coupler", _COUPLER_RING, _COUPLER, zone),
-        Part(f"{name} coupler rod", _COUPLER_ROD, _COUPLER, rod, head, zone),
-        Part(f"{name} coupler head", _COUPLER_HEAD, _COUPLER, head, face, zone),
+        Part(f"{name} coupler tube", _COUPLER_TUBE, at, body, rod, zone),
+        *_rings(f"{name} coupler", _COUPLER_RING, at, zone),
+        Part(f"{name} coupler rod", _COUPLER_ROD, at, rod, head, zone),
+        Part(f"{name} coupler head", _COUPLER_HEAD.times(_tall(line)), at, head, face, zone),
     ]
-    for number, stage in enumerate(others, 1):
-        plate = face - share * stage.start
-        zone = Zone(body, max(plate - 0.14, body + _SHORTEST), share * stage.start, share * stage.end, number)
+    for number, (stage, (path, line)) in enumerate(zip(others, lines[1:], strict=False), 1):
+        plate, (y, z), tall = face - share * stage.start, _ANTI_CLIMBER, _tall(line)
+        z = line.height if line else z
+        start, end = share * stage.start, share * stage.end
+        zone = Zone(body, max(plate - 0.14, body + _SHORTEST), start, end, number, path, _pin(line, face))
         for side, sign in (("left", -1), ("right", 1)):
-            where, (y, z) = f"{name} anti-climber {number} {side}", _ANTI_CLIMBER
-            place = sign * y, z
+            where, place = f"{name} anti-climber {number} {side}", (sign * y, z)
             parts += [
-                Part(f"{where} tube", _TUBE, place, zone.start, zone.end, zone),
-                *_rings(where, _RING, place, zone),
-                Part(f"{where} plate", _PLATE, place, zone.end, plate - 0.03, zone),
+                Part(f"{where} tube", _TUBE.times(tall), place, zone.start, zone.end, zone),
+                *_rings(where, _RING.times(tall), place, zone),
+                Part(f"{where} plate", _PLATE.times(tall), place, zone.end, plate - 0.03, zone),
             ]
             for tooth in range(3):
-                place = sign * y, z + 0.14 * (tooth - 1)
-                parts.append(Part(f"{where} tooth {tooth}", _TOOTH, place, plate - 0.03, plate, zone))
+                place = sign * y, z + 0.14 * tall * (tooth - 1)
+                parts.append(Part(f"{where} tooth {tooth}", _TOOTH.times(tall), place, plate - 0.03, plate, zone))
     if not others and interface.is_shared:
         parts.append(
             Part(f"{name} gangway", _BELLOWS, _GANGWAY, body, face, Zone(body, face, 0.0, share * first.end, 0))
         )
     return tuple(parts)
+
+
+def _tall(line: LineEnd | None) -> float:
+    """How high faces are drawn, as a part of what is usual: as they overlap, so that they part in pictures too."""
+    return min(line.overlap, _TALL) / _TALL if line else 1.0
+
+
+def _pin(line: LineEnd | None, face: float) -> float | None:
+    """Where the pin of a strut is, from the middle of the vehicle [m]."""
+    return face - line.pin if line and line.strut else None
 
 
 def _rings(name: str, shape: Shape, place: tuple[float, float], zone: Zone) -> Iterator[Part]:

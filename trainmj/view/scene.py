@@ -11,19 +11,27 @@ import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.body import nearest
-from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.device import CAR_BODY, Stage
+from trainmj.collision.gear import Gear
 from trainmj.collision.law.hydraulic import recovers
 from trainmj.collision.mj import mujoco, undisturbed
-from trainmj.collision.model import spec, stand_in_of
+from trainmj.collision.model import StandIn, spec, stand_in_of
+from trainmj.collision.model_plane import SMALLEST
 from trainmj.units import KN, KN_PER_MM, readable
 from trainmj.view import meshes
-from trainmj.view.parts import SKIN, Body, Part, ends, middle_of, setback
+from trainmj.view.parts import SHADE, SKIN, Body, Part, ends, middle_of, rail_of, setback
 
 _TRACK = 120.0  # track beyond the ends of the trains [m]
 _BOGIES = 0.17  # of the length of a body, from its ends to the middles of its bogies
+_CLEAR = 0.9  # from an axle to what hangs below the floor between the bogies [m]
 _SLIVER = 0.005  # what is shorter of a car body is not drawn [m]
 _SLEEPERS = 800  # at most; a longer track has them near the impact only
+_PLANE = (
+    "In the vertical plane each of them acts along the track at one height, the mean of the heights of its lines by "
+    "what each absorbs. Weight, springs and dampers are those of the scenario. Contacts without friction, about as "
+    "soft as the rails of the scenario, stand in for these, and limits of joints for the stops of the suspensions. "
+)
 _BOX, _CYLINDER, _MESH = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_MESH
 _UNTOUCHED = {"contype": 0, "conaffinity": 0}
 _NOTHING = Stage("", 0.0, 0.0)  # before the first one
@@ -46,7 +54,7 @@ def visible(chain: Chain, layout: Layout | None = None, stand_in: bool = False) 
     for end in found:
         body = model.worldbody if end.point == WALL else model.body(chain.points[end.point].name)
         for part in end.parts:
-            _add_part(body, part, end.direction, middle_of(chain, end.point))
+            _add_part(body, part, end.direction, middle_of(chain, end.point), rail_of(chain, end.point))
     return model
 
 
@@ -64,9 +72,7 @@ def export(chain: Chain, title: str = "") -> str:
     """
     words = " ".join(re.sub("-{2,}", "-", title).split())  # XML forbids two dashes in a comment
     stand_ins = "".join(
-        f"\n       {i.name}: {readable(force / KN, 0)} kN, {stiffness / KN_PER_MM:.6g} kN/mm"
-        for i in chain.interfaces
-        for stiffness, force in [stand_in_of(i, chain.stand_in_speed)]
+        f"\n       {i.name}: {_said(i, stand_in_of(i, chain.stand_in_speed))}" for i in chain.interfaces
     )
     stand_ins += "".join(f"\n       {line}" for line in _bodies(chain))
     bodies = (
@@ -80,12 +86,21 @@ def export(chain: Chain, title: str = "") -> str:
         "section Simulation, Load key. The devices of the scenario are NOT in this file: MJCF cannot express them. "
         "Stand-ins take their place, one for each interface: ideal elasto-plastic tendons (springyield, of MuJoCo 4.0) "
         "that push and never pull, with the unloading stiffness of the devices and one force, their mean up to the "
-        f"first stroke limit. {bodies}Left out: {'; '.join(_left_out(chain))}. "
+        f"first stroke limit. {bodies}{_PLANE if chain.plane else ''}Left out: {'; '.join(_left_out(chain))}. "
         "Strokes and accelerations differ from those of trainmj."
     )
     lines = fill(said, 112, initial_indent="     ", subsequent_indent="     ", break_on_hyphens=False)
     comment = f"<!-- {words or 'Train collision'}\n{lines}"
     return f"{comment}{stand_ins} -->\n{visible(chain, stand_in=True).to_xml()}"
+
+
+def _said(interface: Interface, found: StandIn) -> str:
+    """A stand-in in words."""
+    words = f"{readable(found.force / KN, 0)} kN, {found.stiffness / KN_PER_MM:.6g} kN/mm"
+    if interface.elements[0].line is None:
+        return words
+    heights = dict.fromkeys(f"{height:.3f} m" for height in found.heights)
+    return f"{words}, at {' and '.join(heights)}"
 
 
 def _bodies(chain: Chain) -> Iterator[str]:
@@ -125,6 +140,9 @@ def _left_out(chain: Chain) -> Iterator[str]:
         "draw gear": any(element.sign < 0 for element in elements),
         "dashpots of members that yield": any(m.damping and m.collapse < np.inf for m in chain.members),
         "that members of car bodies harden as they yield": any(member.hardening for member in chain.members),
+        "that struts turn about their pins, and their swing stops": any(line.strut for line in chain.lines),
+        "vertical ties of faces": any(line.tie for line in chain.lines),
+        "that faces slide off each other": any(line.overlap < np.inf for line in chain.lines),
         "friction of rails and ground": any(vehicle.rail_friction for vehicle in chain.vehicles),
         "brakes": any(vehicle.brake for vehicle in chain.vehicles),
         "the grade of the track": bool(chain.grade),
@@ -138,15 +156,17 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
     rear, front = (vehicle.length / 2 - setback(chain, i, direction) for direction in (-1, 1))
     side = range(chain.n_moving) if i < chain.n_moving else range(chain.n_moving, len(chain.vehicles))
     cabs = tuple(direction for direction, end in ((-1, side[0]), (1, side[-1])) if i == end)
-    pieces = _pieces(vehicle.drawing, -rear, front, cabs)
+    hung = _hung(vehicle.gear)
+    pieces = _pieces(vehicle.drawing, -rear, front, cabs, hung)
     key = f"{vehicle.drawing} {rear:.3f} {front:.3f} {cabs} {[body.name.split()[1] for body in given]}"
+    key += f" {hung:.3f}" if hung != meshes.HUNG else ""
     skin = next(iter(pieces))
     for material, whole in pieces.items():
         paint = _paint(material, i < chain.n_moving)
         for name, point, piece in _sections(chain, i, whole):
-            body, x = model.body(chain.points[point].name), middle_of(chain, point)
+            body, x = model.body(chain.points[point].name), (middle_of(chain, point), rail_of(chain, point))
             kept: meshes.Mesh | None = piece
-            for end in given if material != "shade" else ():
+            for end in given if material != SHADE else ():
                 direction = 1 if "front" in end.name.split() else -1
                 kept, crumpling = meshes.cut(kept, direction * end.start, direction) if kept else (None, None)
                 if crumpling is not None:
@@ -155,7 +175,10 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
             if kept is not None:
                 own = f"{name} {SKIN if vehicle.body and material == skin else material}"
                 _add_shape(body, model, own, own if vehicle.body else f"{key} {material}", kept, paint, x)
-    _add_bogies(model, chain, i, rear, front)
+    if vehicle.gear is not None:
+        _add_gear(model, chain, i, vehicle.gear)
+    else:
+        _add_bogies(model, chain, i, rear, front)
 
 
 def _sections(chain: Chain, i: int, mesh: meshes.Mesh) -> Iterator[tuple[str, int, meshes.Mesh]]:
@@ -196,20 +219,42 @@ def _add_bogies(model: mujoco.MjSpec, chain: Chain, i: int, rear: float, front: 
             f"bogie {length:.3f}",
             meshes.bogie(length),
             "bogie",
-            place + middle_of(chain, point),
+            (place + middle_of(chain, point), 0.0),
         )
 
 
-def _pieces(drawing: str, rear: float, front: float, cabs: Sequence[int] = ()) -> dict[str, meshes.Mesh]:
+def _add_gear(model: mujoco.MjSpec, chain: Chain, i: int, gear: Gear) -> None:
+    """The frames and wheelsets of a vehicle in the vertical plane, each on the body that moves it.
+
+    A vehicle that stands higher stands on larger wheels: those of the others are worn.
+    """
+    axle = gear.axle_height + gear.offset
+    radius = max(SMALLEST, axle)
+    frame, wheelset = meshes.frame(gear.wheelbase, gear.axle_height), meshes.wheelset(radius)
+    for bogie in range(2):
+        name = chain.name_of_bogie(i, bogie)
+        key = f"frame {gear.wheelbase:.3f} {gear.axle_height:.3f}"
+        _add_shape(model.body(name), model, name, key, frame, "bogie", (0.0, -gear.link_height))
+    for k in range(4):
+        name = chain.name_of_wheelset(i, k)
+        _add_shape(model.body(name), model, name, f"wheelset {radius:.3f}", wheelset, "bogie", (0.0, -axle))
+
+
+def _hung(gear: Gear | None) -> float:
+    """Half the length of what hangs below the floor, for which bogies at their true places leave room [m]."""
+    return meshes.HUNG if gear is None else min(meshes.HUNG, 0.5 * (gear.centres - gear.wheelbase) - _CLEAR)
+
+
+def _pieces(
+    drawing: str, rear: float, front: float, cabs: Sequence[int] = (), hung: float = meshes.HUNG
+) -> dict[str, meshes.Mesh]:
     """The meshes of a drawing by material, that of the outside first."""
     if drawing == "passenger":
-        return meshes.car(rear, front, cabs)
-    drawings = {
-        "wagon": meshes.wagon,
-        "locomotive": meshes.locomotive,
-        "lorry": meshes.lorry,
-        "buffer_stop": meshes.buffer_stop,
-    }
+        return meshes.car(rear, front, cabs, hung)
+    on_bogies = {"wagon": meshes.wagon, "locomotive": meshes.locomotive}
+    if drawing in on_bogies:
+        return on_bogies[drawing](rear, front, hung)
+    drawings = {"lorry": meshes.lorry, "buffer_stop": meshes.buffer_stop}
     return drawings[drawing](rear, front)
 
 
@@ -219,12 +264,18 @@ def _paint(material: str, moving: bool) -> str:
 
 
 def _add_shape(
-    body: mujoco.MjsBody, model: mujoco.MjSpec, name: str, key: str, mesh: meshes.Mesh, material: str, x: float = 0.0
+    body: mujoco.MjsBody,
+    model: mujoco.MjSpec,
+    name: str,
+    key: str,
+    mesh: meshes.Mesh,
+    material: str,
+    at: tuple[float, float],
 ) -> None:
-    """A shape made of a mesh, which is added where there is none of its key."""
+    """A shape made of a mesh, which is added where there is none of its key, at a place and a height [m]."""
     if model.mesh(key) is None:
         _add_mesh(model, key, mesh)
-    body.add_geom(name=name, type=_MESH, meshname=key, material=material, pos=[x, 0, 0], **_WEIGHTLESS)
+    body.add_geom(name=name, type=_MESH, meshname=key, material=material, pos=[at[0], 0, at[1]], **_WEIGHTLESS)
 
 
 def _add_mesh(model: mujoco.MjSpec, name: str, mesh: meshes.Mesh) -> None:
@@ -236,14 +287,14 @@ def _add_mesh(model: mujoco.MjSpec, name: str, mesh: meshes.Mesh) -> None:
     )
 
 
-def _add_part(body: mujoco.MjsBody, part: Part, direction: int, middle: float) -> None:
+def _add_part(body: mujoco.MjsBody, part: Part, direction: int, middle: float, rail: float) -> None:
     half, section = 0.5 * (part.end - part.start), part.shape.section
     is_round = len(section) == 1
     body.add_geom(
         name=part.name,
         type=_CYLINDER if is_round else _BOX,
         size=[*section, half, 0] if is_round else [half, *section],
-        pos=[middle + direction * 0.5 * (part.start + part.end), *part.place],
+        pos=[middle + direction * 0.5 * (part.start + part.end), part.place[0], part.place[1] + rail],
         quat=[np.sqrt(0.5), 0, np.sqrt(0.5), 0] if is_round else [1, 0, 0, 0],  # a cylinder's axis is its z
         material=part.shape.material,
         **_WEIGHTLESS,
@@ -273,5 +324,5 @@ def _add_wall(model: mujoco.MjSpec, chain: Chain) -> None:
         pieces = _pieces(obstacle.drawing, setback(chain, WALL, -1) - half, half)
         for material, mesh in pieces.items():
             name = f"obstacle {material}"
-            _add_shape(world, model, name, name, mesh, _paint(material, False), half)
+            _add_shape(world, model, name, name, mesh, _paint(material, False), (half, 0.0))
     world.add_geom(name="wall", type=_BOX, size=[1, 3, 2.5], pos=[face + 1, 0, 2.5], material="wall", **_UNTOUCHED)

@@ -9,7 +9,7 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.result import Result
 from trainmj.collision.wear import GIVEN, Wear
-from trainmj.view.parts import SKIN, End, ends, middle_of
+from trainmj.view.parts import SHADE, SKIN, End, ends, middle_of
 
 _RAMP = {  # colours by share: from steel to dark red, darker for more, to every eye; after ColorBrewer's YlOrRd
     0.0: (0.74, 0.76, 0.78),
@@ -44,6 +44,14 @@ class Shapes:
             (end, middle_of(chain, end.point), [(part, model.geom(part.name).id) for part in end.parts])
             for end in ends(chain)
         ]
+        self._heights = model.geom_pos[:, 2].copy()
+        turning = [g for *_, parts in self._ends for part, g in parts if part.zone.pin is not None]
+        model.geom_sameframe[turning] = 0  # of those that lie along their body MuJoCo would take its frame
+        self._shades = [
+            _Shade(model, model.geom(f"{v.name} {SHADE}").id, v.gear.offset, chain.first_dof[i])
+            for i, v in enumerate(chain.vehicles)
+            if v.gear is not None
+        ]
         self._pieces: list[tuple[_Piece, End | None, int | None]] = []
         for g in range(model.ngeom):
             name = model.geom(g).name
@@ -65,9 +73,14 @@ class Shapes:
                 model.geom_pos[geom, 0] = middle + end.direction * 0.5 * (begin + finish)
                 along = 1 if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER else 0
                 model.geom_size[geom, along] = 0.5 * (finish - begin)
+                if part.zone.pin is not None:
+                    turned = wear.turned(end.interface, part.zone.path, end.side)
+                    self._turn(geom, middle + end.direction * part.zone.pin, turned)
                 if part.shape.material == "device":
                     model.geom_matid[geom] = -1
                     model.geom_rgba[geom, :3] = colours[part.zone.stage]
+        for shade in self._shades:
+            shade.lie(wear.dof)
         given = self._given(wear)
         moved = []
         for piece, of, member in self._pieces:
@@ -80,6 +93,14 @@ class Shapes:
             moved += [piece.mesh] if piece.follow(wear.moved, of, shorter, paint) else []
         return moved
 
+    def _turn(self, geom: int, pin: float, angle: float) -> None:
+        """Turn a part of a strut, which lies along the vehicle, about its pin [m] by an angle [rad]."""
+        model, ahead = self._model, self._model.geom_pos[geom, 0] - pin
+        model.geom_pos[geom, 0] = pin + ahead * np.cos(angle)
+        model.geom_pos[geom, 2] = self._heights[geom] + ahead * np.sin(angle)
+        upright = 0.5 * np.pi if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER else 0.0
+        model.geom_quat[geom] = _pitched(angle - upright)
+
     def _given(self, wear: Wear) -> list[Array | None]:
         """(n_member,) the colours of members of bodies that have given way, or have been drawn out."""
         yielded = colour(wear.yielded / self._full)
@@ -88,6 +109,28 @@ class Shapes:
     def _colours(self, wear: Wear, end: End) -> Array:
         """(n_stage, 3) of the device at an end."""
         return colour(wear.worn[end.interface, end.side].energy / self._full)
+
+
+def _pitched(angle: float) -> Array:
+    """(4,) the rotation by a pitch, positive with the end at +x up [rad]."""
+    return np.array([np.cos(0.5 * angle), 0.0, -np.sin(0.5 * angle), 0.0])
+
+
+class _Shade:
+    """The shadow of a vehicle in the vertical plane, which stays on the ground as the vehicle heaves and pitches."""
+
+    def __init__(self, model: mujoco.MjModel, geom: int, offset: float, dof: int) -> None:
+        """Look at the geom of a vehicle that stands higher by an offset [m], with its first degree of freedom."""
+        self._model, self._geom, self._offset, self._dof = model, geom, offset, dof
+        self._place, self._quat = model.geom_pos[geom].copy(), model.geom_quat[geom].copy()
+
+    def lie(self, dof: Array) -> None:
+        """Undo heave and pitch of the vehicle."""
+        _, z, pitch = dof[self._dof : self._dof + 3]
+        x, y, height = self._place - [0.0, 0.0, self._offset + z]
+        sine, cosine = np.sin(pitch), np.cos(pitch)
+        self._model.geom_pos[self._geom] = x * cosine + height * sine, y, height * cosine - x * sine
+        mujoco.mju_mulQuat(self._model.geom_quat[self._geom], _pitched(-pitch), self._quat)
 
 
 class _Piece:

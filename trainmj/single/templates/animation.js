@@ -1,10 +1,11 @@
 "use strict";
 document.querySelectorAll(".animation").forEach((figure) => {
   const SVG = "http://www.w3.org/2000/svg";
-  const WIDTH = 1000, BODY = 46, RAIL = 112, MARGIN = 14, SHORTEST = 16, FAR = 90, SLEEPER = 0.6;
+  const WIDTH = 1000, BODY = 46, RAIL = 112, MARGIN = 14, SHORTEST = 16, FAR = 90, SLEEPER = 0.6,
+    TALL = 44 / 2810; // of a car body: pixels that are a millimetre of height
   const data = JSON.parse(figure.querySelector("script").textContent);
   const find = (name) => figure.querySelector(name);
-  const [button, slider, clock, rate] = [".play", ".time", ".clock", ".rate"].map(find);
+  const [button, slider, clock, rate, heights] = [".play", ".time", ".clock", ".rate", ".heights"].map(find);
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   const n = data.vehicles.length, joints = data.interfaces.length, front = data.front;
   const end = data.time[data.time.length - 1], start = data.time[0];
@@ -94,12 +95,16 @@ document.querySelectorAll(".animation").forEach((figure) => {
   });
 
   // A body as long as it is then; its members take the colour of the energy that they have lost by yielding.
-  const squeeze = (car, own, mix) => {
+  const squeeze = (car, own, mix, [left, right], wheels) => {
     const now = own.map((member) => mix(member.stroke)), width = car.w - scale * now.reduce((a, b) => a + b, 0);
     const part = width / car.w, share = body / Math.max(1, own.length);
     let x = 0, crushed = false;
-    car.shape.setAttribute("transform", `scale(${part},1)`);
-    for (const { wheel, r } of car.wheels) wheel.setAttribute("rx", r / part);
+    car.shape.setAttribute("transform", `matrix(${part},${(left - right) / car.w},0,1,0,${-left})`);
+    car.wheels.forEach(({ wheel, r }, k) => {
+      wheel.setAttribute("rx", r / part);
+      const carried = left + ((right - left) * wheel.getAttribute("cx")) / car.w; // which a wheel does not follow
+      if (wheels.length) wheel.setAttribute("cy", 105 - wheels[k] + carried);
+    });
     car.members.forEach((box, k) => {
       const energy = mix(own[k].energy), w = (share + scale * (car.give[k] - now[k])) / part, yields = energy > 0.001;
       box.setAttribute("x", x);
@@ -152,11 +157,25 @@ document.querySelectorAll(".animation").forEach((figure) => {
     for (let k = 0; k < front; k++) x += length[k] - width[k];
     x += (length[front] - width[front]) / (data.wall ? 1 : 2);
     for (let i = 0; i < data.moving; i++) x += scale * mix(shorter[i]);
+    const up = (series) => Number(heights.value) * TALL * mix(series);
+    const rises = cars.map((_, i) => (data.rises[i] && data.rises[i].length ? data.rises[i].map(up) : [0, 0]));
+    // from a rise at x to another one behind a width, each straight up
+    const raised = (x, width, from, to) => {
+      const slope = (from - to) / Math.max(width, 1);
+      return `matrix(1,${slope},0,1,0,${-from - slope * x})`;
+    };
     let car = 0;
     const place = (k) => {
       const d = devices[k], own = used[k].map((one, j) => lengths[k][j] - scale * one.stroke);
       fold(d.parts[0], x, own[0], used[k][0].energy);
       if (own.length > 1) fold(d.parts[1], x + width[k] - own[1], own[1], used[k][1].energy);
+      if (data.rises.length) {
+        const left = rises[k][1], right = k + 1 < n ? rises[k + 1][0] : own.length > 1 ? 0 : left;
+        const sides = own.length > 1 ? [[left, left], [right, right]] : [[left, right]];
+        d.parts.forEach((part, j) => {
+          for (const shape of [part.box, part.folds]) shape.setAttribute("transform", raised(x, width[k], ...sides[j]));
+        });
+      }
       const middle = x + width[k] / 2;
       d.stroke.setAttribute("x", middle);
       d.stroke.textContent = used[k].map((one) => Math.max(0, one.stroke).toFixed(0)).join(" + ");
@@ -167,7 +186,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
     for (const one of cars) {
       one.g.setAttribute("transform", `translate(${x},0)`);
       one.speed.textContent = mix(data.speed[car]).toFixed(1).replace("-0.0", "0.0");
-      x += squeeze(one, data.bodies[car], mix);
+      x += squeeze(one, data.bodies[car], mix, rises[car], data.wheels[car] ? data.wheels[car].map(up) : []);
       if (car < joints) place(car);
       car += 1;
     }
@@ -203,12 +222,13 @@ document.querySelectorAll(".animation").forEach((figure) => {
     requestAnimationFrame(tick);
   };
   button.addEventListener("click", () => play(!playing));
+  if (heights) heights.addEventListener("change", () => show(now));
   slider.addEventListener("input", () => {
     play(false);
     show(start + (slider.value / 1000) * (end - start));
   });
   figure.addEventListener("keydown", (event) => {
-    if (event.key !== " " || event.target === button || event.target === rate) return;
+    if (event.key !== " " || [button, rate, heights].includes(event.target)) return;
     event.preventDefault();
     play(!playing);
   });

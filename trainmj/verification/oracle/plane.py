@@ -32,7 +32,7 @@ from trainmj.verification.oracle.reading import (
 
 Array = np.ndarray
 
-CREEP = 2e-4
+CREEP = 5e-5
 """Below this speed along the track [m/s] friction of the rails and brakes grows with it."""
 
 _LEVEL = {"body": {"pitch_inertia_t_m2": 1.0, "cog_height_m": 0.0}, "secondary": {}, "primary": {}}
@@ -73,7 +73,7 @@ class Path(Element):
     k: float = 0.0
     overlap: float = math.inf
     origin: float = math.nan  # slip at which the tie has no force
-    before: tuple[float, float] | None = None  # time and step of the ends when it was last without force
+    before: tuple[float, float] | None = None  # while it is without force: when it last was, and step of the ends then
     at: Any = None  # of x, height and pitch of both bodies and their rates in the state
     # what was found
     most: float = -math.inf
@@ -270,10 +270,15 @@ class PlaneMotion(Motion):
 
     def _path(self, e: Element, lines: tuple[Values, Values], m: Meeting, ties: str) -> Path:
         strut = lines[0]["acts"] == "strut"
-        points, origins, pins = [], [], 0.0
+        points: list[tuple[float, float]] = []
+        origins: list[tuple[float, float]] = []
+        pins = 0.0
         for line, i, end in zip(lines, (m.left, m.right), (1, 0), strict=True):
             high = line["height_mm"] / 1e3
             if i == WALL:
+                if len(m.devices) == 1:  # a flat wall, at the height at which the vehicle before it stands
+                    (a, b), (_, z), pitch = points[0], origins[0], self.gears.start[m.left, PITCH]
+                    high = z + a * math.sin(pitch) + b * math.cos(pitch)
                 points.append((0.0, high))
                 origins.append((0.0, 0.0))
                 continue
@@ -420,21 +425,18 @@ class PlaneMotion(Motion):
         k = 0
         for j, joint in enumerate(self.s.interfaces):
             step = ends[joint.left, 1] - (ends[joint.right, 0] if joint.right != WALL else 0.0)
-            touch = False
             for e in joint.elements:
                 assert isinstance(e, Path)
-                touch |= self._look_at(t, y, k, e, float(step))
+                self.touched[j] = float(np.fmax(self.touched[j], self._look_at(t, y, k, e, float(step))))
                 k += 1
-            if touch:
-                self.touched[j] = float(np.fmax(self.touched[j], abs(step)))
 
-    def _look_at(self, t: float, y: Array, k: int, e: Path, step: float) -> bool:
-        """Whether it carries force, after its peaks are noted."""
+    def _look_at(self, t: float, y: Array, k: int, e: Path, step: float) -> float:
+        """Note its peaks; magnitude of the step if it carries force, or has just begun or ceased to; else nan."""
         a = self._along(y, e)
         _, _, sides = self._sides(y, k)
         force = e.force(sides)
         if e.sign < 0.0:
-            return False
+            return math.nan
         e.most, e.push = max(e.most, a.u), max(e.push, force)
         e.top = [max(top, w) for top, (w, _) in zip(e.top, sides, strict=True)]
         if e.strut and not e.dead:
@@ -455,9 +457,15 @@ class PlaneMotion(Motion):
             tie = e.tie(a.s, force)
             e.tied = max(e.tied, abs(tie))
             e.origin = a.s - tie / e.k if e.k else a.s
-        else:
-            e.origin, e.before = a.s, (t, step)
-        return force > 0.0
+            most = max(abs(step), abs(e.before[1])) if e.before else abs(step)
+            e.before = None
+            return most
+        e.origin, ceased = a.s, e.before is None and not math.isnan(e.began)
+        e.before = t, step
+        if not ceased:
+            return math.nan
+        e.slip = max(e.slip, abs(a.s))
+        return abs(step)
 
     # at the end
 
