@@ -101,6 +101,8 @@ def test_faces_are_told_with_their_overlap(summary):
     assert row[:3] == ("S1-M1", "anti_climber", pytest.approx(120))
     assert row[3] == summary.interfaces[0].met_step_mm
     assert (row[4], row[5].kind) == (pytest.approx(100 * row[3] / 120), "pass")
+    early = trainmj.summarise(trainmj.run(short(simulation__time_limit_s=0.05)))
+    assert tables_plane._faces(early).rows == [("1 more", "", None, None, None, "did not meet")]
     gone = trainmj.summarise(trainmj.run(slid()))
     (row,) = tables_plane._faces(gone).rows
     assert row[4] > 100
