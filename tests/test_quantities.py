@@ -19,7 +19,7 @@ from trainmj.collision.quantities import columns_of, groups, ordered
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.scenario import load
-from trainmj.units import against, rounded_down, unit_of
+from trainmj.units import against, rounded_down, unit_of, words
 
 ROOT = Path(__file__).parents[1]
 
@@ -77,18 +77,22 @@ def test_names_are_unique_and_columns_carry_their_unit():
 
 
 @pytest.mark.parametrize(
-    ("key", "unit"),
+    ("key", "unit", "said"),
     [
-        ("empty_stroke_mm", "mm"),
-        ("devices.front.stiffness_kN_per_mm", "kN/mm"),
-        ("speed_m_per_s", "m/s"),
-        ("power_kJ_per_s", ""),
-        ("mass", ""),
+        ("empty_stroke_mm", "mm", "empty stroke"),
+        ("devices.front.stiffness_kN_per_mm", "kN/mm", "devices.front.stiffness"),
+        ("line.tie.kN_per_mm", "kN/mm", "line.tie"),
+        ("collision.offset_mm.M", "mm", "collision.offset M"),
+        ("collision.pitch_mrad.S12", "mrad", "collision.pitch S12"),
+        ("speed_m_per_s", "m/s", "speed"),
+        ("power_kJ_per_s", "", "power kJ per s"),
+        ("mass", "", "mass"),
     ],
 )
-def test_an_input_key_ends_in_its_unit(key, unit):
-    """Breaks if m/s is taken for s because it ends so."""
+def test_an_input_key_ends_in_its_unit(key, unit, said):
+    """Breaks if m/s is taken for s because it ends so, or a name is read with its unit or without its vehicle."""
     assert unit_of(key) == unit
+    assert words(key) == said
 
 
 @pytest.mark.thorough

@@ -7,6 +7,7 @@ responses are in their table, :mod:`trainmj.collision.quantities`, and are never
 from __future__ import annotations
 
 import math
+import re
 from decimal import ROUND_FLOOR, Context
 
 G = 9.80665
@@ -53,9 +54,12 @@ _UNITS = {
 }
 
 
+_FOR = re.compile(r"\.([MS]\d*)$")  # the vehicle or side that a value is for: offset_mm.M, pitch_mrad.M1
+
+
 def unit_of(name: str) -> str:
     """The unit at the end of an input key or path; empty if there is none, or one that is not known."""
-    last = "_" + name.rpartition(".")[2]  # a key may be a unit alone, as kN_per_mm of a suspension
+    last = "_" + _FOR.sub("", name).rpartition(".")[2]  # a key may be a unit alone, as kN_per_mm of a suspension
     end = next((end for end in _UNITS if last.endswith(f"_{end}")), "")
     return "" if not end or last.endswith(f"_per_{end}") else _UNITS[end]
 
@@ -67,9 +71,10 @@ def head(name: str, unit: str) -> str:
 
 
 def words(name: str) -> str:
-    """A name in words, without its unit: ``empty stroke`` for ``empty_stroke_mm``."""
-    end = head("", unit_of(name))
-    return (name.removesuffix(end) or name).replace("_", " ")
+    """A name in words, without its unit: ``empty stroke`` for ``empty_stroke_mm``, ``tie`` for ``tie.kN_per_mm``."""
+    end, of = head("", unit_of(name)), _FOR.search(name)
+    bare = _FOR.sub("", name)
+    return (bare.removesuffix(end).removesuffix(f".{end[1:]}") or bare).replace("_", " ") + (f" {of[1]}" if of else "")
 
 
 def label(name: str, unit: str) -> str:

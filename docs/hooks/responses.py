@@ -5,24 +5,26 @@ from __future__ import annotations
 from trainmj.collision.quantities import (
     BALANCE,
     COLLISION,
+    ENDS,
     INTERFACE,
     MEMBER,
     POINT,
     STAGE,
     TRAIN,
+    WHEELSET,
     Quantity,
     groups,
 )
 
 _INTRODUCTION = """# Responses
 
-Every number that is computed for a collision: its name in JSON, `interfaces.csv`, `vehicles.csv`, `bodies.csv` and
-Python, and its column in a sweep, a study or a targets file. Interfaces are named from the front: `S1_M1` is the front,
-`M1_M2` the coupler behind the head car of the moving train, and `S1_S2` that of its partner.
+Every number that is computed for a collision: its name in JSON, `interfaces.csv`, `vehicles.csv`, `wheelsets.csv`,
+`bodies.csv` and Python, and its column in a sweep, a study or a targets file. Interfaces are named from the front:
+`S1_M1` is the front, `M1_M2` the coupler behind the head car of the moving train, and `S1_S2` that of its partner.
 """
 
 _THINGS = {INTERFACE: "M1-M2", (STAGE,): "S1-M1 anti_climber", TRAIN: "", COLLISION: "", BALANCE: ""}
-_THINGS |= {MEMBER: "M1 member 1", POINT: "M1 2"}
+_THINGS |= {MEMBER: "M1 member 1", POINT: "M1 2", ENDS: "M1-M2", WHEELSET: "M1 wheelset 1"}
 
 
 def page() -> str:

@@ -26,4 +26,4 @@ def test_each_status_has_a_look_of_its_own_and_a_meaning():
 def test_the_verdict_of_a_run_that_is_not_over_warns(changes, kind):
     summary = trainmj.summarise(trainmj.run(load("b_type_wall", changes)))
     assert summary.status.kind == kind
-    assert outcome(summary.status).kind == "warn"
+    assert outcome(summary.status.kind).kind == "warn"

@@ -17,7 +17,10 @@ from trainmj.files.folder import filling, spare
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
+    from trainmj.collision.summary import Summary
     from trainmj.output.style import Format, Width
+    from trainmj.scenario import Scenario
+    from trainmj.single.beside import Beside
 
 
 @click.command()
@@ -35,6 +38,18 @@ if TYPE_CHECKING:
     metavar="NAMES",
     help="With --converge: what is to settle, as columns with commas between; * stands for any part of a name.",
 )
+@click.option(
+    "--margin",
+    "with_margin",
+    is_flag=True,
+    help="In the vertical plane: how much of their capacity the ties of faces need to hold, and say what is to spare.",
+)
+@click.option(
+    "--slip",
+    type=float,
+    metavar="MM",
+    help="With --margin: slip up to which engaged faces hold; 10 mm by default.",
+)
 @takes_fail_on_limit
 @takes_json
 def run(
@@ -46,6 +61,8 @@ def run(
     with_report: bool,
     with_steps: bool,
     responses: str | None,
+    with_margin: bool,
+    slip: float | None,
     fail_on_limit: bool,
     as_json: bool,
 ) -> None:
@@ -55,13 +72,16 @@ def run(
     one: it is computed again and compared, number by number.
 
     Exit code: 0 when computed (the status says how it ended); 1 if the numbers may not be used: unstable, or not valid
-    as a curve ended behind which nothing is stated; 1 also if a repeated result differs from the saved one, if the
-    responses do not settle as the step is halved, or with --fail-on-limit if a limit was passed; 2 for wrong input.
+    as a curve ended behind which nothing is stated, or one vehicle overrode another; 1 also if a repeated result
+    differs from the saved one, if the responses do not settle as the step is halved, or with --fail-on-limit if a limit
+    was passed; 2 for wrong input. Where the scenario states a bracket of ties, the worst of them counts.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
     if responses is not None and not with_steps:
         raise InputError("--responses: needs --converge, which settles them")
+    if slip is not None and not with_margin:
+        raise InputError("--slip: needs --margin, which looks for it")
     from trainmj.collision.result import FILE, find_result
 
     saved = find_result(scenario)
@@ -80,17 +100,20 @@ def run(
     result = trainmj.run(loaded)
     again = None if before is None else trainmj.compare(before, result)
     summary = trainmj.summarise(result)
+    beside = _beside(loaded, summary, with_margin, slip)
     if out is not None:
-        write_run(result, summary, out, figures, figure_width)
+        write_run(result, summary, out, figures, figure_width, beside)
         if with_report:
             from trainmj.single.page import page_of_run
 
-            page_of_run(result, summary, out / FILE).write(out / REPORT)
+            page_of_run(result, summary, out / FILE, beside).write(out / REPORT)
     if as_json:
         more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
+        more |= beside.rows()
         click.echo(json.dumps(summary.as_dict() | more, indent=2))
     else:
         screen.print_summary(result, summary)
+        screen.print_beside(result.chain, beside)
         if steps is not None:
             screen.print_convergence(steps)
         if again is not None:
@@ -98,9 +121,21 @@ def run(
         if out is not None:
             click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
-    past_limits = fail_on_limit and summary.status.kind in PAST_LIMITS
-    if summary.status.unusable or differs or drifts or past_limits:
+    past_limits = fail_on_limit and (summary.status.kind in PAST_LIMITS or beside.past_limits)
+    if summary.status.unusable or beside.unusable or differs or drifts or past_limits:
         sys.exit(1)
+
+
+def _beside(scenario: Scenario, summary: Summary, with_margin: bool, slip: float | None) -> Beside:
+    """What a scenario in the vertical plane asks for beside the collision itself, and the margins of its ties."""
+    from trainmj.collision.bracket import rows_of
+    from trainmj.collision.margin import SLIP
+    from trainmj.single.beside import Beside
+
+    asked = scenario.bracket and scenario.plane == "vertical"
+    rows = rows_of(trainmj.bracket(scenario, summary)) if asked else ()
+    margins = trainmj.margins(scenario, SLIP if slip is None else slip) if with_margin else None
+    return Beside(tuple(rows), margins)
 
 
 def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result:

@@ -141,7 +141,8 @@ takes_figures = _together(
 takes_fail_on_limit = click.option(
     "--fail-on-limit",
     is_flag=True,
-    help="Exit code 1 where a limit was passed, a car body gave way, or a curve ended behind which nothing is stated.",
+    help="Exit code 1 where a limit was passed, a car body gave way, a curve ended behind which nothing is stated, or "
+    "one vehicle overrode another.",
 )
 """The option --fail-on-limit of commands whose exit code says by default only whether they computed."""
 

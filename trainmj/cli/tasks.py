@@ -102,7 +102,8 @@ def sweep(
     results.sqlite and at the end results.csv; whatever stops a sweep, the same command goes on.
 
     Exit code: 0 when done; 1 if no case has numbers that may be used, or with --fail-on-limit if one failed, is not
-    valid (a curve ended behind which nothing is stated) or passed a limit; 2 for wrong input.
+    valid (a curve ended behind which nothing is stated, or one vehicle overrode another) or passed a limit; 2 for wrong
+    input.
     """
     from trainmj.files.kinds import SCENARIO
     from trainmj.output.console import Progress

@@ -447,6 +447,18 @@ class Side:
         return float(abs(self._tally.line_met[last]))
 
     @property
+    def faces(self) -> Iterator[tuple[str, Line, float, float]]:
+        """Stages that have faces, their lines, the offset when they first carried force [m], and when one slid off [s].
+
+        nan stands for what never happened.
+        """
+        for place, (path, _) in enumerate(self._paths, start=self._places.start if self._lines else 0):
+            if self._lines and not self._lines[place].strut:
+                met = abs(float(self._tally.line_met[place])) if self._tally.line_met_time[place] >= 0.0 else math.nan
+                off = float(self._tally.line_off_time[place])
+                yield path.stages[0].name, self._lines[place], met, off if off >= 0.0 else math.nan
+
+    @property
     def slid(self) -> Iterator[tuple[str, Line, float]]:
         """Stages whose faces slid off each other, or whose pins met, their lines, and when they did [s]."""
         for place, (path, _) in enumerate(self._paths, start=self._places.start if self._lines else 0):

@@ -363,7 +363,8 @@ COLLISION: tuple[Quantity[Measured], ...] = (
     Quantity("duration", "s", 3, "duration", "simulated time", lambda m: m.tally.time, "duration"),
     Quantity(
         "valid_until", "s", 4, "valid until",
-        "when a curve ended behind which nothing is stated: from then on no acceleration, force or energy is valid; "
+        "when a curve ended behind which nothing is stated, or one vehicle overrode another: from then on no "
+        "acceleration, force or energy is valid; "
         "blank if all are",
         lambda m: m.tally.valid_until if m.tally.valid_until < math.inf else math.nan, "valid_until",
     ),

@@ -64,6 +64,28 @@ class StageUse:
 
 
 @dataclass(frozen=True)
+class FaceUse:
+    """How two faces of an interface met, in the vertical plane.
+
+    Attributes:
+        name: of the stage whose faces they are, such as anti_climber.
+        overlap_mm: step at which one slides off the other.
+        met_step_mm: their offset when they first carried force; None if they never did.
+        off_s: when one slid off the other; None if it did not.
+    """
+
+    name: str
+    overlap_mm: float
+    met_step_mm: float | None
+    off_s: float | None
+
+    @property
+    def used(self) -> float | None:
+        """How much of the overlap the offset took when they met [%]; None if they never did."""
+        return None if self.met_step_mm is None else 100.0 * self.met_step_mm / self.overlap_mm
+
+
+@dataclass(frozen=True)
 class InterfaceMetrics(Numbers):
     """One interface, or one train's side of the front interface.
 
@@ -79,6 +101,7 @@ class InterfaceMetrics(Numbers):
         drawn_out: whether that was drawn past the end of its own curve.
         judged: whether the limits of its stages count: those of a partner that is no twin do not.
         slid: in the vertical plane, stages whose faces slid off each other, or whose pins met, in words.
+        faces: there, the stages that have faces.
     """
 
     name: str
@@ -89,6 +112,7 @@ class InterfaceMetrics(Numbers):
     drawn_out: bool = False
     judged: bool = True
     slid: tuple[str, ...] = ()
+    faces: tuple[FaceUse, ...] = ()
 
     @property
     def crush_mm(self) -> float:
@@ -107,8 +131,9 @@ class InterfaceMetrics(Numbers):
     def as_dict(self) -> dict[str, Any]:
         """Plain values, stages too."""
         stages = [vars(stage) for stage in self.stages]
-        slid = {"slid": self.slid} if self.slid else {}
-        return self.as_row() | {"stages": stages, "crush_mm": self.crush_mm, "exhausted": self.exhausted} | slid
+        plane: dict[str, Any] = {"slid": self.slid} if self.slid else {}
+        plane |= {"faces": [vars(face) for face in self.faces]} if self.faces else {}
+        return self.as_row() | {"stages": stages, "crush_mm": self.crush_mm, "exhausted": self.exhausted} | plane
 
 
 @dataclass(frozen=True)

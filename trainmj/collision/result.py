@@ -21,15 +21,17 @@ from trainmj.collision.body import yielded
 from trainmj.collision.chain import Chain, order_of_vehicles, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import KEPT
+from trainmj.collision.gear import PITCH
 from trainmj.collision.lineup import line_up
 from trainmj.collision.model_plane import names_of_dofs
+from trainmj.collision.quantities import names_of_parts
 from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
 from trainmj.files.text import printable, read_bytes
 from trainmj.files.written import write_bytes
 from trainmj.scenario import Scenario, from_yaml, to_yaml
-from trainmj.units import KJ, KM_H, KN, MM, G, head
+from trainmj.units import KJ, KM_H, KN, MM, MRAD, G, head
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -78,8 +80,13 @@ members is there in the vertical plane only.
 SHOWN = {name: h for name, h in HISTORIES.items() if h.shown} | {
     "body_shortening": History("body", "m", "shortening of a body", "mm", MM),
     "body_plastic": History("body", "m", "plastic shortening of a body", "mm", MM),
+    "pitch": History(
+        "frame", "rad", "pitch of a vehicle, positive with the end that faces the impact up", "mrad", MRAD
+    ),
+    "lift": History("wheelset", "m", "lift of a wheelset off the rail", "mm", MM),
+    "load": History("wheelset", "1", "load of a wheelset on the rail over that at rest"),
 }
-"""What tables and figures show of it, each vehicle's body as a whole."""
+"""What tables and figures show of it, each vehicle's body as a whole; see :meth:`Result.shown`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,6 +194,29 @@ class Result:
         return yielded(self.chain.members, travel)
 
     @property
+    def pitch(self) -> Array:
+        """(n_sample, n_vehicle) pitch in the vertical plane [rad], positive with the end that faces the impact up."""
+        chain = self.chain
+        pitch = np.zeros_like(self.position)
+        for i, vehicle in enumerate(chain.vehicles):
+            if chain.plane and vehicle.gear is not None:
+                pitch[:, i] = (1.0 if chain.facing(i) else -1.0) * self.dof[:, chain.first_dof[i] + PITCH]
+        return pitch
+
+    @property
+    def lift(self) -> Array:
+        """(n_sample, n_wheelset) lift of the wheelsets off the rail in the vertical plane [m]; 0 on it."""
+        chain = self.chain
+        gears = [chain.vehicles[i].gear for i, _ in chain.wheelsets]
+        pressed = [chain.load(k) / gear.rail_stiffness for k, gear in enumerate(gears) if gear is not None]
+        return np.asarray(np.maximum(0.0, self.wheel_rise - np.array(pressed)))
+
+    @property
+    def load(self) -> Array:
+        """(n_sample, n_wheelset) load of the wheelsets on the rail over that at rest."""
+        return np.asarray(self.wheel_load / [self.chain.load(k) for k in range(len(self.chain.wheelsets))])
+
+    @property
     def _moved(self) -> Array:
         """(n_sample, n_point) how far points have moved [m]."""
         return self.point_position - self.chain.start
@@ -248,7 +278,8 @@ class Result:
     def table(self) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet.
 
-        Column valid is 0 in rows after a curve ended behind which nothing is stated, and 1 in all others.
+        Column valid is 0 in rows after a curve ended behind which nothing is stated, or one vehicle overrode another,
+        and 1 in all others.
         """
         import pandas as pd
 
@@ -262,10 +293,22 @@ class Result:
         """A history as tables and figures show it: (n_sample,) values in its shown unit, by vehicle or interface.
 
         They come in the order of the tables, of bodies those that give. At the front, stroke and energy are those of
-        one train's side: where the sides are not equal, the partner's are there too.
+        one train's side: where the sides are not equal, the partner's are there too. What is of the vertical plane is
+        there in it only: steps by interface, pitch by vehicle, lifts and loads by wheelset.
         """
         history, chain = SHOWN[name], self.chain
+        if history.over in _OF_PLANE and not chain.plane:
+            return {}
         values: Array = getattr(self, name) / history.factor
+        if history.over == "wheelset":
+            names = (found for i in order_of_vehicles(chain) for found in names_of_parts(chain, "wheelsets", i))
+            return {name: values[:, k] for k, name in names}
+        if history.over == "ends":
+            order = dict.fromkeys(k for k, _ in places_of_sides(chain))
+            return {chain.interfaces[k].name: values[:, k] for k in order}
+        if history.over == "frame":
+            upright = (i for i in order_of_vehicles(chain) if chain.vehicles[i].gear is not None)
+            return {chain.vehicles[i].name: values[:, i] for i in upright}
         if history.over in ("vehicle", "body"):
             shown = (i for i in order_of_vehicles(chain) if history.over == "vehicle" or chain.vehicles[i].body)
             return {chain.vehicles[i].name: values[:, i] for i in shown}

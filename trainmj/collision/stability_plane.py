@@ -16,14 +16,11 @@ _LATE = 2.0
 """Times that the stiffness of what only pushes counts, as it is met up to a step late."""
 
 Row = tuple[dict[int, Array], float, float]
-"""By vehicle, what its degrees of freedom add to a stroke; stiffness that counts; damping, if it is not implicit."""
+"""By vehicle, what its degrees of freedom add to a stroke; stiffness that counts; damping."""
 
 
 def matrices(chain: Chain) -> tuple[Array, Array]:
-    """(n_dof, n_dof) stiffness and damping over the roots of the masses, where the vehicles stand as designed.
-
-    Dampers of suspensions, which MuJoCo takes implicitly, are left out.
-    """
+    """(n_dof, n_dof) stiffness and damping over the roots of the masses, where the vehicles stand as designed."""
     n = chain.first_dof[-1]
     stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
     for by_vehicle, k, c in _rows(chain):
@@ -113,5 +110,5 @@ def _of_gear(gear: Gear) -> list[tuple[Array, float, float]]:
     found = [(root @ up, _LATE * gear.rail_stiffness, gear.rail_damping) for up in wheels]
     for dof in SUSPENDED:
         suspension = gear.secondary if dof in BOGIES else gear.primary
-        found.append((root[:, dof], suspension.stiffness + _LATE * suspension.stop, 0.0))
+        found.append((root[:, dof], suspension.stiffness + _LATE * suspension.stop, suspension.damping))
     return found

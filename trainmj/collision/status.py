@@ -46,6 +46,10 @@ PAST_LIMITS = (Kind.EXHAUSTED, Kind.LIMIT)
 """Kinds of cases with valid numbers that a design does not pass."""
 
 
+WHY_NOT_VALID = "a curve ended behind which nothing is stated, or one vehicle overrode another"
+"""How numbers come to be not valid, in words."""
+
+
 def not_valid(until: float) -> str:
     """What marks numbers that are valid up to a time [s]: "not valid after 0.213 s"; empty if all are (inf, nan)."""
     return f"not valid after {until:.4g} s" if math.isfinite(until) else ""

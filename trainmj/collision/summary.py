@@ -37,7 +37,15 @@ from trainmj.collision.quantities import (
     parts_of,
     with_column,
 )
-from trainmj.collision.records import ContactWindow, InterfaceMetrics, Numbers, PartMetrics, StageUse, VehicleMetrics
+from trainmj.collision.records import (
+    ContactWindow,
+    FaceUse,
+    InterfaceMetrics,
+    Numbers,
+    PartMetrics,
+    StageUse,
+    VehicleMetrics,
+)
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status, not_valid
@@ -229,6 +237,10 @@ def _interface(side: Side, quantities: tuple[Quantity[Side], ...], judged: bool)
         drawn_out=side.drawn_out,
         judged=judged,
         slid=tuple(_slid(*one) for one in side.slid),
+        faces=tuple(
+            FaceUse(name, line.overlap / MM, *(None if math.isnan(v) else v for v in (met / MM, off)))
+            for name, line, met, off in side.faces
+        ),
     )
 
 

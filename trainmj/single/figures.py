@@ -10,8 +10,10 @@ import numpy as np
 from trainmj.collision.chain import n_own_sides, order_of_vehicles
 from trainmj.collision.occupants import Flight
 from trainmj.collision.result import SHOWN, Result
+from trainmj.collision.summary import Summary
 from trainmj.output.style import Width, grid, styled
 from trainmj.single.bodies import ALONG, along
+from trainmj.single.plane import MOST_LOAD, lifting_wheelsets, marks_of_steps, worst_wheelsets
 from trainmj.units import MM
 
 if TYPE_CHECKING:
@@ -85,6 +87,39 @@ def bodies(result: Result, width: Width = "page") -> Figure:
         for panel, one in zip(panels[1:], drawn, strict=True):
             panel.set(title=one.title, ylabel=one.unit, xlabel="Distance from the end that faces the impact (m)")
             panel.set_xlim(left=0)
+    return figure
+
+
+def plane(result: Result, summary: Summary, width: Width = "page") -> Figure:
+    """The vertical plane over time: steps beside overlaps and limit, pitch, loads and lifts of the worst wheelsets."""
+    chain = result.chain
+    lifting = lifting_wheelsets(summary)
+    with styled(width):
+        figure, axes = grid(3 + bool(lifting), 62.0 if width == "page" else 50.0, most=2)
+        _head(figure, result)
+        _draw(axes[0], result, "step", "Step", (range(chain.front + 1), "viridis", 0.0, 0.9))
+        named = _named(axes[0].lines, _MOST_INTERFACES)
+        half = (len(named) + 1) // 2
+        _legend(axes[0], [named[:half], named[half:]] if named[half:] else [named])
+        for (name, mm), dash in zip(marks_of_steps(result, summary).items(), ("--", ":", "-."), strict=False):
+            axes[0].axhline(mm, color="0.5", linewidth=0.8, linestyle=dash)
+            axes[0].axhline(-mm, color="0.5", linewidth=0.8, linestyle=dash)
+            at, side = (0.5, "center") if dash == ":" else (0.99, "right")  # clear of each other
+            axes[0].text(at * result.time[-1], mm, name, color="0.3", fontsize="x-small", ha=side, va="bottom")
+        _draw(axes[1], result, "pitch", "Pitch", *_sides(result))
+        _legend_of_vehicles(axes[1], result)
+        for axis, name, title, names in (
+            (axes[2], "load", "N/N0", worst_wheelsets(summary)),
+            *([(axes[3], "lift", "Lift", lifting)] if lifting else []),
+        ):
+            shown = result.shown(name)
+            lines = [axis.plot(result.time, shown[of], label=of.replace(" wheelset", ""))[0] for of in names]
+            axis.set(title=title, ylabel=f"{SHOWN[name].shown} (vehicle and wheelset)".lstrip())
+            _legend(axis, [lines[:3], lines[3:]] if lines[3:] else [lines])
+        axes[2].set_ylim(0.0, min(MOST_LOAD, axes[2].get_ylim()[1]))  # a wheelset that lands has many times its load
+        for axis in axes:
+            _over_time(axis, result)
+            axis.set_xlabel("Time (s)")
     return figure
 
 

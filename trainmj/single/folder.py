@@ -14,15 +14,14 @@ from trainmj.files.folder import staged
 from trainmj.output.style import ENDINGS, Format, Width, save
 from trainmj.scenario import to_yaml
 from trainmj.single import figures
+from trainmj.single.beside import SUMMARY, Beside
 
 OWN = (
-    r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|bodies)\.csv"
-    rf"|(collision|bodies|occupants)\.{ENDINGS}"
+    r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|wheelsets|bodies|bracket|margins)\.csv"
+    rf"|(collision|plane|bodies|occupants)\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
-
-_LAST = "summary.json"
 
 
 def write_run(
@@ -31,6 +30,7 @@ def write_run(
     folder: Path,
     formats: Sequence[Format] = ("png",),
     width: Width = "page",
+    beside: Beside | None = None,
 ) -> None:
     """Write scenario.yaml, result.nc, the tables as CSV, summary.json and the figures into a folder.
 
@@ -42,23 +42,29 @@ def write_run(
     """
     import pandas as pd
 
-    with staged(folder, OWN, _LAST) as stage:
+    with staged(folder, OWN, SUMMARY) as stage:
         result.save(stage / FILE)
         (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
         result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
         tables = {"interfaces": [i.as_row() for i in summary.interfaces]}
         tables["vehicles"] = [v.as_row() for v in summary.vehicles]
+        tables["wheelsets"] = [{"vehicle": v.name, **w.as_row()} for v in summary.vehicles for w in v.wheelsets]
         tables["bodies"] = list(_bodies(result.chain, summary))
-        for name, rows in tables.items():
+        tables = {
+            name: [row | {"valid_until_s": summary.valid_until_s} for row in rows] for name, rows in tables.items()
+        }
+        more = {} if beside is None else beside.rows()
+        for name, rows in (tables | more).items():
             if rows:
-                table = pd.DataFrame([row | {"valid_until_s": summary.valid_until_s} for row in rows])
-                table.to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
+                pd.DataFrame(rows).to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
         save(figures.collision(result, width), stage / "collision", formats)
+        if result.chain.plane and formats:
+            save(figures.plane(result, summary, width), stage / "plane", formats)
         if result.chain.members:
             save(figures.bodies(result, width), stage / "bodies", formats)
         if result.chain.free_flights and formats:
             save(figures.occupants(result, width), stage / "occupants", formats)
-        (stage / _LAST).write_text(json.dumps(summary.as_dict(), indent=2), encoding="utf-8")
+        (stage / SUMMARY).write_text(json.dumps(summary.as_dict() | more, indent=2), encoding="utf-8")
 
 
 def _bodies(chain: Chain, summary: Summary) -> Iterator[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from shlex import quote
 
+from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.status import MEANING
 from trainmj.collision.summary import Summary, summarise
@@ -15,13 +16,16 @@ from trainmj.output.sources import sources_table
 from trainmj.output.table import failed, judged
 from trainmj.scenario import to_yaml
 from trainmj.scenario.trains import RIGID_WALL
-from trainmj.single import tables
+from trainmj.single import tables, tables_plane
+from trainmj.single.beside import Beside, beside_of
 from trainmj.single.page_animation import add_animation
 from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories, add_occupants
+from trainmj.single.page_plane import add_plane
 from trainmj.units import readable
 
+_OF_PLANE = ("largest_step", "largest_wheel_lift", "least_wheel_load")  # criteria that are cards there
 _MOST_ROWS = 24  # of a table of details; a longer one is folded away
 
 
@@ -32,16 +36,17 @@ def page_of_file(file: Path) -> Page:
         InputError: if the file cannot be read.
     """
     result = load_result(file)
-    return page_of_run(result, summarise(result), file)
+    return page_of_run(result, summarise(result), file, beside_of(file))
 
 
-def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
+def page_of_run(result: Result, summary: Summary, file: Path, beside: Beside | None = None) -> Page:
     """The report of one collision.
 
     Args:
         result: of the collision.
         summary: of the result.
         file: in which it is or will be, for the commands that make it again.
+        beside: what was computed beside it.
 
     Raises:
         InputError: if nothing was recorded.
@@ -54,7 +59,10 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
         command=_commands(file),
         versions=result.versions,
     )
-    _add_outcome(page.section("Outcome"), summary)
+    outcome = page.section("Outcome")
+    _add_outcome(outcome, summary)
+    for table in () if beside is None else beside.tables(result.chain):
+        outcome.table(table)
     add_animation(page.section("The collision"), result)
     section = page.section("Interfaces and vehicles")
     section.table(tables.interfaces(summary))
@@ -62,6 +70,8 @@ def page_of_run(result: Result, summary: Summary, file: Path) -> Page:
         section.table(table)
     if contacts := tables.contacts(summary):
         section.table(contacts, folded=len(contacts.rows) > _MOST_ROWS)
+    if result.chain.plane:
+        add_plane(page.section("In the vertical plane"), result, summary)
     if result.chain.members:
         add_bodies(page.section("Bodies"), result, summary)
     add_histories(page.section("Over time"), result)
@@ -103,7 +113,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
             f"{summary.duration_s:.3f}",
             "s simulated",
             MEANING[summary.status.kind],
-            tables.outcome(summary.status),
+            tables.outcome(summary.status.kind),
         ),
         Card(
             "Limits",
@@ -121,6 +131,17 @@ def _add_outcome(section: Section, summary: Summary) -> None:
             invalid,
         ),
         Card("Absorbed", readable(b.absorbed_kJ, 0), "kJ", absorbed, invalid),
+        *(
+            Card(
+                quantity.heading.capitalize(),
+                quantity.text(summary.values[quantity.name]),
+                quantity.unit or "N/N0",
+                quantity.meaning,
+                invalid,
+            )
+            for quantity in TRAIN
+            if quantity.key in _OF_PLANE and quantity.name in summary.values
+        ),
     )
     if summary.status.detail:
         section.text(f"Status: {summary.status}.")
@@ -153,12 +174,16 @@ def _add_scenario(section: Section, result: Result) -> None:
             "Grade": f"{c.grade_per_mille:g} per mille, positive uphill along the motion",
             "Step": f"{s.step_ms:g} ms ({s.integrator}), recorded every {s.record_every_ms:g} ms",
             **({"Averaged over": f"windows of {s.averaging_ms:g} ms"} if s.averaging_ms else {}),
+            **({"Plane": f"vertical, ties {scenario.ties}"} if chain.plane else {}),
             "Time limit": f"{s.time_limit_s:g} s",
         }
     )
     section.table(tables.vehicles_of(chain), folded=len(chain.vehicles) > _MOST_ROWS)
     if chain.members:
         section.table(tables.bodies_of(chain))
+    if chain.plane:
+        section.table(tables_plane.gear_of(chain))
+        section.table(tables_plane.lines_of(chain))
     if scenario.sources:
         section.table(sources_table(scenario.sources, scenario.values()), folded=len(scenario.sources) > _MOST_ROWS)
     section.code(to_yaml(scenario), "scenario.yaml")

@@ -12,6 +12,7 @@ from trainmj.output.plot import GREY, Trace, axes, line
 from trainmj.output.style import PALETTE
 from trainmj.scenario.curves import Curve
 from trainmj.scenario.devices import AnyDevice, StagedDevice
+from trainmj.scenario.lines import AnyLine
 from trainmj.single.devices import Drawn, Place, as_built, curves, pulled, table, users
 from trainmj.single.page_histories import MOST_LINES
 from trainmj.units import KJ, KN, MM, MS, readable, unit_of, words
@@ -115,10 +116,13 @@ def _words(spec: AnyDevice, places: list[Place]) -> str:
 
 
 def _values(part: BaseModel) -> str:
-    """The plain values of a part of a scenario, with their units: "unloading stiffness 357 kN/mm"."""
+    """The plain values of a part of a scenario, with their units: "unloading stiffness 357 kN/mm".
+
+    Lines have a table of their own, in the vertical plane.
+    """
     said = []
     for key, value in part:
-        if isinstance(value, BaseModel) and not isinstance(value, Curve) and (inner := _values(value)):
+        if isinstance(value, BaseModel) and not isinstance(value, Curve | AnyLine) and (inner := _values(value)):
             said.append(f"{words(key)} {inner}")
         elif isinstance(value, (int, float)) and not isinstance(value, bool) and value:
             said.append(f"{words(key)} {value:g} {unit_of(key)}".rstrip())

@@ -26,8 +26,7 @@ _PARTNER = ("#8c3a00", "#f5a65b")
 
 def add_histories(section: Section, result: Result) -> None:
     """Put the plots over time into a section."""
-    chain = result.chain
-    step = -(-len(result.time) // _MOST_SAMPLES)
+    chain, step = result.chain, thinning(result)
     joints = nearest(chain, len(chain.interfaces))
     one_side = chain.interfaces[chain.front].equal_sides
     section.text(
@@ -35,20 +34,21 @@ def add_histories(section: Section, result: Result) -> None:
         "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        _plot(section, result, axis + more, _vehicle_lines(result, name, step), axis, SHOWN[name].shown)
+        plot_over_time(section, result, axis + more, vehicle_lines(result, name, step), axis, SHOWN[name].shown)
     for name, title in OF_INTERFACES.items():
-        traces = _interface_lines(result, name, step, joints)
+        traces = interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        _plot(section, result, title, traces, title, SHOWN[name].shown, " ".join(notes))
+        plot_over_time(section, result, title, traces, title, SHOWN[name].shown, " ".join(notes))
     for name, axis in BODIES.items() if chain.members else ():
-        lines = _vehicle_lines(result, name, step)
+        lines = vehicle_lines(result, name, step)
         if any(any(one["y"]) for one in lines):
-            _plot(section, result, f"{axis} of car bodies", lines, axis, SHOWN[name].shown)
-    note = "Stacked; what the devices still hold is the rest of the kinetic energy at the start."
+            plot_over_time(section, result, f"{axis} of car bodies", lines, axis, SHOWN[name].shown)
+    holds = "devices, suspensions, ties and motion up and down hold" if chain.plane else "the devices still hold"
+    note = f"Stacked; what {holds} is the rest of the kinetic energy at the start."
     if chain.grade:
         note += " What a grade gives comes on top."
-    _plot(section, result, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
+    plot_over_time(section, result, "Where the energy is", _balance_lines(result, step), "Energy", "kJ", note)
     left_out = len(chain.interfaces) - len(joints)
     if left_out:
         section.text(f"{left_out} interfaces and their vehicles further from the impact are not drawn.")
@@ -57,8 +57,8 @@ def add_histories(section: Section, result: Result) -> None:
 def add_occupants(section: Section, result: Result) -> None:
     """Put the flights of free occupants into a section: beside the speeds of the vehicles, and over the way flown."""
     chain, flight = result.chain, flight_of(result)
-    step = -(-len(result.time) // _MOST_SAMPLES)
-    speeds, flown = _vehicle_lines(result, "velocity", step), []
+    step = thinning(result)
+    speeds, flown = vehicle_lines(result, "velocity", step), []
     for i, trace in zip(nearest(chain, len(chain.vehicles)), list(speeds), strict=True):
         name, colour, first = chain.vehicles[i].name, trace["line"]["color"], chain.speed[i] / KM_H
         time, way, speed = flight.path(i, chain.free_flights[-1])
@@ -72,7 +72,7 @@ def add_occupants(section: Section, result: Result) -> None:
         for distance, at, met in flight.met(i, chain.free_flights):
             said = [f"{met:.4g} m/s after {distance / MM:.0f} mm, at {at:.4g} s"]
             flown.append(dots(name, [distance / MM], [met], colour, size=6, texts=said, **with_vehicle))
-    _plot(section, result, "Speed of vehicles and, dotted, of their occupants", speeds, "Speed", "km/h")
+    plot_over_time(section, result, "Speed of vehicles and, dotted, of their occupants", speeds, "Speed", "km/h")
     stated = {"type": "line", "y0": 0, "y1": 1, "yref": "paper", "line": {"color": GREY, "width": 1}}
     marks = [stated | {"x0": distance / MM, "x1": distance / MM} for distance in chain.free_flights]
     layout = axes("Free flight", "mm", "Relative speed", "m/s", shapes=marks, yaxis={"rangemode": "tozero"})
@@ -81,13 +81,26 @@ def add_occupants(section: Section, result: Result) -> None:
     section.plot(flown, layout, title="Speed of occupants against their vehicle", note=note, height=400, half=True)
 
 
-def _plot(
-    section: Section, result: Result, title: str, traces: list[Trace], axis: str, unit: str, note: str = ""
+def plot_over_time(
+    section: Section,
+    result: Result,
+    title: str,
+    traces: list[Trace],
+    axis: str,
+    unit: str,
+    note: str = "",
+    most: float | None = None,
 ) -> None:
-    """A plot over time, all lines read out at once; shaded where it is not valid."""
+    """A plot over time, all lines read out at once, from 0 to the most if one is given; shaded where not valid."""
     shade_ = shaded(result.tally.valid_until, float(result.time[-1]), "not valid") if result.not_valid else {}
+    shade_ |= {} if most is None else {"yaxis": {"range": [0.0, most]}}
     layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, **shade_)
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
+
+
+def thinning(result: Result) -> int:
+    """Of how many records of a result one is drawn."""
+    return -(-len(result.time) // _MOST_SAMPLES)
 
 
 def nearest(chain: Chain, n: int) -> list[int]:
@@ -96,7 +109,7 @@ def nearest(chain: Chain, n: int) -> list[int]:
     return [*own, *range(chain.front + 1, min(n, chain.front + MOST_LINES))]
 
 
-def _vehicle_lines(result: Result, history: str, step: int) -> list[Trace]:
+def vehicle_lines(result: Result, history: str, step: int) -> list[Trace]:
     """A line for each vehicle: the moving train in blue, its partner in orange, paler towards the rear."""
     chain, unit, shown, traces = result.chain, SHOWN[history].shown, result.shown(history), []
     for i in nearest(chain, len(chain.vehicles)):
@@ -115,11 +128,14 @@ def vehicle_line(chain: Chain, i: int, x: Array, y: Array, unit: str, **more: An
     return line(chain.vehicles[i].name, x, y, unit, colour, **more, **({"line": look} if look else {}))
 
 
-def _interface_lines(result: Result, history: str, step: int, joints: list[int]) -> list[Trace]:
+def interface_lines(result: Result, history: str, step: int, joints: list[int]) -> list[Trace]:
     """A line for each interface, in the same colour on both sides; those behind the partner's head are hidden."""
     chain, unit, traces = result.chain, SHOWN[history].shown, []
     most = max(1, max(abs(k - chain.front) for k in joints))
-    for (k, side), (name, values) in zip(places_of_sides(chain), result.shown(history).items(), strict=True):
+    places = places_of_sides(chain)
+    if SHOWN[history].over == "ends":  # one line for both sides
+        places = [(k, 0) for k in dict.fromkeys(k for k, _ in places)]
+    for (k, side), (name, values) in zip(places, result.shown(history).items(), strict=True):
         if k in joints:
             colour = shade(0.88 * abs(k - chain.front) / most, VIRIDIS)
             more: Trace = {"line": {"dash": "dot"}} if side or k > chain.front else {}
@@ -141,6 +157,7 @@ def _balance_lines(result: Result, step: int) -> list[Trace]:
     elastic = np.sum(result.member_elastic, axis=1)
     held = np.maximum(0.0, kinetic[0] - kinetic - absorbed - yielded - elastic - rails - brakes - grade)
     rest = "elastic or gas, in the devices" + (" (or damped in car bodies)" if chain.members else "")
+    rest += ", or in the vertical plane" if chain.plane else ""
     return [
         line(name, result.time[::step], values[::step] / KJ, "kJ", colour, width=0.8, stackgroup="energy")
         for name, values, colour in (

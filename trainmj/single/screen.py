@@ -19,7 +19,8 @@ from trainmj.output.console import new_console, print_table
 from trainmj.output.sources import sources_table
 from trainmj.output.text_plot import Line, text_plot
 from trainmj.scenario import Scenario
-from trainmj.single import devices, tables
+from trainmj.single import devices, plane, tables, tables_plane
+from trainmj.single.beside import Beside
 from trainmj.units import MS, rounded_down
 
 _MOST_CURVES = 4  # devices that are drawn
@@ -37,20 +38,30 @@ def print_summary(result: Result, summary: Summary) -> None:
     _print_not_valid(console, summary)
     mark = f" ({summary.not_valid})" if summary.not_valid else ""
     for quantity in of_train(result.chain):
-        value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}"
+        value = f"{quantity.text(summary.values[quantity.name])} {quantity.unit}".rstrip()
         console.print(f"{quantity.heading}: {value}{mark}, {quantity.meaning}")
     limits = summary.limits
     for table in (
         *([tables.limits(limits).marked(summary.not_valid)] if limits else []),
         tables.interfaces(summary),
         *tables.vehicles(result.chain, summary),
+        *(tables_plane.in_plane(summary) if result.chain.plane else ()),
         *([tables.bodies(result.chain, summary)] if result.chain.members else []),
         tables.energy(summary),
         tables.checks(result, summary),
     ):
         console.print()
         print_table(console, table)
-    _print_notes(console, result.scenario, summary.remarks)
+    acted = [plane.ruling(result, summary)] if result.chain.plane else []
+    _print_notes(console, result.scenario, (*acted, *summary.remarks))
+
+
+def print_beside(chain: Chain, beside: Beside) -> None:
+    """What was computed beside a collision."""
+    console = new_console()
+    for table in beside.tables(chain):
+        console.print()
+        print_table(console, table)
 
 
 def _print_not_valid(console: Console, summary: Summary) -> None:
@@ -132,6 +143,9 @@ def print_chain(scenario: Scenario, chain: Chain) -> None:
     print_table(console, tables.interfaces_of(chain))
     console.print()
     print_table(console, devices.table(scenario, chain))
+    for table in (tables_plane.gear_of(chain), tables_plane.lines_of(chain)) if chain.plane else ():
+        console.print()
+        print_table(console, table)
     if scenario.as_built:
         console.print()
         print_table(console, devices.as_built(scenario))

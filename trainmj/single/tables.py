@@ -20,6 +20,7 @@ from trainmj.collision.quantities import (
     INTERFACE,
     MEMBER,
     STAGE,
+    UPRIGHT,
     Quantity,
     of_occupants,
     of_vehicles,
@@ -27,7 +28,7 @@ from trainmj.collision.quantities import (
 from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.result import Result
 from trainmj.collision.stability import largest_step
-from trainmj.collision.status import Kind, Status
+from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.units import KM_H, KN, KN_PER_MM, MS, TONNE, against
@@ -46,11 +47,11 @@ _PARTS = ("crushed_kJ", "frictional_kJ", "viscous_kJ")
 _MOMENTUM = 1e-9  # momentum is kept to round-off; a larger error, relative to the sum of |m v|, is a fault
 
 
-def outcome(status: Status) -> Verdict:
+def outcome(kind: Kind) -> Verdict:
     """The way in which a collision ended, as a verdict."""
-    if status.kind is Kind.OVER:
-        return passed(status.kind)
-    return (warned if status.kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed)(status.kind)
+    if kind is Kind.OVER:
+        return passed(kind)
+    return (warned if kind in (Kind.NO_CONTACT, Kind.TIME_LIMIT) else failed)(kind)
 
 
 def why_not_valid(summary: Summary) -> str:
@@ -71,13 +72,14 @@ def why_not_valid(summary: Summary) -> str:
     slid = [f"{i.name} {one}" for i in summary.interfaces for one in i.slid]
     if slid:
         cures.append("faces of more overlap, a stronger tie, or couplers that swing less")
-    what = [f"one face slid off the other, or the pins of a strut met: {', '.join(slid)}"] if slid else []
-    what += [f"the curve of {', '.join(ended)} ended"] if ended else []
+    what = [f"the curve of {', '.join(ended)} ended"] if ended else []
     what += [f"a member of the body of {bodies} was shortened by its whole length"] if bodies else []
+    held = "From then on its last force is only held, and " if what else "From then on "
+    what += ["nothing is stated behind it"] if what else []
+    what = [f"override at {', '.join(slid)}, and how one vehicle climbs the other is not computed", *what][not slid :]
     return (
-        f"{', and '.join(what)}, and nothing is stated behind it. From then on its last force is only "
-        "held, and no force, stroke, acceleration, speed or energy is valid; nor is any number that depends on them. "
-        f"Cure: {'; '.join(cures)}."
+        f"{', and '.join(what)}. {held}no force, stroke, acceleration, speed or energy is valid; nor is any number "
+        f"that depends on them. Cure: {'; '.join(cures)}."
     )
 
 
@@ -117,7 +119,7 @@ def interfaces(summary: Summary) -> Table:
         for s in stages:
             cells = {"stroke_mm": STAGE.text(s.stroke_mm, s.limit_mm), "energy_kJ": s.energy_kJ}
             rows.append((f"{_INDENT}{s.name}", "", *(cells.get(q.name, "") for q in shown), _limit(s, i.judged)))
-    heads = [*worded("Interface", "device"), *_columns(shown), Column("limit", "mm", text=True)]
+    heads = [*worded("Interface", "device"), *columns_for(shown), Column("limit", "mm", text=True)]
     if not any(row[-1] for row in rows):  # nothing states a limit
         heads, rows = heads[:-1], [row[:-1] for row in rows]
     table = Table(
@@ -154,7 +156,7 @@ def _limit(stage: StageUse, under_test: bool) -> Verdict | str:
 def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
     """The vehicles from the front backwards, the moving train first; their mean decelerations; occupants, if any."""
     occupants = of_occupants(chain)
-    own = [q for q in of_vehicles(chain) if q not in (*occupants, *BODY, *DECELERATION)]
+    own = [q for q in of_vehicles(chain) if q not in (*occupants, *BODY, *UPRIGHT, *DECELERATION)]
     note = (
         "Peaks are from every step: by the devices alone, and by all forces; CFC 60 is the filter of SAE J211. Balance "
         "time: when the interface on the side of the impact had its largest stroke."
@@ -184,7 +186,7 @@ def _of_vehicles(
     if any(math.isnan(v.values[q.name]) for v in summary.vehicles for q in needed):
         note += " Missing values need records closer together (record_every_ms), or a collision that is not cut off."
     table = Table(
-        [*worded("Vehicle", "type"), *_columns(quantities)],
+        [*worded("Vehicle", "type"), *columns_for(quantities)],
         [(v.name, v.kind, *(v.values[q.name] for q in quantities)) for v in summary.vehicles],
         title,
         note,
@@ -226,7 +228,7 @@ def bodies(chain: Chain, summary: Summary) -> Table:
         if yielded[_MOST_MEMBERS:]:
             rows.append((f"{_INDENT}{len(yielded) - _MOST_MEMBERS} more", *[""] * 6))
     table = Table(
-        [*worded("Body"), *_columns((*BODY[:3], force, *BODY[3:]))],
+        [*worded("Body"), *columns_for((*BODY[:3], force, *BODY[3:]))],
         rows,
         "Bodies that give",
         "Below a body the members that have yielded, from the end that faces the impact. Plastic in 5 m is a proxy of "
@@ -236,7 +238,8 @@ def bodies(chain: Chain, summary: Summary) -> Table:
     return table.marked(summary.not_valid)
 
 
-def _columns(quantities: Iterable[Quantity[Any]]) -> list[Column]:
+def columns_for(quantities: Iterable[Quantity[Any]]) -> list[Column]:
+    """Heads of quantities in a table."""
     return [
         Column(q.heading.replace("\n", " "), q.unit, q.digits if q.digits >= 0 else f".{-q.digits}g", head=q.heading)
         for q in quantities
@@ -337,7 +340,7 @@ def bodies_of(chain: Chain) -> Table:
         Column("devices at", "m", text=True, head="devices\nat"),
         Column("bogies", text=True),
     ]
-    rows = [(_listed(of), *row) for row, of in names.items()]
+    rows = [(names_in_runs(of), *row) for row, of in names.items()]
     note = "First axial mode of the free body without bogies: of its members, and of a uniform bar."
     inner = any(v.body and any(v.body.attached) for v in chain.vehicles)
     if inner:
@@ -349,7 +352,7 @@ def bodies_of(chain: Chain) -> Table:
     return Table(list(compress(heads, shown)), [tuple(compress(row, shown)) for row in rows], "Bodies that give", note)
 
 
-def _listed(names: Sequence[str]) -> str:
+def names_in_runs(names: Sequence[str]) -> str:
     """Names of vehicles, those that follow one another as a range: M1 to M6, S1."""
     runs: list[list[str]] = []
     for name in names:

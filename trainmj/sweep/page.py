@@ -13,7 +13,7 @@ from trainmj.cases.origin import scenario_of, versions_in
 from trainmj.cases.reader import read_sweep
 from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import FAILED, MEANING, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
+from trainmj.collision.status import FAILED, MEANING, NOT_VALID, PAST_LIMITS, UNUSABLE, WHY_NOT_VALID, Kind
 from trainmj.errors import InputError
 from trainmj.files.text import from_json
 from trainmj.output.blocks import Card, Section
@@ -127,7 +127,7 @@ def _add_outcome(section: Section, sweep: Swept) -> None:
             "Not valid",
             str(invalid),
             "cases",
-            "a curve ended behind which nothing is stated",
+            WHY_NOT_VALID,
             verdict=judged(invalid == 0, "none", "see below"),
         ),
         Card(
@@ -181,7 +181,7 @@ def _add_failures(section: Section, sweep: Swept) -> None:
     add_map(section, sweep.table, sweep.factors)
     for kinds, verdict, title in (
         (FAILED, failed, "Failed cases"),
-        (NOT_VALID, failed, "Not valid: a curve ended behind which nothing is stated"),
+        (NOT_VALID, failed, f"Not valid: {WHY_NOT_VALID}"),
         (PAST_LIMITS, failed, "Limits passed"),
         ((Kind.TIME_LIMIT,), warned, "Cut off by the time limit"),
         ((Kind.NO_CONTACT,), warned, "No contact"),

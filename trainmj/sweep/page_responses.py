@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import NOT_VALID, PAST_LIMITS, Kind
+from trainmj.collision.status import NOT_VALID, PAST_LIMITS, WHY_NOT_VALID, Kind
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
@@ -99,9 +99,7 @@ def add_responses(
     if table["status"].isin(PAST_LIMITS).any():
         section.text("Hollow points passed a limit.")
     if table["status"].isin(NOT_VALID).any():
-        section.text(
-            "Crosses are not valid: a curve ended behind which nothing is stated. Main effects leave them out."
-        )
+        section.text(f"Crosses are not valid: {WHY_NOT_VALID}. Main effects leave them out.")
     if len(drawn) < len(table):
         section.text(f"{len(drawn)} of {len(table)} cases are drawn.")
     first, *others = _most_levels_first(factors)
@@ -243,6 +241,7 @@ def _span(means: Array) -> float | None:
 LOOK = {
     Kind.OVER: (PALETTE[0], "circle"),
     Kind.CURVE_ENDED: ("#22262e", "diamond"),
+    Kind.OVERRIDE: ("#22262e", "star"),
     Kind.EXHAUSTED: (PALETTE[1], "triangle-up"),
     Kind.LIMIT: (PALETTE[1], "triangle-down"),
     Kind.TIME_LIMIT: (PALETTE[4], "square"),

@@ -50,7 +50,7 @@ class SweepResult:
         computed: how many were computed now; the others were there.
         failed: how many of all are refused or unstable.
         first_failure: number, status and reason of the first of these; empty if there is none.
-        not_valid: how many of all have numbers that are not valid, as a curve ended behind which nothing is stated.
+        not_valid: how many of all have numbers that are not valid: a curve ended, or one vehicle overrode another.
         first_not_valid: likewise.
         past_limits: how many of all passed a limit, with valid numbers.
         first_past_limits: likewise.

@@ -1,0 +1,58 @@
+"""The vertical plane of one collision: steps between ends, pitch of vehicles, wheel loads and lifts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from trainmj.collision.result import SHOWN, Result
+from trainmj.collision.summary import Summary
+from trainmj.output.blocks import Section
+from trainmj.output.plot import GREY, Trace, line
+from trainmj.output.style import PALETTE
+from trainmj.single import plane, tables_plane
+from trainmj.single.page_histories import interface_lines, nearest, plot_over_time, thinning, vehicle_lines
+
+
+def add_plane(section: Section, result: Result, summary: Summary) -> None:
+    """Put the tables of the vertical plane, and what happens there over time, into a section."""
+    for table in tables_plane.in_plane(summary):
+        section.table(table)
+    section.text(plane.ruling(result, summary))
+    chain, step = result.chain, thinning(result)
+    steps = interface_lines(result, "step", step, nearest(chain, len(chain.interfaces)))
+    steps += _marks(result, summary)
+    note = "Positive where the end on the left is higher. Faces bear while they are engaged only."
+    plot_over_time(section, result, "Steps between ends", steps, "Step", SHOWN["step"].shown, note)
+    pitch = vehicle_lines(result, "pitch", step)
+    note = "Positive with the end that faces the impact up."
+    plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note)
+    note = "Loads over those at rest. A wheelset that lands has many times its load: double-click to see it."
+    worst = _wheelsets(result, "load", plane.worst_wheelsets(summary), step)
+    plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "", note, plane.MOST_LOAD)
+    if lifting := plane.lifting_wheelsets(summary):
+        lifts = _wheelsets(result, "lift", lifting, step)
+        plot_over_time(section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown)
+    section.table(tables_plane.wheelsets(summary), folded=True)
+
+
+def _marks(result: Result, summary: Summary) -> list[Trace]:
+    """Lines at what steps are to be compared with, to both sides."""
+    ends = [0.0, float(result.time[-1])]
+    return [
+        line(name, [*ends, np.nan, *ends], [mm, mm, np.nan, -mm, -mm], "mm", GREY, 1.0, line={"dash": dash})
+        for (name, mm), dash in zip(plane.marks_of_steps(result, summary).items(), _DASHES, strict=False)
+    ]
+
+
+def _wheelsets(result: Result, history: str, names: Sequence[str], step: int) -> list[Trace]:
+    """A line for each of some wheelsets."""
+    shown, unit = result.shown(history), SHOWN[history].shown
+    return [
+        line(name, result.time[::step], shown[name][::step], unit, colour)
+        for name, colour in zip(names, PALETTE, strict=False)
+    ]
+
+
+_DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")
