@@ -30,6 +30,7 @@ from trainmj.verification.systems import (
 )
 
 __all__ = [
+    "ALONG",
     "FACE",
     "KINDS_OF_DEVICE",
     "METRO",
@@ -50,9 +51,12 @@ __all__ = [
 ]
 
 _VARIANTS = {"b_type_ends", "b_type_scenario_1", "b_type_scenario_2", "b_type_two_formations"}
-_VARIANTS |= {"fra_cem_single", "fra_cem_two", "fra_conventional_single"}
+_VARIANTS |= {"emu_vertical", "fra_cem_single", "fra_cem_two", "fra_conventional_single"}
 SHIPPED = [pytest.param(name, marks=[pytest.mark.thorough] * (name in _VARIANTS)) for name in sorted(shipped())]
 """Shipped scenarios, each to be simulated; those that differ little from others only in thorough runs."""
+
+ALONG = [param for param in SHIPPED if not str(param.values[0]).endswith("_vertical")]
+"""Those whose vehicles move along the track only."""
 
 assert {param.values[0] for param in SHIPPED} > _VARIANTS
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from builders import SHIPPED, pulses, scenario, values
+from builders import ALONG, pulses, scenario, values
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.fields import KEPT
@@ -172,7 +172,7 @@ MIXED = {
 }
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", ALONG)
 def test_windows_of_shipped_scenarios_are_those_of_the_definition(name):
     """Breaks if a step is left out of a window, a crossing is elsewhere, or a window is lost or invented."""
     compared(load(name))

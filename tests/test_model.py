@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import mujoco
 import numpy as np
 import pytest
-from builders import SHIPPED
+from builders import ALONG, SHIPPED
 from builders import scenario as small
 
 from trainmj.collision import kernel
@@ -175,7 +175,7 @@ def test_wall_stands_where_the_train_would_touch_it():
 # export
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", ALONG)
 def test_export_reloads_with_masses_names_and_speeds(name):
     case = line_up(load(name))
     model = mujoco.MjModel.from_xml_string(export(case, name))
