@@ -631,16 +631,22 @@ def test_a_full_disk_under_the_cache_is_said_and_the_law_works(cache, monkeypatc
 
 def test_code_that_another_process_put_in_its_place_is_not_run(tmp_path, monkeypatch):
     """Two processes with different laws number their files alike: one would run the law of the other."""
+
+    def law(places: offsets.Offsets) -> Callable[[], float]:
+        first = float(places[0])
+        return lambda: first
+
     codes = []
     for name, places in (("one", range(800, 1520, 80)), ("two", range(8, 80, 8))):
         monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / name))
-        kernel._compile(kernel._sensor, "void(voidptr, voidptr, intc)", offsets.Offsets(*places))
+        kernel._compile(law, "float64()", offsets.Offsets(*places))
         codes.append(next((tmp_path / name).rglob("*.nbc")))
     shutil.copy(codes[0], codes[1])
     made = compilations(monkeypatch)
     for _ in range(2):
-        _, said = kernel._compile(kernel._sensor, "void(voidptr, voidptr, intc)", offsets.Offsets(*range(8, 80, 8)))
+        address, said = kernel._compile(law, "float64()", offsets.Offsets(*range(8, 80, 8)))
         assert said == ""
+        assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == 8.0
     assert len(made) == 1, "compiled afresh, and then the right one is there"
 
 

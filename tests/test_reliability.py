@@ -268,6 +268,7 @@ def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
 # searches and indices
 
 
+@pytest.mark.thorough
 def test_subset_simulation_and_importance_sampling_find_a_small_probability(folder):
     """Breaks if a search goes by another limit than the draws, or its points are not those of the plan's seed."""
     for method in ("subset_simulation", "importance_sampling"):

@@ -154,6 +154,7 @@ print(matplotlib.rcParams["font.size"], matplotlib.get_backend())
     assert done.stdout.split() == ["17.0", "svg"], done.stderr
 
 
+@pytest.mark.thorough
 def test_a_session_that_draws_disturbs_no_figure_and_is_not_disturbed(figure):
     result = trainmj.run(trainmj.load("b_type", {"simulation.step_ms": 0.5, "simulation.time_limit_s": 0.1}))
     wild = {"font.size": 30, "savefig.bbox": "tight", "axes.linewidth": 9, "savefig.facecolor": "red", "figure.dpi": 20}
