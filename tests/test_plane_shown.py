@@ -22,6 +22,7 @@ from trainmj.scenario import Scenario, load
 from trainmj.single import figures, plane, tables, tables_plane
 from trainmj.single.beside import beside_of
 from trainmj.single.page import page_of_run
+from trainmj.sweep.page_responses import chosen_responses
 
 SHORT = {
     "trains.b_type.vehicles": [{"name": "Tc", "coupler": "coupler_a_b"}, {"name": "Mp"}],
@@ -100,6 +101,8 @@ def test_faces_are_told_with_their_overlap(summary):
     assert row[:3] == ("S1-M1", "anti_climber", pytest.approx(120))
     assert row[3] == summary.interfaces[0].met_step_mm
     assert (row[4], row[5].kind) == (pytest.approx(100 * row[3] / 120), "pass")
+    early = trainmj.summarise(trainmj.run(short(simulation__time_limit_s=0.05)))
+    assert tables_plane._faces(early).rows == [("1 more", "", None, None, None, "did not meet")]
     gone = trainmj.summarise(trainmj.run(slid()))
     (row,) = tables_plane._faces(gone).rows
     assert row[4] > 100
@@ -273,3 +276,10 @@ def test_an_override_is_shown_from_when_on():
     assert all(axis.patches for axis in figure.axes), "shaded"
     names = [text.get_text() for text in figure.axes[0].texts]
     assert names == ["overlap of S1-M1", "limit of steps"]
+
+
+def test_a_sweep_in_the_plane_draws_what_is_of_the_plane():
+    """Steps and wheel loads, which the plane is computed for, would not be among the few responses that are drawn."""
+    table = trainmj.run_cases(short(), {"collision.offset_mm.M": [20.0, 40.0]})
+    drawn = {response.quantity for response in chosen_responses(table)}
+    assert {"TS_mm", "largest_step_mm", "met_step_mm", "least_wheel_load"} <= drawn

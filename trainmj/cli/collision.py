@@ -17,10 +17,7 @@ from trainmj.files.folder import filling, spare
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
-    from trainmj.collision.summary import Summary
     from trainmj.output.style import Format, Width
-    from trainmj.scenario import Scenario
-    from trainmj.single.beside import Beside
 
 
 @click.command()
@@ -87,9 +84,12 @@ def run(
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
+    from trainmj.collision.bracket import rows_of
+    from trainmj.collision.margin import SLIP
     from trainmj.collision.status import PAST_LIMITS
     from trainmj.output.page import REPORT
     from trainmj.single import screen
+    from trainmj.single.beside import Beside
     from trainmj.single.folder import OWN, write_run
 
     if out is not None:
@@ -97,10 +97,12 @@ def run(
     steps = None
     if with_steps:
         steps = trainmj.converge(loaded) if responses is None else trainmj.converge(loaded, parts_of(responses))
+    margins = trainmj.margins(loaded, SLIP if slip is None else slip) if with_margin else None
     result = trainmj.run(loaded)
     again = None if before is None else trainmj.compare(before, result)
     summary = trainmj.summarise(result)
-    beside = _beside(loaded, summary, with_margin, slip)
+    asked = loaded.bracket and result.chain.plane
+    beside = Beside(tuple(rows_of(trainmj.bracket(loaded, summary))) if asked else (), margins)
     if out is not None:
         write_run(result, summary, out, figures, figure_width, beside)
         if with_report:
@@ -124,18 +126,6 @@ def run(
     past_limits = fail_on_limit and (summary.status.kind in PAST_LIMITS or beside.past_limits)
     if summary.status.unusable or beside.unusable or differs or drifts or past_limits:
         sys.exit(1)
-
-
-def _beside(scenario: Scenario, summary: Summary, with_margin: bool, slip: float | None) -> Beside:
-    """What a scenario in the vertical plane asks for beside the collision itself, and the margins of its ties."""
-    from trainmj.collision.bracket import rows_of
-    from trainmj.collision.margin import SLIP
-    from trainmj.single.beside import Beside
-
-    asked = scenario.bracket and scenario.plane == "vertical"
-    rows = rows_of(trainmj.bracket(scenario, summary)) if asked else ()
-    margins = trainmj.margins(scenario, SLIP if slip is None else slip) if with_margin else None
-    return Beside(tuple(rows), margins)
 
 
 def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result:

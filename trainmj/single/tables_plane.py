@@ -34,11 +34,14 @@ def in_plane(summary: Summary) -> Iterator[Table]:
 
 
 def _faces(summary: Summary) -> Table:
-    rows = [
+    rows: list[tuple[Any, ...]] = [
         (i.name, face.name, face.overlap_mm, face.met_step_mm, face.used, _met(face))
         for i in summary.interfaces
         for face in i.faces
+        if face.met_step_mm is not None
     ]
+    apart = sum(face.met_step_mm is None for i in summary.interfaces for face in i.faces)
+    rows += [(f"{apart} more", "", None, None, None, "did not meet")] if apart else []
     heads = [
         *worded("Interface", "faces of"),
         Column("overlap", "mm", ".6g"),
@@ -53,10 +56,10 @@ def _faces(summary: Summary) -> Table:
     return Table(heads, rows, "Faces", note)
 
 
-def _met(face: FaceUse) -> Verdict | str:
+def _met(face: FaceUse) -> Verdict:
     if face.off_s is not None:
         return failed(f"slid off at {face.off_s:.4g} s")
-    return "did not meet" if face.met_step_mm is None else passed("held")
+    return passed("held")
 
 
 def _ends(summary: Summary) -> Table:
@@ -182,7 +185,7 @@ def _kept(row: Mapping[str, Any]) -> Verdict | str:
 
 def margins(found: Sequence[Margin]) -> Table:
     """What the ties of faces have to spare, or lack."""
-    rows = [
+    rows: list[tuple[Any, ...]] = [
         (
             m.interface,
             m.slip_as_stated_mm,

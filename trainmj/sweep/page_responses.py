@@ -27,7 +27,8 @@ _MOST_RESPONSES = 8
 _MOST_LINES = 8
 _MOST_POINTS = 2000
 _BINS = 8  # of a factor with more levels, in main effects
-_WANTED = {"TS_mm": 1, "TAMA_g": 1, "stroke_mm": 4, "peak_device_acceleration_g": 2}
+_WANTED = {"TS_mm": 1, "TAMA_g": 1, "largest_step_mm": 1, "met_step_mm": 1, "least_wheel_load": 1}
+_WANTED |= {"stroke_mm": 4, "peak_device_acceleration_g": 2}
 """Quantities that are drawn if there are many responses, and of how many places, those nearest to the impact first."""
 
 _NEVER_DRAWN = ("duration_s", "valid_until_s", "energy_error", "momentum_error", USED)
