@@ -139,7 +139,10 @@ def trends() -> Iterator[str]:
             lifted = lifts[0] > 0
             values = lifts if lifted else loads
             worse = [(v - values[0]) * (1 if lifted else -1) for v in values[1:]]
-            said = ["worse, as theirs" if worse[0] > 0 else "better", "better, as theirs" if worse[1] < 0 else "worse"]
+            said = [
+                "worse, as theirs" if worse[0] > 0 else "better, against theirs",
+                "better, as theirs" if worse[1] < 0 else "worse, against theirs",
+            ]
             shown = [f"{v:.1f} mm" if lifted else f"N/N0 = {v:.3f}" for v in values]
             yield cells(f"`{name}`", tied, shown[0], f"{shown[1]}: {said[0]}", f"{shown[2]}: {said[1]}")
 
