@@ -71,7 +71,7 @@ def run(
     Exit code: 0 when computed (the status says how it ended); 1 if the numbers may not be used: unstable, or not valid
     as a curve ended behind which nothing is stated, or one vehicle overrode another; 1 also if a repeated result
     differs from the saved one, if the responses do not settle as the step is halved, or with --fail-on-limit if a limit
-    was passed; 2 for wrong input. Where the scenario states a bracket of ties, the worst of them counts.
+    was passed, by any of a bracket of ties too, of which an override counts as well; 2 for wrong input.
     """
     if with_report and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
@@ -124,7 +124,7 @@ def run(
             click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     past_limits = fail_on_limit and (summary.status.kind in PAST_LIMITS or beside.past_limits)
-    if summary.status.unusable or beside.unusable or differs or drifts or past_limits:
+    if summary.status.unusable or differs or drifts or past_limits:
         sys.exit(1)
 
 

@@ -27,6 +27,11 @@ UNSTABLE = 1e-3
 It is relative to the energy that the collision can convert.
 """
 
+MOMENTUM, MOMENTUM_IN_PLANE = 1e-9, 5e-6
+"""Most by which the balance of momentum may be off, relative to the sum of ``|m v|``: along the track it is kept to
+round-off; in the vertical plane, where masses move against each other within a step, its error falls with the step.
+"""
+
 UNSEEN = 1e-3
 """Relative excess of a peak between two steps, over the largest at any step, that counts as unseen."""
 

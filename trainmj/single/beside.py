@@ -48,14 +48,9 @@ class Beside:
         return found | ({} if self.margins is None else {"margins": [margin.as_dict() for margin in self.margins]})
 
     @property
-    def unusable(self) -> bool:
-        """Whether the numbers with any of the ties are not valid, or failed."""
-        return any(Kind(row["status"]) in UNUSABLE for row in self.bracket)
-
-    @property
     def past_limits(self) -> bool:
-        """Whether a limit was passed with any of the ties."""
-        return any(Kind(row["status"]) in PAST_LIMITS for row in self.bracket)
+        """Whether with any of the ties a limit was passed, one vehicle overrode another, or it failed."""
+        return any(Kind(row["status"]) in (*PAST_LIMITS, *UNUSABLE) for row in self.bracket)
 
 
 def beside_of(file: Path) -> Beside:

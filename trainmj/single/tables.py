@@ -12,7 +12,7 @@ from trainmj.collision.chain import Chain, Interface, Vehicle, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.fields import LASTING
 from trainmj.collision.limits import Criterion
-from trainmj.collision.measured import UNSTABLE
+from trainmj.collision.measured import MOMENTUM, MOMENTUM_IN_PLANE, UNSTABLE
 from trainmj.collision.quantities import (
     BALANCE,
     BODY,
@@ -43,8 +43,6 @@ _MOST_MEMBERS = 8  # of a body, that are told
 _ALWAYS = ("kinetic_start_kJ", "kinetic_end_kJ", "elastic_kJ", "absorbed_kJ", "friction_kJ")
 _PARTS = ("crushed_kJ", "frictional_kJ", "viscous_kJ")
 """Rows of the balance that are always there, and those of what is absorbed, if it is more than one."""
-
-_MOMENTUM = 1e-9  # momentum is kept to round-off; a larger error, relative to the sum of |m v|, is a fault
 
 
 def outcome(kind: Kind) -> Verdict:
@@ -269,7 +267,7 @@ def checks(result: Result, summary: Summary) -> Table:
     errors = (
         ("energy balance", b.energy_error, UNSTABLE),
         ("absorbed energy, against the curves", b.curve_error, UNSTABLE),
-        ("momentum balance", b.momentum_error, _MOMENTUM),
+        ("momentum balance", b.momentum_error, MOMENTUM_IN_PLANE if chain.plane else MOMENTUM),
     )
     stable, end, last = f"{against(largest, step, -3)} ms", summary.duration_s, chain.time_limit
     valid = min(result.tally.valid_until, end)
