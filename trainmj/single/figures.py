@@ -109,7 +109,7 @@ def plane(result: Result, summary: Summary, width: Width = "page") -> Figure:
         _draw(axes[1], result, "pitch", "Pitch", *_sides(result))
         _legend_of_vehicles(axes[1], result)
         for axis, name, title, names in (
-            (axes[2], "load", "N/N0 until a wheelset lifts", worst_wheelsets(summary)),
+            (axes[2], "load", "N/N0 up to lift", worst_wheelsets(summary)),
             *([(axes[3], "lift", "Lift", lifting)] if lifting else []),
         ):
             shown = result.shown(name)
