@@ -45,6 +45,7 @@ class Forked:
             os.dup2(self._err.fileno(), 2)
             sys.stdout, sys.stderr = (os.fdopen(fd, "w", encoding="utf-8", closefd=False) for fd in (1, 2))
             sys.argv = ["trainmj", *map(str, args)]
+            sys.dont_write_bytecode = True  # where files may not grow, Python leaves torn ones, which stop later tests
             prepare()
             main()
         except SystemExit as end:

@@ -14,12 +14,13 @@ from trainmj.collision.fields import ELEMENT
 from trainmj.collision.result import Result
 from trainmj.collision.simulation import run
 from trainmj.scenario import load
-from trainmj.verification import oracles, published
+from trainmj.verification import bodies, oracles, plane, published
 from trainmj.verification.suite import GROUPS, Case
 from trainmj.verification.systems import chain, envelope, follow, shipped
 
-# the paper has tests of its own, as have random trains
+# the paper has tests of its own, as have random trains, bodies and the vertical plane
 ELSEWHERE = (published.paper, oracles.random_by_scipy, oracles.every_kind_by_scipy, oracles.bodies_by_scipy)
+ELSEWHERE += bodies.CASES + plane.CASES
 # seconds each; others of the same kind are quicker
 THOROUGH = {
     "standard_by_scipy",

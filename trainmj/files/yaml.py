@@ -13,7 +13,7 @@ import re
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from itertools import accumulate
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -31,6 +31,7 @@ _MOST_MARKS = 100_000  # characters that can separate values: each costs the YAM
 _MOST_KEYS = 10_000  # each costs more than two others
 _MOST_VALUES = 100_000
 _DEEPEST = 30
+_SHORT = 20_000  # characters: the nodes of longer texts are not kept in memory
 _DEEPER = {"[": 1, "{": 1, "]": -1, "}": -1}
 _SHOWN = 120  # characters of a command's option in a message
 _TAG = "tag:yaml.org,2002:"
@@ -116,7 +117,7 @@ def parse(text: str, name: str) -> Source:
     Raises:
         InputError: with file, line and column.
     """
-    from ruamel.yaml.error import MarkedYAMLError, ReusedAnchorWarning, YAMLError
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     _measure(text, name)
     stated = _VERSION.match(text)
@@ -124,9 +125,7 @@ def parse(text: str, name: str) -> Source:
         at = f"{name}:{text.count(chr(10), 0, stated.start(1)) + 1}:1"
         raise InputError(f"{at}: states YAML {printable(stated[1])[:20]}: files are read as YAML 1.2; remove this line")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ReusedAnchorWarning)  # YAML allows it: the last one before counts
-            root = _yaml().compose(text)
+        root = _nodes(text) if len(text) <= _SHORT else _nodes.__wrapped__(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark
         place = f":{mark.line + 1}:{mark.column + 1}" if mark else ""
@@ -138,6 +137,16 @@ def parse(text: str, name: str) -> Source:
         raise InputError(f"{name}: must be a group of keys and values such as 'devices:'")
     reader = _Reader(name)
     return Source(reader.group(root, ()), reader.origins)
+
+
+@lru_cache(maxsize=32)
+def _nodes(text: str) -> Any:
+    """What the YAML package makes of a text, never changed here. It takes its time, and commands read files again."""
+    from ruamel.yaml.error import ReusedAnchorWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ReusedAnchorWarning)  # YAML allows it: the last one before counts
+        return _yaml().compose(text)
 
 
 def _yaml() -> Any:
