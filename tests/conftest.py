@@ -18,8 +18,10 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, summarise
 from trainmj.scenario import Scenario, load
 
-# A shell that starts the tests in the background lets them ignore Ctrl-C, which what they start would inherit.
+# A shell that starts the tests in the background lets them ignore Ctrl-C, as nohup the end of a terminal, which what
+# they start would inherit.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 os.fsync = lambda _: None  # no test cuts the power, and a busy disk is slow
 

@@ -52,6 +52,12 @@ def blocks(page: str) -> list[Block]:
     return found
 
 
+def file_block(page: str, title: str) -> str:
+    """The file of a title that a page shows."""
+    (text,) = [block.text for block in blocks(page) if block.title == title]
+    return text
+
+
 def without_blocks(page: str) -> str:
     return _FENCE.sub("", read(page))
 

@@ -6,15 +6,14 @@ a newcomer would in a fresh clone, takes minutes: `pytest -m as_written`, which 
 
 from __future__ import annotations
 
-import csv
 import importlib
-import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Container
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -23,8 +22,7 @@ from pathlib import Path
 
 import click
 import pytest
-from copies import copied
-from pages import PAGES, ROOT, blocks, read, script, without_blocks
+from pages import PAGES, ROOT, blocks, file_block, read, script, without_blocks
 
 import trainmj
 from trainmj.cli import main
@@ -51,17 +49,18 @@ NOT_RUN = {
 IN_A_CLONE = ["README.md", "docs/start.md"]
 """Pages that begin with the installation, in the order in which they are read."""
 
+WITH_ONE_STUDY = ["docs/studies.md", "docs/film.md", "docs/reports.md"]
+"""Pages that show the study that ships, followed in one folder, where it is computed once and then gone on with."""
+
+IN_THE_README = {"trainmj verify --page verification.html": "trainmj verify", "trainmj paper --out paper": None}
+"""Commands that compute longest, whose files no later one needs: run as the README has them, where it is different."""
+
 GENERATED = "reference/"
 """Pages that are made while the site is built, which then checks the links to them."""
 
 QUIET = os.environ | {"NO_MKDOCS_2_WARNING": "1"}  # no advertisement of the theme's successor
 
 EVERY = [block for page in PAGES for block in blocks(page)]
-
-
-def file_block(page: str, title: str) -> str:
-    (text,) = [block.text for block in blocks(page) if block.title == title]
-    return text
 
 
 def test_blocks_that_no_test_runs_say_so_and_are_these():
@@ -321,47 +320,6 @@ def test_the_architecture_names_what_is_there():
         assert (ROOT / "trainmj" / file).exists(), file
 
 
-@pytest.mark.thorough
-def test_a_device_law_is_added_as_the_architecture_says(tmp_path):
-    """Breaks if a kind needs a file that the page does not name, or the law that it shows is wrong."""
-    package = copied(tmp_path)
-    page = "docs/architecture.md"
-    (package / "collision" / "law" / "damper.py").write_text(file_block(page, "damper.py"), encoding="utf-8")
-    devices = package / "scenario" / "devices.py"
-    before, union, after = devices.read_text(encoding="utf-8").partition("DeviceSpec = Annotated[\n    ")
-    text = f"{before}{file_block(page, 'devices.py')}\n\n{union}DamperDevice | {after}"
-    devices.write_text(text, encoding="utf-8")
-    (tmp_path / "damper.yaml").write_text(file_block(page, "damper.yaml"), encoding="utf-8")
-    environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1"}
-
-    def python(*words: str) -> str:
-        command = [sys.executable, *words]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    def trainmj_(*words: str) -> str:
-        return python("-m", "trainmj", *words)
-
-    assert "buffer" in trainmj_("check", "damper.yaml")
-    plain = json.loads(trainmj_("run", "damper.yaml", "--json"))
-    (device,) = plain["interfaces"]
-    m, c, k, v, stroke = 40e3, 200e3, 100e6, 1.0, 0.1
-    last = v - c / m * stroke  # the speed falls in proportion to the stroke
-    assert plain["status"] == "over"
-    assert device["stroke_mm"] == pytest.approx((stroke + last * (m / k) ** 0.5) * 1e3, rel=1e-5)
-    assert device["peak_force_kN"] == pytest.approx(last * (m * k) ** 0.5 / 1e3, rel=1e-4)
-    assert device["energy_kJ"] == pytest.approx(0.5 * m * (v**2 - last**2) / 1e3, rel=1e-4)
-    assert plain["balance"]["viscous_kJ"] == pytest.approx(device["energy_kJ"])
-    trainmj_("sweep", "damper.yaml", "--vary", "devices.buffer.damping_kN_s_per_m=100,200", "--out", "sweep")
-    with (tmp_path / "sweep" / "results.csv").open(encoding="utf-8") as file:
-        strokes = [float(row["stroke_M1_wall_mm"]) for row in csv.DictReader(file)]
-    assert strokes == pytest.approx([115, 110], rel=1e-5)
-    assert "damping_kN_s_per_m" in trainmj_("schema")
-    code = "import sys; sys.path.insert(0, 'docs/hooks'); import fields; print(fields.scenario_page())"
-    assert "| `kind` | `damper` |" in python("-c", code)
-
-
 def test_every_public_name_has_its_place_in_the_reference(monkeypatch):
     """Breaks if a public name is missing on the page of Python, without which the site is not built."""
     monkeypatch.syspath_prepend("docs/hooks")
@@ -447,10 +405,24 @@ def test_newcomer_as_written(tmp_path):
 
 
 @pytest.mark.as_written
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in IN_A_CLONE])
-def test_page_as_written(page, tmp_path):
+@pytest.mark.parametrize(
+    "pages", [WITH_ONE_STUDY, *([page] for page in PAGES if page not in IN_A_CLONE + WITH_ONE_STUDY)], ids=" ".join
+)
+def test_page_as_written(pages, tmp_path):
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    follow(page, tmp_path, Path(sys.executable).parent)
+    for page in pages:
+        follow(page, tmp_path, Path(sys.executable).parent, without=IN_THE_README)
+
+
+def test_what_is_left_to_the_readme_is_there():
+    """Breaks if a command that other pages leave to the README is run nowhere."""
+    lines = [line.partition("#")[0].strip() for b in blocks("README.md") for line in b.text.splitlines()]
+    elsewhere = [
+        line.partition("#")[0].strip() for b in EVERY if b.page not in IN_A_CLONE for line in b.text.splitlines()
+    ]
+    for command, there in IN_THE_README.items():
+        assert command in elsewhere
+        assert (there or command) in lines
 
 
 @pytest.mark.as_written
@@ -480,9 +452,10 @@ def test_site_works_without_a_network(tmp_path):
     assert wrong == []
 
 
-def follow(page: str, folder: Path, binaries: Path) -> None:
-    """Run a page in a folder; what fails is shown with the command that failed."""
-    text = "\n".join(line for line in script(page).splitlines() if not line.endswith("pytest"))  # .ci/run does that
+def follow(page: str, folder: Path, binaries: Path, without: Container[str] = ()) -> None:
+    """Run a page, without some of its commands, in a folder; what fails is shown with the command that failed."""
+    lines = (line for line in script(page).splitlines() if line not in without)
+    text = "\n".join(line for line in lines if not line.endswith("pytest"))  # .ci/run does that
     outside = {key: value for key, value in os.environ.items() if key not in ("VIRTUAL_ENV", "PYTHONPATH")}
     done = subprocess.run(
         ["bash", "-euxo", "pipefail", "-c", text],

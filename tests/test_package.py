@@ -12,6 +12,7 @@ from pathlib import Path
 
 import mujoco
 import pytest
+from copies import as_compiled_here
 
 import trainmj
 from trainmj.files.resources import shipped_folder
@@ -97,6 +98,7 @@ def target(wheel, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("target")
     command = [sys.executable, "-m", "pip", "install", "--no-deps", "--no-index", "--target", str(folder), str(wheel)]
     subprocess.run(command, capture_output=True, check=True, timeout=120)
+    as_compiled_here(folder / "trainmj")
     return folder
 
 

@@ -36,7 +36,10 @@ def collided(*changes: dict) -> list[Summary]:
     return [found[k] for k in range(len(changes))]
 
 
-@pytest.mark.parametrize("case", plane.CASES, ids=lambda case: case.__name__)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c is plane.by_scipy)) for c in plane.CASES],
+)
 def test_verification(case):
     """Statics, kinematics, forces or books of the plane would be wrong."""
     checks = list(run_case(case))

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
-from copies import copied
 
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of, groups, ordered
@@ -22,21 +16,6 @@ from trainmj.scenario import load
 from trainmj.units import against, rounded_down, unit_of, words
 
 ROOT = Path(__file__).parents[1]
-
-MADE_UP = '''
-def _half_change(m: Measured) -> Array:
-    """(n_vehicle,) half of the change of speed [m/s]."""
-    return np.abs(m.tally.speed - m.chain.speed) / 2
-
-
-VEHICLE = (
-    *VEHICLE,
-    Quantity(
-        "half_change", "m/s", 2, "half\\nchange", "half of the change of speed", _half_change, "half_change",
-    ),
-)  # fmt: skip
-'''
-"""What somebody adds to quantities.py, behind its table of vehicles."""
 
 
 @pytest.mark.parametrize("name", ["b_type", "b_type_s08", "b_type_wall", "wagon_80t", "en15227_c1"])
@@ -93,47 +72,6 @@ def test_an_input_key_ends_in_its_unit(key, unit, said):
     """Breaks if m/s is taken for s because it ends so, or a name is read with its unit or without its vehicle."""
     assert unit_of(key) == unit
     assert words(key) == said
-
-
-@pytest.mark.thorough
-def test_a_response_that_is_added_in_one_file_appears_everywhere(tmp_path):
-    """Breaks if a second place must be told of a response, or reads its unit from its name: m/s ends in s."""
-    package = copied(tmp_path)
-    table = package / "collision" / "quantities.py"
-    text = table.read_text()
-    at = text.index("TRAIN: tuple")
-    table.write_text(f"{text[:at]}{MADE_UP}\n{text[at:]}")
-
-    def trainmj(*words: str) -> str:
-        environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONSAFEPATH": "1", "COLUMNS": "80"}
-        command = [sys.executable, "-m", "trainmj", *words]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    screen = trainmj("run", "b_type_wall", "--out", "run", "--report", "--figures", "none")
-    assert "half" in screen
-    assert "m/s" in screen
-    plain = json.loads((tmp_path / "run" / "summary.json").read_text())
-    found = plain["vehicles"][0]["half_change_m_per_s"]
-    assert 12.5 / 3.6 / 2 < found < 2.0, "half of 12.5 km/h and of the rebound"
-    assert pd.read_csv(tmp_path / "run" / "vehicles.csv")["half_change_m_per_s"][0] == pytest.approx(found)
-    page = re.sub(r"<script.*?</script>", "", (tmp_path / "run" / "report.html").read_text(), flags=re.DOTALL)
-    assert re.search(r"half change\s*(<[^>]*>\s*)*m/s", page)
-
-    trainmj("sweep", "b_type_wall", "--vary", "mass_t=30,33", "--out", "sweep", "--report")
-    assert pd.read_csv(tmp_path / "sweep" / "results.csv")["half_change_M1_m_per_s"][1] == pytest.approx(found)
-    vary = ("--vary", "mass_t=30,33", "--responses", "half_change_M1_m_per_s")
-    trainmj("sweep", "b_type_wall", *vary, "--out", "one", "--report")
-    page = re.sub(r"<script.*?</script>", "", (tmp_path / "one" / "report.html").read_text(), flags=re.DOTALL)
-    assert re.search(r"half change M1\s*(<[^>]*>\s*)*m/s", page)
-
-    code = "import sys; sys.path.insert(0, 'docs/hooks'); import responses; print(responses.page())"
-    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    docs = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
-    ).stdout
-    assert "| `half_change_m_per_s` | `half_change_M1_m_per_s` | m/s |" in docs
 
 
 @pytest.mark.parametrize(

@@ -214,6 +214,7 @@ def test_a_draw_has_the_criteria_and_numbers_of_a_single_run_of_its_scenario(fol
 # going on
 
 
+@pytest.mark.thorough
 def test_threads_kills_and_more_runs_leave_the_same_files(folder):
     """Breaks if a result depends on threads, on where a run was stopped, or on how many draws were asked for first."""
     keys = {"rare": {"limits": ["TS_mm"], "runs": 100, "levels": 2}}

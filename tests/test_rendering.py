@@ -423,6 +423,7 @@ def test_a_full_disk_leaves_the_old_file(saved, tmp_path, ending):
     assert os.listdir(tmp_path) == [file.name]
 
 
+@pytest.mark.thorough
 def test_without_osmesa_the_package_is_named(saved, tmp_path):
     """The loader is made to fail as it does where the library is not installed."""
     code = """
@@ -443,6 +444,7 @@ ctypes.util.find_library = lambda name: None if "osmesa" in name.lower() else fi
     assert not file.exists()
 
 
+@pytest.mark.thorough
 def test_without_a_screen_the_viewer_says_so():
     done = _process("", "view", "b_type")
     assert done.returncode == 2

@@ -275,6 +275,7 @@ def test_a_damaged_record_of_steps_only_costs_time(again, done):
     assert digests(again) == digests(done.folder)
 
 
+@pytest.mark.thorough
 def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
     """Killed in the middle of its simulations; what was finished is not computed again."""
     file = study_file(tmp_path, changed(SMALL, "design", {"kind": "sobol", "n": 40, "seed": 1}))

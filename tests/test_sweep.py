@@ -367,6 +367,7 @@ def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
     assert (result.cases, result.computed) == (3, 1)
 
 
+@pytest.mark.thorough
 def test_control_c_stops_cleanly_and_says_how_to_go_on(undisturbed, tmp_path):
     # at the scenario's own step, so that it lasts
     process = Forked(tmp_path, "sweep", "b_type", *CASES, "--out", tmp_path)

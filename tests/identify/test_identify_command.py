@@ -52,6 +52,7 @@ def left_in(folder: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in sorted(folder.iterdir()) if file.suffix != ".sqlite"}
 
 
+@pytest.mark.thorough
 def test_same_bytes_on_any_threads_and_after_a_kill(tmp_path):
     file = targets_file(tmp_path)
     whole = tmp_path / "whole"
