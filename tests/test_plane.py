@@ -48,7 +48,7 @@ def test_verification(case):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", [3, 8, 11])
+@pytest.mark.parametrize("seed", [3, 8])
 def test_random_trains_beside_an_integration_by_scipy(seed):
     """A sign, a lever or a state of the plane would be wrong where no formula looks."""
     checks = list(plane.by_scipy([seed], 0.2))

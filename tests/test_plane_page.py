@@ -139,7 +139,10 @@ def trends() -> Iterator[str]:
             lifted = lifts[0] > 0
             values = lifts if lifted else loads
             worse = [(v - values[0]) * (1 if lifted else -1) for v in values[1:]]
-            said = ["worse, as theirs" if worse[0] > 0 else "better", "better, as theirs" if worse[1] < 0 else "worse"]
+            said = [
+                "worse, as theirs" if worse[0] > 0 else "better, against theirs",
+                "better, as theirs" if worse[1] < 0 else "worse, against theirs",
+            ]
             shown = [f"{v:.1f} mm" if lifted else f"N/N0 = {v:.3f}" for v in values]
             yield cells(f"`{name}`", tied, shown[0], f"{shown[1]}: {said[0]}", f"{shown[2]}: {said[1]}")
 
@@ -248,18 +251,32 @@ def test_a_table_of_the_page_is_what_the_files_give(table):
     assert not wrong, "the files give:\n" + "\n".join(wrong)
 
 
-def test_the_step_that_ships_is_as_fine_as_the_page_says():
-    """Breaks if the page's table of steps, or what it says of it, misses the bar: 0.1 mm of lift and 0.5 mm of step."""
+def said_of_steps() -> str:
+    """What the page says of its table of time steps, by that table."""
     found: dict[tuple[str, str], dict[str, list[float]]] = {}
     for row in read(PAGE).splitlines():
         cell = [c.strip() for c in row.strip("|").split("|")]
-        if len(cell) == 7 and cell[0].strip("`") in TRAINS:
+        if len(cell) == 7 and cell[0].strip("`") in TRAINS and cell[2][:1].isdigit():
             found.setdefault((cell[0], cell[1]), {})[cell[2]] = [float(c) for c in cell[3:]]
     assert len(found) == 6
-    for (_, tied), steps in found.items():
-        coarse, fine = steps["0.25"], steps["0.05"]
-        assert abs(coarse[1] - fine[1]) <= 0.13
-        assert abs(coarse[2] - fine[2]) <= (0.12 if fine[2] > 600 else 0.02), tied
-        assert abs(steps["0.5"][1] - fine[1]) <= 0.31
-        assert abs(steps["0.5"][3] - fine[3]) <= 0.00151
+    ts, step, lift, _ = (max(abs(s["0.25"][n] - s["0.05"][n]) for s in found.values()) for n in range(4))
+    _, coarse, _, load = (max(abs(s["0.5"][n] - s["0.05"][n]) for s in found.values()) for n in range(4))
+    assert lift <= 0.1
+    assert step <= 0.5
+    return (
+        f"From 0.05 to 0.25 ms lifts move by at most {lift:.2f} mm, steps by {step:.2f} mm and TS by {ts:.2f} mm; with "
+        f"0.5 ms steps move by at most {coarse:.2f} mm and the least load by {load:.4f}."
+    )
+
+
+def test_the_step_that_ships_is_as_fine_as_the_page_says():
+    """Breaks if the table of steps misses the bar, 0.1 mm of lift and 0.5 mm of step, or the page says otherwise."""
+    assert said_of_steps() in " ".join(read(PAGE).split())
     assert all(scenario(name).simulation.step_ms == 0.25 for name in TRAINS)
+
+
+@pytest.mark.thorough
+def test_the_margin_of_the_page_is_that_of_the_file():
+    """Breaks if the page tells another factor on the ties of the front than the command finds."""
+    (margin,) = trainmj.margins(scenario("b_type_vertical"))
+    assert f"down to {margin.factor:.3f} of what is stated" in " ".join(read(PAGE).split())

@@ -165,12 +165,13 @@ def test_a_bracket_is_the_same_collision_with_other_ties(ran):
 @pytest.mark.parametrize(
     ("values", "option", "code"),
     [
-        ({"collision__speed_km_h": 35, "collision__offset_mm": {"M": 80}}, [], 1),  # free, it overrides
+        ({"collision__speed_km_h": 35, "collision__offset_mm": {"M": 80}}, [], 0),  # free, it overrides
+        ({"collision__speed_km_h": 35, "collision__offset_mm": {"M": 80}}, ["--fail-on-limit"], 1),
         ({"limits": {"slip_mm": 10}}, [], 0),
         ({"limits": {"slip_mm": 10}}, ["--fail-on-limit"], 1),  # free, it slips further
     ],
 )
-def test_the_worst_of_a_bracket_is_the_exit_code(tmp_path, values, option, code):
+def test_the_worst_of_a_bracket_fails_on_a_limit(tmp_path, values, option, code):
     """A collision that fails for want of a tie would pass where only the tie as stated holds it."""
     scenario = short(bracket=["free", "stated"], **values)
     assert not trainmj.summarise(trainmj.run(scenario)).status.unusable

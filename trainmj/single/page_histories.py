@@ -89,11 +89,9 @@ def plot_over_time(
     axis: str,
     unit: str,
     note: str = "",
-    most: float | None = None,
 ) -> None:
-    """A plot over time, all lines read out at once, from 0 to the most if one is given; shaded where not valid."""
+    """A plot over time, all lines read out at once; shaded where not valid."""
     shade_ = shaded(result.tally.valid_until, float(result.time[-1]), "not valid") if result.not_valid else {}
-    shade_ |= {} if most is None else {"yaxis": {"range": [0.0, most]}}
     layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, **shade_)
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
 

@@ -28,9 +28,9 @@ def add_plane(section: Section, result: Result, summary: Summary) -> None:
     pitch = vehicle_lines(result, "pitch", step)
     note = "Positive with the end that faces the impact up."
     plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note)
-    note = "Loads over those at rest. A wheelset that lands has many times its load: double-click to see it."
+    note = "Loads over those at rest, up to where a wheelset lifts: one that lands bounces, with many times its load."
     worst = _wheelsets(result, "load", plane.worst_wheelsets(summary), step)
-    plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "", note, plane.MOST_LOAD)
+    plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "", note)
     if lifting := plane.lifting_wheelsets(summary):
         lifts = _wheelsets(result, "lift", lifting, step)
         plot_over_time(section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown)
@@ -50,7 +50,13 @@ def _wheelsets(result: Result, history: str, names: Sequence[str], step: int) ->
     """A line for each of some wheelsets."""
     shown, unit = result.shown(history), SHOWN[history].shown
     return [
-        line(name, result.time[::step], shown[name][::step], unit, colour)
+        line(
+            name,
+            result.time[::step],
+            (plane.until_lifted(shown[name]) if history == "load" else shown[name])[::step],
+            unit,
+            colour,
+        )
         for name, colour in zip(names, PALETTE, strict=False)
     ]
 

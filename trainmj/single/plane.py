@@ -7,13 +7,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from trainmj.collision.chain import order_of_vehicles
+from trainmj.collision.envelope import Array
 from trainmj.collision.gear import BOGIES, SUSPENDED
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.units import MM
-
-MOST_LOAD = 2.0
-"""Load of a wheelset over that at rest, up to which loads are drawn: one that lands has many times its load."""
 
 _MOST = 6  # wheelsets that are drawn
 
@@ -22,6 +20,12 @@ def worst_wheelsets(summary: Summary) -> list[str]:
     """Names of the wheelsets with the least loads, the least first."""
     found = sorted((w.load, w.name) for v in summary.vehicles for w in v.wheelsets)
     return [name for _, name in found[:_MOST]]
+
+
+def until_lifted(loads: Array) -> Array:
+    """(n_sample,) loads of a wheelset up to where it first leaves the rail, then nan: one that lands again bounces."""
+    off = np.flatnonzero(loads <= 0.0)
+    return np.asarray(np.where(np.arange(loads.size) > off[0], np.nan, loads)) if off.size else loads
 
 
 def lifting_wheelsets(summary: Summary) -> list[str]:
