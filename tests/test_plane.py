@@ -17,6 +17,7 @@ from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.scenario import load
+from trainmj.single import figures
 from trainmj.verification import plane
 from trainmj.verification.suite import run_case
 from trainmj.verification.systems import Ride
@@ -125,6 +126,9 @@ def test_limits_of_the_plane_are_judged_as_others():
     }
     with pytest.raises(InputError, match="plane: vertical"):
         line_up(load("b_type", {"limits": {"wheel_lift_mm": 21}}))
+    for least in ("wheel_load", "wheel_load_M1", "load_M1_wheelset_1", "least_wheel_load"):
+        with pytest.raises(InputError, match=f"limits.{least} = 0.4: is worst where it is least"):
+            line_up(planar({"limits": {least: 0.4}}))
 
 
 def test_a_step_that_is_too_large_is_refused():
@@ -155,6 +159,8 @@ def test_an_obstacle_only_slides():
     (partner,) = (v for v in summarise(result).vehicles if v.name == "S1")
     assert partner.pitch_mrad == partner.wheel_lift_mm == 0.0
     assert np.isnan(partner.wheel_load)
+    pitches = figures.plane(result, summarise(result)).axes[1].lines
+    assert [line.get_label() for line in pitches] == ["M1", "M2"]
 
 
 def test_vehicles_stand_as_stated():

@@ -153,6 +153,8 @@ def test_a_wall_is_met_where_the_train_stands(metro):
         rise = 0.04 + 10 * math.sin(2e-3) + (height - 1.6) * (math.cos(2e-3) - 1)
         assert element.line.right.height - element.line.left.height == pytest.approx(rise, rel=1e-9)
     assert (coupler.line.right.pin, coupler.line.right.swing, climber.line.right.tie) == pytest.approx((0, 0, 1e8))
+    begun = simulation.run(metro.with_values(at | {"collision.gap_mm": 0, "simulation.time_limit_s": 0.01}))
+    assert abs(begun.step[0, begun.chain.front]) < 1e-9
 
 
 def test_an_obstacle_slides_level_with_the_line_of_its_device(metro):

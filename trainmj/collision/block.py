@@ -262,6 +262,8 @@ class Layout:
         for k, interface in enumerate(chain.interfaces):
             self.ends(block, Ends.LINE)[k] = at
             left, right = frames[interface.left], -1 if interface.right == WALL else frames[interface.right]
+            if right < 0 and len(interface.devices) == 1:  # a wall without a height of its own
+                self.ends(block, Ends.WALL)[k] = chain.rise_at_start(interface.left)
             for element in interface.elements:
                 _write_line(block[at : at + len(Line)], chain, interface, element)
                 block[at + Line.ZERO] = plane.along(block, at, left, right, touching, np.zeros_like(touching))[0]

@@ -7,6 +7,7 @@ vehicles are than when they touch.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -385,6 +386,11 @@ class Chain:
         v = self.vehicles[vehicle]
         middle = 0.0 if v.gear is None else v.gear.cog_x
         return -0.5 * v.length - middle, 0.5 * v.length - middle
+
+    def rise_at_start(self, vehicle: int) -> float:
+        """How much higher the right end of a vehicle on bogies stands at the start than designed [m]."""
+        gear = self.vehicles[vehicle].gear
+        return 0.0 if gear is None else gear.offset + self.end_arms(vehicle)[1] * math.sin(gear.pitch)
 
     def cog_height(self, vehicle: int) -> float:
         """Design height of the centre of gravity of the body of a vehicle [m]; 0 of what only slides."""

@@ -307,6 +307,7 @@ class Ends(_Field):
 
     LINE = "1", "place of its first line"
     RATE = "m/s", "rate of the stroke"
+    WALL = "m", "what a flat wall counts as risen: as much as the end before it at the start; 0 of others"
     STEP = "m", "rise of the end on its left less that of the one on its right", True
     STEP_MAX = "m", "largest magnitude of that while a device carries force", True
     STEP_TIME = "s", "time of that; -1 if none ever did", True

@@ -13,7 +13,7 @@ from trainmj.collision.device import Device
 from trainmj.collision.gear import BOGIES, Gear, Suspension
 from trainmj.collision.law import KINDS
 from trainmj.collision.line import Line, LineEnd
-from trainmj.collision.quantities import columns_of, in_place_of, no_number, of_each, only_in_plane
+from trainmj.collision.quantities import columns_of, in_place_of, no_limit, no_number, of_each, only_in_plane
 from trainmj.collision.stability import check_step
 from trainmj.files.provenance import said
 from trainmj.files.source import Problem
@@ -102,7 +102,7 @@ def _limits(chain: Chain) -> Iterator[Problem]:
         if thing is None:
             instead = in_place_of(name, [*of_each(chain), *columns_of(chain)])
             yield Problem(("limits", name), f"there is no quantity or response of this name{instead}")
-        elif reason := no_number(thing, chain):
+        elif reason := no_number(thing, chain) or no_limit(thing):
             yield Problem(("limits", name), reason)
 
 

@@ -209,8 +209,7 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
 def _step(s: Block, ends: int, left: int, right: int, qpos: Any, touched: bool, time: float) -> None:
     """The step between two ends."""
     step = _rise(s, left, s[left + FRAME.RIGHT_END], qpos)
-    if right >= 0:
-        step -= _rise(s, right, s[right + FRAME.LEFT_END], qpos)
+    step -= _rise(s, right, s[right + FRAME.LEFT_END], qpos) if right >= 0 else s[ends + ENDS.WALL]
     s[ends + ENDS.STEP] = step
     if touched and abs(step) > s[ends + ENDS.STEP_MAX]:
         s[ends + ENDS.STEP_MAX], s[ends + ENDS.STEP_TIME] = abs(step), time

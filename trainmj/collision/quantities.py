@@ -75,6 +75,7 @@ class Quantity(Generic[T]):
         column: what it is called in the name of a column of a sweep; empty if it has none.
         interval: longest time between two records with which it is a number [s].
         there: whether a collision has it: some need what a scenario may or may not state.
+        least: whether the least value is the worst, so that a limit, which is a largest magnitude, would mislead.
     """
 
     key: str
@@ -86,6 +87,7 @@ class Quantity(Generic[T]):
     column: str = ""
     interval: float = math.inf
     there: Callable[[Chain], bool] = lambda _: True
+    least: bool = False
 
     def is_number(self, chain: Chain) -> bool:
         """Whether the records of a chain are close enough for it."""
@@ -283,7 +285,7 @@ UPRIGHT: tuple[Quantity[Measured], ...] = (
     Quantity(
         "wheel_load", "", 3, "least\nN/N0",
         "least load of a wheelset on the rail over its load at rest; it changes smoothly until it is 0",
-        lambda m: m.plane.of_vehicles(m.plane.load, np.min, math.nan), "wheel_load", there=_in_plane,
+        lambda m: m.plane.of_vehicles(m.plane.load, np.min, math.nan), "wheel_load", there=_in_plane, least=True,
     ),
 )  # fmt: skip
 """Quantities of a vehicle as well, in the vertical plane; blank, or 0, of what has no wheelsets."""
@@ -295,7 +297,7 @@ WHEELSET: tuple[Quantity[Measured], ...] = (
              lambda m: m.plane.lift_time),
     Quantity("off_time", "s", 3, "time off\nthe rail", "how long it was off the rail", lambda m: m.tally.wheel_off),
     Quantity("load", "", 3, "least\nN/N0", "least load of a wheelset on the rail over its load at rest",
-             lambda m: m.plane.load, "load"),
+             lambda m: m.plane.load, "load", least=True),
     Quantity("rest_load", "kN", 1, "load\nat rest", "load of a wheelset at rest", lambda m: m.plane.rest / KN),
 )  # fmt: skip
 """Quantities of a wheelset, in the vertical plane; (n_wheelset,) numbers each."""
@@ -354,7 +356,7 @@ TRAIN: tuple[Quantity[Measured], ...] = (
     ),
     Quantity(
         "least_wheel_load", "", 3, "least wheel load", "least N/N0 of all wheelsets of the moving train",
-        lambda m: m.plane.own_load, "least_wheel_load", there=_in_plane,
+        lambda m: m.plane.own_load, "least_wheel_load", there=_in_plane, least=True,
     ),
 )  # fmt: skip
 """Criteria of the moving train, Eqs. (1) and (2) of doi 10.1186/s10033-022-00755-8; a number each."""
@@ -657,6 +659,17 @@ def no_number(thing: Column | Quantity[Any], chain: Chain) -> str:
     return (
         f"{thing.name} is not a number with simulation.record_every_ms = {chain.record_interval / MS:g}, too far apart "
         f"for its filter, window or flight: take at most {int(quantity.interval * 1e4) / 10:g}"
+    )
+
+
+def no_limit(thing: Column | Quantity[Any]) -> str:
+    """Why a response or quantity can have no limit, and the cure; empty if it can have one."""
+    quantity = thing.quantity if isinstance(thing, Column) else thing.name
+    if quantity not in {q.name for q in (*TRAIN, *UPRIGHT, *WHEELSET) if q.least}:
+        return ""
+    return (
+        "is worst where it is least, and a limit is the largest magnitude that is allowed: state wheel_lift_mm, or judge "
+        "the number by yourself"
     )
 
 

@@ -215,6 +215,7 @@ class PlaneMotion(Motion):
         half = np.multiply(0.5, lengths)
         self.ends = np.stack([-half - self.gears.cog_x, half - self.gears.cog_x], axis=1)
         points = [Point(i, car["mass"], car["speed"]) for i, car in enumerate(up.cars)]
+        self.flat = [m.right == WALL and len(m.devices) == 1 for m in up.meetings]  # walls without a height of their own
         interfaces = [Interface(m.name, m.left, m.right, list(self._paths(values, m))) for m in up.meetings]
         super().__init__(system_of(values, up, points, interfaces))
         self.joints = ()
@@ -421,14 +422,20 @@ class PlaneMotion(Motion):
             self.lift = np.maximum(self.lift, self.gears.gaps(q))
             self.load = np.minimum(self.load, load / self.gears.load)
         self.pitch, self.heave = np.maximum(self.pitch, np.abs(q[:, PITCH])), np.maximum(self.heave, np.abs(q[:, Z]))
-        ends = (self.gears.offset + q[:, Z])[:, None] + self.ends * np.sin(q[:, PITCH])[:, None]
+        ends, at_start = self._rises(q), self._rises(self.gears.start)
         k = 0
         for j, joint in enumerate(self.s.interfaces):
-            step = ends[joint.left, 1] - (ends[joint.right, 0] if joint.right != WALL else 0.0)
+            met = at_start[joint.left, 1] if self.flat[j] else 0.0 if joint.right == WALL else ends[joint.right, 0]
+            step = ends[joint.left, 1] - met
             for e in joint.elements:
                 assert isinstance(e, Path)
                 self.touched[j] = float(np.fmax(self.touched[j], self._look_at(t, y, k, e, float(step))))
                 k += 1
+
+    def _rises(self, q: Array) -> Array:
+        """How much higher both ends of each vehicle are than designed."""
+        risen = (self.gears.offset + q[:, Z])[:, None] + self.ends * np.sin(q[:, PITCH])[:, None]
+        return np.asarray(risen)
 
     def _look_at(self, t: float, y: Array, k: int, e: Path, step: float) -> float:
         """Note its peaks; magnitude of the step if it carries force, or has just begun or ceased to; else nan."""
