@@ -210,7 +210,6 @@ class Layout:
         if chain.plane:
             head |= {Head.PLANE: 1.0, Head.FRAMES: self._frames, Head.WHEELS: self._wheels, Head.ENDS: self._ends}
             head |= {Head.N_WHEEL: self.n_wheel}
-            self._write_plane(block, chain)
         if self.n_ring:
             head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}
         block[list(head)] = list(head.values())
@@ -246,6 +245,8 @@ class Layout:
             for element in interface.elements:
                 curves = _write(block, at, curves, element, stroke)
                 at += N_ELEMENT * element.n_places
+        if chain.plane:
+            self._write_plane(block, chain)
         return block
 
     def _write_plane(self, block: Array, chain: Chain) -> None:
@@ -259,6 +260,7 @@ class Layout:
         self.ends(block, Ends.STEP_TIME)[:] = -1.0
         at, touching = self._lines, np.concatenate([chain.start_dofs(i) for i in range(self.n_frame)])
         touching[list(chain.first_dof[:-1])] = 0.0
+        plane.turn(block, touching)
         for k, interface in enumerate(chain.interfaces):
             self.ends(block, Ends.LINE)[k] = at
             left, right = frames[interface.left], -1 if interface.right == WALL else frames[interface.right]

@@ -280,6 +280,7 @@ class Frame(_Field):
     LEVER_0 = "m", "of the rails about the link of the left bogie, mean of its wheelsets"
     LEVER_1 = "m", "of the rails about the link of the right bogie, mean of its wheelsets"
     SINE = "1", "of its pitch"
+    COSINE = "1", "of its pitch"
     SINE_0 = "1", "of the pitch of the left frame against the track"
     SINE_1 = "1", "of the pitch of the right frame against the track"
     PITCH_MAX = "rad", "largest pitch", True

@@ -23,8 +23,8 @@ X, Z, PITCH = 0, 1, 2
 BOGIES = (3, 7)
 """First degree of freedom of each bogie; its pitch, left and right wheelset follow."""
 
-WHEELSETS = (5, 6, 9, 10)
-"""Degrees of freedom of the wheelsets, left to right."""
+AXLES = [2, 3, 5, 6]
+"""Places of the wheelsets among the masses of a vehicle, left to right; see :class:`Placed`."""
 
 SUSPENDED = (3, 5, 6, 7, 9, 10)
 """Degrees of freedom with a suspension."""
@@ -182,7 +182,7 @@ class Gear:
             q[at + 1] = -self.pitch
         p = self.placed(q)
         weight = self.gravity * p.mass @ p.up  # (11,) what the supports must give
-        wheels = p.up[[2, 3, 5, 6]]  # (4, 11)
+        wheels = p.up[AXLES]  # (4, 11)
         left, right = wheels[:2].sum(axis=0), wheels[2:].sum(axis=0)
         loads = np.linalg.solve(
             [[left[Z], right[Z]], [left[PITCH], right[PITCH]]], [weight[Z], weight[PITCH]]

@@ -15,7 +15,7 @@ import numpy as np
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import BOGIES, N_DOF, SUSPENDED, Gear, X
+from trainmj.collision.gear import AXLES, BOGIES, N_DOF, SUSPENDED, Gear, X
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +152,7 @@ def held(gear: Gear, q: Array) -> float:
         found += 0.5 * suspension.stiffness * pressed**2
         beyond = max(0.0, q[dof] - suspension.bump_stop, -suspension.lift_stop - q[dof])
         found += 0.5 * suspension.stop * beyond**2 if beyond else 0.0
-    for wheel, load in zip((2, 3, 5, 6), stands.load, strict=True):
+    for wheel, load in zip(AXLES, stands.load, strict=True):
         rise = placed.z[wheel] - gear.axle_height - gear.offset
         found += 0.5 * gear.rail_stiffness * max(0.0, load / gear.rail_stiffness - rise) ** 2
     return float(found)

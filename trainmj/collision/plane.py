@@ -40,13 +40,23 @@ _PINS_MET = 0.02
 _LEAST = 1e-6  # length of a strut [m]
 
 
+@register_jitable
+def turn(s: Block, qpos: Any) -> None:
+    """Note sine and cosine of the pitch of every vehicle, once for all that hangs on it."""
+    for i in range(int(s[HEAD.N_VEHICLE])):
+        f = int(s[HEAD.FRAMES]) + N_FRAME * i
+        if s[f + FRAME.DOFS] != 1.0:
+            pitch = qpos[int(s[f + FRAME.DOF]) + 2]
+            s[f + FRAME.SINE], s[f + FRAME.COSINE] = math.sin(pitch), math.cos(pitch)
+
+
 @inlined
 def _at(s: Block, f: int, ahead: float, above: float, qpos: Any, qvel: Any) -> Any:
     """A point of a body: how far it has come along the track, its height, its velocity, and its arm."""
     d = int(s[f + FRAME.DOF])
     if s[f + FRAME.DOFS] == 1.0:
         return qpos[d], s[f + FRAME.HEIGHT] + above, qvel[d], 0.0, ahead, above
-    sine, cosine = math.sin(qpos[d + 2]), math.cos(qpos[d + 2])
+    sine, cosine = s[f + FRAME.SINE], s[f + FRAME.COSINE]
     rx, rz = ahead * cosine - above * sine, ahead * sine + above * cosine
     return (
         qpos[d] + rx - ahead,
@@ -120,6 +130,7 @@ def way_to_narrow(s: Block, step: float, qpos: Any, qvel: Any) -> float:
     Infinite where there is none.
     """
     found = math.inf
+    turn(s, qpos)
     for k in range(int(s[HEAD.N_INTERFACE])):
         j = int(s[HEAD.JOINTS]) + N_JOINT * k
         left, right = _frames(s, j)
@@ -155,6 +166,7 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
         f = frames + N_FRAME * i
         for k in range(int(s[f + FRAME.DOFS])):
             s[f + FRAME.G0 + k] = 0.0
+    turn(s, qpos)
     active = peaked = False
     wall = 0.0
     for k in range(int(s[HEAD.N_INTERFACE])):
@@ -221,7 +233,7 @@ def _rise(s: Block, f: int, ahead: float, qpos: Any) -> Any:
     if s[f + FRAME.DOFS] == 1.0:
         return s[f + FRAME.OFFSET]
     d = int(s[f + FRAME.DOF])
-    return s[f + FRAME.OFFSET] + qpos[d + 1] + ahead * math.sin(qpos[d + 2])
+    return s[f + FRAME.OFFSET] + qpos[d + 1] + ahead * s[f + FRAME.SINE]
 
 
 @register_jitable
@@ -313,7 +325,7 @@ def carry(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
 @register_jitable
 def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
     z, pitch, turning = qpos[d + 1], qpos[d + 2], qvel[d + 2]
-    sine, cosine = math.sin(pitch), math.cos(pitch)
+    sine, cosine = s[f + FRAME.SINE], s[f + FRAME.COSINE]
     drop, base, axle = s[f + FRAME.DROP], s[f + FRAME.BASE], s[f + FRAME.AXLE]
     stiffness, damping = s[f + FRAME.RAIL_STIFFNESS], s[f + FRAME.RAIL_DAMPING]
     s[f + FRAME.PITCH_MAX], s[f + FRAME.PITCH_MIN] = (
@@ -321,7 +333,7 @@ def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: 
         min(s[f + FRAME.PITCH_MIN], pitch),
     )
     s[f + FRAME.HEAVE_MAX], s[f + FRAME.HEAVE_MIN] = max(s[f + FRAME.HEAVE_MAX], z), min(s[f + FRAME.HEAVE_MIN], z)
-    s[f + FRAME.SINE], s[f + FRAME.LEVER] = sine, 0.0
+    s[f + FRAME.LEVER] = 0.0
     for n in range(2):
         at = 3 + 4 * n
         slide = qpos[d + at]

@@ -9,7 +9,7 @@ import numpy as np
 
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import BOGIES, N_DOF, PITCH, SUSPENDED, Gear, X, Z
+from trainmj.collision.gear import AXLES, BOGIES, N_DOF, PITCH, SUSPENDED, Gear, X, Z
 from trainmj.collision.line import Line
 
 _LATE = 2.0
@@ -106,7 +106,7 @@ def _across(chain: Chain, interface: Interface, line: Line, axis: int) -> dict[i
 @lru_cache(maxsize=1024)
 def _of_gear(gear: Gear) -> list[tuple[Array, float, float]]:
     """Rails below the wheelsets of a vehicle, and its suspensions with their stops."""
-    root, wheels = _root(gear), gear.placed(np.zeros(N_DOF)).up[[2, 3, 5, 6]]
+    root, wheels = _root(gear), gear.placed(np.zeros(N_DOF)).up[AXLES]
     found = [(root @ up, _LATE * gear.rail_stiffness, gear.rail_damping) for up in wheels]
     for dof in SUSPENDED:
         suspension = gear.secondary if dof in BOGIES else gear.primary

@@ -196,7 +196,9 @@ def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range
     from matplotlib import colormaps
 
     lines = list(result.shown(name).items())
-    most = n_own_sides(result.chain) if name == "force" else len(lines)  # that of both sides is one; obstacles are level
+    most = (
+        n_own_sides(result.chain) if name == "force" else len(lines)
+    )  # that of both sides is one; obstacles are level
     for places, colours, start, length in sides:
         for place, i in enumerate(places):
             colour = colormaps[colours](start + length * _part(place, len(places)))
