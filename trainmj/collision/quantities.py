@@ -668,8 +668,8 @@ def no_limit(thing: Column | Quantity[Any]) -> str:
     if quantity not in {q.name for q in (*TRAIN, *UPRIGHT, *WHEELSET) if q.least}:
         return ""
     return (
-        "is worst where it is least, and a limit is the largest magnitude that is allowed: state wheel_lift_mm, or judge "
-        "the number by yourself"
+        "is worst where it is least, and a limit is the largest magnitude that is allowed: state wheel_lift_mm, or "
+        "judge the number by yourself"
     )
 
 
