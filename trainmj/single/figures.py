@@ -195,10 +195,8 @@ def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range
     """A history: for each side of the collision its places in it, a scale of colours, its start and length."""
     from matplotlib import colormaps
 
-    lines = list(result.shown(name).items())
-    most = (
-        n_own_sides(result.chain) if name == "force" else len(lines)
-    )  # that of both sides is one; obstacles are level
+    lines = list(result.shown(name).items())  # none of the pitch of an obstacle; the force of both sides is one
+    most = n_own_sides(result.chain) if name == "force" else len(lines)
     for places, colours, start, length in sides:
         for place, i in enumerate(places):
             colour = colormaps[colours](start + length * _part(place, len(places)))

@@ -215,9 +215,7 @@ class PlaneMotion(Motion):
         half = np.multiply(0.5, lengths)
         self.ends = np.stack([-half - self.gears.cog_x, half - self.gears.cog_x], axis=1)
         points = [Point(i, car["mass"], car["speed"]) for i, car in enumerate(up.cars)]
-        self.flat = [
-            m.right == WALL and len(m.devices) == 1 for m in up.meetings
-        ]  # walls without a height of their own
+        self.flat = [m.right == WALL and len(m.devices) == 1 for m in up.meetings]  # a wall without a height
         interfaces = [Interface(m.name, m.left, m.right, list(self._paths(values, m))) for m in up.meetings]
         super().__init__(system_of(values, up, points, interfaces))
         self.joints = ()
