@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 import trainmj
 from trainmj.cli import main
+from trainmj.collision.lineup import line_up
 from trainmj.collision.margin import MOST
 from trainmj.collision.result import SHOWN
 from trainmj.errors import InputError
@@ -132,6 +133,9 @@ def test_running_gear_and_lines_are_listed(result):
     lines = {row[0]: row[1:] for row in tables_plane.lines_of(result.chain).rows}
     assert lines["front coupler"] == ("strut", 660, 1500, "2 MN m/rad from 100 mrad")
     assert lines["front anti_climber"] == ("face", 950, 120, "friction 0.2 + 0 kN, 100 kN/mm")
+    lower = short(as_built={"S1-M1": {"stages.anti_climber.line.height_mm": 930}})
+    rows = {row[0]: row[2] for row in tables_plane.lines_of(line_up(lower)).rows}
+    assert (rows["front anti_climber at S1-M1 M1"], rows["front anti_climber at S1-M1 S1"]) == (930, pytest.approx(950))
 
 
 def test_what_acted_of_what_is_seldom_published_is_said(result, summary):

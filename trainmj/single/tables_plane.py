@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from trainmj.collision.chain import Chain, order_of_vehicles
+from trainmj.collision.chain import WALL, Chain, order_of_vehicles
 from trainmj.collision.line import LineEnd
 from trainmj.collision.margin import MOST, Margin
 from trainmj.collision.quantities import ENDS, UPRIGHT, WHEELSET, Quantity, of_train
@@ -14,8 +14,8 @@ from trainmj.collision.records import FaceUse
 from trainmj.collision.status import Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, worded
-from trainmj.single.devices import users
-from trainmj.single.plane import mm
+from trainmj.single.devices import Place, users
+from trainmj.single.plane import listed, mm
 from trainmj.single.tables import columns_for, names_in_runs, outcome
 from trainmj.units import KN, KN_PER_MM, MN_M, MRAD, TONNE
 
@@ -117,13 +117,20 @@ def gear_of(chain: Chain) -> Table:
 
 
 def lines_of(chain: Chain) -> Table:
-    """The lines along which devices act, one for each path through a device."""
+    """The lines along which devices act, one for each path through a device; those of single ones as built apart."""
     rows = []
-    for name, places in users(chain).items():
-        paths = places[0].interface.paths(places[0].side)
-        for path, end in zip(paths, places[0].device.lines, strict=True):
-            stage = f" {path.stages[0].name}" if len(paths) > 1 else ""
-            rows.append((f"{name}{stage}", *_line(end)))
+    for name in users(chain):
+        alike: dict[tuple[LineEnd, ...], list[Place]] = {}
+        for k, interface in enumerate(chain.interfaces):
+            for side, device in enumerate(interface.devices):
+                if device.name == name:
+                    alike.setdefault(device.lines, []).append(Place(interface, k, side))
+        for lines, places in alike.items():
+            paths = places[0].interface.paths(places[0].side)
+            at = f" at {listed(_stands(chain, place) for place in places)}" if len(alike) > 1 else ""
+            for path, end in zip(paths, lines, strict=True):
+                stage = f" {path.stages[0].name}" if len(paths) > 1 else ""
+                rows.append((f"{name}{stage}{at}", *_line(end)))
     heads = [
         *worded("Line of", "acts as"),
         Column("height", "mm", ".6g"),
@@ -135,6 +142,14 @@ def lines_of(chain: Chain) -> Table:
         "times the force of the device, and its teeth; of two that meet, the weaker one counts."
     )
     return Table(heads, rows, "Lines of devices", note)
+
+
+def _stands(chain: Chain, place: Place) -> str:
+    """Where a device stands: at an interface or, where both sides bring one, on a vehicle of it."""
+    if not place.interface.two_sided:
+        return place.interface.name
+    vehicle = place.interface.right if place.side else place.interface.left
+    return f"{place.interface.name} {'wall' if vehicle == WALL else chain.vehicles[vehicle].name}"
 
 
 def _line(end: LineEnd) -> tuple[str, float | None, float | None, str]:
