@@ -16,9 +16,9 @@ import numpy as np
 from trainmj.collision.body import Body, Member, Point, members_of, nearest, points_of
 from trainmj.collision.device import Device, Path
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import N_DOF, Gear
+from trainmj.collision.gear import N_DOF, N_WHEELSET, Gear
 from trainmj.collision.kind import Law
-from trainmj.collision.line import Line
+from trainmj.collision.line import Line, LineEnd
 from trainmj.units import KN, G
 
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
@@ -386,6 +386,16 @@ class Chain:
         middle = 0.0 if v.gear is None else v.gear.cog_x
         return -0.5 * v.length - middle, 0.5 * v.length - middle
 
+    def point_of_line(self, vehicle: int, end: int, line: LineEnd) -> tuple[float, float]:
+        """Where a line acts on the left end (0) or the right end (1) of a vehicle, its pin or its face.
+
+        Returns:
+            From the centre of gravity of the body, along the body towards +x and upwards [m]; of what only slides, from
+            its middle on the rail.
+        """
+        left, right = self.end_arms(vehicle)
+        return right - line.pin if end else left + line.pin, line.height - self.cog_height(vehicle)
+
     def cog_height(self, vehicle: int) -> float:
         """Design height of the centre of gravity of the body of a vehicle [m]; 0 of what only slides."""
         gear = self.vehicles[vehicle].gear
@@ -394,11 +404,13 @@ class Chain:
     @cached_property
     def wheelsets(self) -> tuple[tuple[int, int], ...]:
         """(n_wheelset,) vehicle and number of each wheelset, left to right; none where vehicles only slide."""
-        return tuple((i, k) for i, v in enumerate(self.vehicles) if self.plane and v.gear is not None for k in range(4))
+        return tuple(
+            (i, k) for i, v in enumerate(self.vehicles) if self.plane and v.gear is not None for k in range(N_WHEELSET)
+        )
 
     def name_of_wheelset(self, vehicle: int, number: int) -> str:
         """Name of a wheelset, which is numbered left to right here and from the end that faces the impact there."""
-        return f"{self.vehicles[vehicle].name} wheelset {4 - number if self.facing(vehicle) else number + 1}"
+        return f"{self.vehicles[vehicle].name} wheelset {N_WHEELSET - number if self.facing(vehicle) else number + 1}"
 
     def name_of_bogie(self, vehicle: int, number: int) -> str:
         """Likewise of a bogie."""

@@ -49,7 +49,7 @@ class Head(_Field):
     TIME = "s", "time of the last evaluation; -1 before the first", True
     OVER = "1", "1 when no interface carries force or comes closer, or all vehicles stand, for LINGER", True
     BUSY = "s", "time of the last evaluation at which this was not so"
-    LINGER = "s", "how long it must be so; 0 where no body gives"
+    LINGER = "s", "how long it must be so; 0 where no body gives and no vehicle stands on bogies"
     IMPULSE = "N s", "impulse of rails, brakes, grade and wall on all vehicles together", True
     STRIDE = "1", "whole steps from one record of the speeds to the next; 0 for no records"
     DUE = "1", "whole steps until the next record"
