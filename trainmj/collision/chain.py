@@ -7,7 +7,7 @@ vehicles are than when they touch.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -578,3 +578,14 @@ def n_own_sides(chain: Chain) -> int:
 def order_of_vehicles(chain: Chain) -> list[int]:
     """Indices of the vehicles from the front backwards, the moving train first."""
     return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
+
+
+def names_in_runs(names: Sequence[str]) -> str:
+    """Names of vehicles, those that follow one another as a range: M1 to M6, S1."""
+    runs: list[list[str]] = []
+    for name in names:
+        if runs and (runs[-1][-1][0], int(runs[-1][-1][1:]) + 1) == (name[0], int(name[1:])):
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join(run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)

@@ -229,7 +229,6 @@ def _rise(s: Block, f: int, ahead: float, qpos: Any) -> Any:
 def _tie(s: Block, line: int, force: float, slip: float, time: float) -> float:
     """Force of the vertical tie of two faces, down on the left one; it holds while they are engaged."""
     before, held = s[line + LINE.TIED], s[line + LINE.HELD]
-    s[line + LINE.STEP] = slip
     if force != 0.0 and s[line + LINE.MET_TIME] < 0.0:
         s[line + LINE.MET], s[line + LINE.MET_TIME] = slip, time
     if s[line + LINE.STRUT] != 0.0:
