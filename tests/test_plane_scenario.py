@@ -202,6 +202,18 @@ def test_none_is_no_tie_and_no_swing_stop(metro):
     assert (coupler.line.left.free, coupler.line.left.swing, climber.line.tie) == (math.inf, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(("stop", "is_told"), [(19, False), (20, True), ("none", True)])
+def test_springs_that_pull_before_their_lift_stop_acts_are_told(metro, stop, is_told):
+    """A coil spring goes loose there, so lift-off, which comes early, would be believed."""
+    chain = line_up(metro.with_values({"vehicle_types.metro.primary.lift_stop_mm": stop}))
+    said = [remark for remark in remarks(chain) if "go loose" in remark]
+    gear = chain.vehicles[0].gear
+    carried = (gear.body_mass / 4 + gear.frame_mass / 2) * 9.80665  # by each wheelset
+    assert carried / gear.primary.stiffness == pytest.approx(0.0197, abs=5e-5)
+    assert bool(said) is is_told
+    assert all(s.startswith("M1 to M6, S1 to S6: the primary springs") and "by 19.7 mm or" in s for s in said)
+
+
 def same(ours: Chain, theirs: Chain) -> bool:
     """Whether two chains move along the track by the same elements."""
     return all(

@@ -1,8 +1,9 @@
 """Where the device law keeps its parameters and its state: a block of mjData.userdata for each simulation.
 
 The block is part of MuJoCo's state row, so that every simulation of a batch has devices and plastic states of its
-own, and the compiled law needs nothing else. It holds a header, a record for each vehicle, each interface and each
-element, then contact windows, the curves, and the ring of recorded speeds.
+own, and the compiled law needs nothing else. It holds a header; records of vehicles, their point masses, interfaces,
+elements, members of bodies that give and contact windows; in the vertical plane those of vehicles once more, wheelsets,
+what interfaces have there, and lines; then the curves, and the ring of recorded speeds.
 """
 
 from __future__ import annotations
@@ -312,13 +313,15 @@ def _write_line(record: Array, chain: Chain, interface: Interface, element: Elem
     line, walled = element.line, interface.right == WALL
     assert line is not None  # every element in the plane has one
     left, right = line.left, line.right
-    arm = chain.end_arms(interface.left)[1] - left.pin
+    left_x, left_z = chain.point_of_line(interface.left, 1, left)
+    at_wall = right.pin, right.height
+    right_x, right_z = at_wall if walled else chain.point_of_line(interface.right, 0, right)
     values = {
         Line.STRUT: line.strut,
-        Line.LEFT_X: arm,
-        Line.LEFT_Z: left.height - chain.cog_height(interface.left),
-        Line.RIGHT_X: right.pin if walled else chain.end_arms(interface.right)[0] + right.pin,
-        Line.RIGHT_Z: right.height - (0.0 if walled else chain.cog_height(interface.right)),
+        Line.LEFT_X: left_x,
+        Line.LEFT_Z: left_z,
+        Line.RIGHT_X: right_x,
+        Line.RIGHT_Z: right_z,
         Line.LENGTH: left.pin + right.pin,
         Line.FREE_LEFT: left.free,
         Line.FREE_RIGHT: right.free,
@@ -434,7 +437,9 @@ class Tally:
     Its attributes are the fields of :data:`TALLY` by name: (n_vehicle,), (n_point,), (n_interface,) or (n_member,)
     arrays in the order of the chain, (n_element,) arrays of the records of elements in the order of the interfaces, two
     laws in series behind their pair; (n_vehicle, KEPT) of contact windows, of which the first ``contacts`` are filled;
-    plain numbers for the whole collision.
+    plain numbers for the whole collision. In the vertical plane ``frame_`` names (n_vehicle,) arrays, ``wheel_``
+    (n_wheelset,), ``ends_`` (n_interface,) and ``line_`` (n_line,), as :class:`Chain` has wheelsets and lines; along
+    the track these are empty.
     """
 
     def __init__(self, **values: Any) -> None:

@@ -8,7 +8,7 @@ vehicles are than when they touch.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,9 +17,9 @@ import numpy as np
 from trainmj.collision.body import Body, Member, Point, members_of, nearest, points_of
 from trainmj.collision.device import Device, Path
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import N_DOF, Gear
+from trainmj.collision.gear import N_DOF, N_WHEELSET, Gear
 from trainmj.collision.kind import Law
-from trainmj.collision.line import Line
+from trainmj.collision.line import Line, LineEnd
 from trainmj.units import KN, G
 
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
@@ -392,6 +392,16 @@ class Chain:
         gear = self.vehicles[vehicle].gear
         return 0.0 if gear is None else gear.offset + self.end_arms(vehicle)[1] * math.sin(gear.pitch)
 
+    def point_of_line(self, vehicle: int, end: int, line: LineEnd) -> tuple[float, float]:
+        """Where a line acts on the left end (0) or the right end (1) of a vehicle, its pin or its face.
+
+        Returns:
+            From the centre of gravity of the body, along the body towards +x and upwards [m]; of what only slides, from
+            its middle on the rail.
+        """
+        left, right = self.end_arms(vehicle)
+        return right - line.pin if end else left + line.pin, line.height - self.cog_height(vehicle)
+
     def cog_height(self, vehicle: int) -> float:
         """Design height of the centre of gravity of the body of a vehicle [m]; 0 of what only slides."""
         gear = self.vehicles[vehicle].gear
@@ -400,11 +410,13 @@ class Chain:
     @cached_property
     def wheelsets(self) -> tuple[tuple[int, int], ...]:
         """(n_wheelset,) vehicle and number of each wheelset, left to right; none where vehicles only slide."""
-        return tuple((i, k) for i, v in enumerate(self.vehicles) if self.plane and v.gear is not None for k in range(4))
+        return tuple(
+            (i, k) for i, v in enumerate(self.vehicles) if self.plane and v.gear is not None for k in range(N_WHEELSET)
+        )
 
     def name_of_wheelset(self, vehicle: int, number: int) -> str:
         """Name of a wheelset, which is numbered left to right here and from the end that faces the impact there."""
-        return f"{self.vehicles[vehicle].name} wheelset {4 - number if self.facing(vehicle) else number + 1}"
+        return f"{self.vehicles[vehicle].name} wheelset {N_WHEELSET - number if self.facing(vehicle) else number + 1}"
 
     def name_of_bogie(self, vehicle: int, number: int) -> str:
         """Likewise of a bogie."""
@@ -572,3 +584,14 @@ def n_own_sides(chain: Chain) -> int:
 def order_of_vehicles(chain: Chain) -> list[int]:
     """Indices of the vehicles from the front backwards, the moving train first."""
     return [*range(chain.front, -1, -1), *range(chain.n_moving, len(chain.vehicles))]
+
+
+def names_in_runs(names: Sequence[str]) -> str:
+    """Names of vehicles, those that follow one another as a range: M1 to M6, S1."""
+    runs: list[list[str]] = []
+    for name in names:
+        if runs and (runs[-1][-1][0], int(runs[-1][-1][1:]) + 1) == (name[0], int(name[1:])):
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join(run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)

@@ -49,7 +49,7 @@ class Head(_Field):
     TIME = "s", "time of the last evaluation; -1 before the first", True
     OVER = "1", "1 when no interface carries force or comes closer, or all vehicles stand, for LINGER", True
     BUSY = "s", "time of the last evaluation at which this was not so"
-    LINGER = "s", "how long it must be so; 0 where no body gives"
+    LINGER = "s", "how long it must be so; 0 where no body gives and no vehicle stands on bogies"
     IMPULSE = "N s", "impulse of rails, brakes, grade and wall on all vehicles together", True
     STRIDE = "1", "whole steps from one record of the speeds to the next; 0 for no records"
     DUE = "1", "whole steps until the next record"
@@ -339,14 +339,13 @@ class Line(_Field):
     SET_LEFT = "rad", "angle beyond the free one at the left pin when it coupled, from which its stop counts"
     SET_RIGHT = "rad", "likewise at the right pin"
     DEAD = "1", "1 when a strut has sheared"
-    STEP = "m", "offset of the left point from the right one across the line", True
     PUSH = "N", "its force along the track"
     TIED = "N", "force of the tie, down on the left where it is positive", True
-    HELD = "m", "offset at which the tie has no force", True
-    ENGAGED = "m", "offset at which the faces engaged last"
-    MET = "m", "offset when the line first carried force", True
+    HELD = "m", "slip across the line at which the tie has no force", True
+    ENGAGED = "m", "slip across the line at which the faces engaged last"
+    MET = "m", "slip across the line when it first carried force", True
     MET_TIME = "s", "time of that; -1 if it never did", True
-    SLIP_MAX = "m", "largest way that the tie has slipped from where the faces engaged", True
+    SLIP_MAX = "m", "largest way that engaged faces have slipped from where they engaged", True
     TIE_MAX = "N", "largest magnitude of the force of the tie", True
     TIE_LOST = "J", "energy lost in the tie", True
     TURN_LEFT = "rad", "angle of the strut against the left body beyond the free one", True

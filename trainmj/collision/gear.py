@@ -23,11 +23,13 @@ X, Z, PITCH = 0, 1, 2
 BOGIES = (3, 7)
 """First degree of freedom of each bogie; its pitch, left and right wheelset follow."""
 
-AXLES = [2, 3, 5, 6]
-"""Places of the wheelsets among the masses of a vehicle, left to right; see :class:`Placed`."""
-
 SUSPENDED = (3, 5, 6, 7, 9, 10)
 """Degrees of freedom with a suspension."""
+
+WHEELS = [2, 3, 5, 6]
+"""Places of the wheelsets, left to right, among the masses of :class:`Placed`."""
+
+N_WHEELSET = len(WHEELS)
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,10 @@ class Gear:
         """How far the links are above the centre of gravity of the body [m]; mostly negative."""
         return self.link_height - self.cog_height
 
+    def suspension(self, dof: int) -> Suspension:
+        """That of one of the degrees of freedom SUSPENDED."""
+        return self.secondary if dof in BOGIES else self.primary
+
     def placed(self, q: Array) -> Placed:
         """The masses where the degrees of freedom are q, (11,); x is 0 at the design place of the first."""
         mass = [self.body_mass, *2 * [self.frame_mass, self.wheelset_mass, self.wheelset_mass]]
@@ -182,7 +188,7 @@ class Gear:
             q[at + 1] = -self.pitch
         p = self.placed(q)
         weight = self.gravity * p.mass @ p.up  # (11,) what the supports must give
-        wheels = p.up[AXLES]  # (4, 11)
+        wheels = p.up[WHEELS]  # (4, 11)
         left, right = wheels[:2].sum(axis=0), wheels[2:].sum(axis=0)
         loads = np.linalg.solve(
             [[left[Z], right[Z]], [left[PITCH], right[PITCH]]], [weight[Z], weight[PITCH]]

@@ -445,7 +445,7 @@ class Side:
 
     @property
     def met_step(self) -> float:
-        """Offset of the faces of the last path when they first carried force [m]; nan if they never did."""
+        """Step of the faces of the last path when they first carried force [m]; nan if they never did."""
         last = self._places.start + len(self._paths) - 1
         if self._lines[last].strut or self._tally.line_met_time[last] < 0.0:
             return math.nan
@@ -453,22 +453,29 @@ class Side:
 
     @property
     def faces(self) -> Iterator[tuple[str, Line, float, float]]:
-        """Stages that have faces, their lines, the offset when they first carried force [m], and when one slid off [s].
+        """Stages that have faces, their lines, the step when they first carried force [m], and when one slid off [s].
 
         nan stands for what never happened.
         """
-        for place, (path, _) in enumerate(self._paths, start=self._places.start if self._lines else 0):
-            if self._lines and not self._lines[place].strut:
+        for stage, place in self._on_lines:
+            if not self._lines[place].strut:
                 met = abs(float(self._tally.line_met[place])) if self._tally.line_met_time[place] >= 0.0 else math.nan
                 off = float(self._tally.line_off_time[place])
-                yield path.stages[0].name, self._lines[place], met, off if off >= 0.0 else math.nan
+                yield stage, self._lines[place], met, off if off >= 0.0 else math.nan
 
     @property
     def slid(self) -> Iterator[tuple[str, Line, float]]:
         """Stages whose faces slid off each other, or whose pins met, their lines, and when they did [s]."""
-        for place, (path, _) in enumerate(self._paths, start=self._places.start if self._lines else 0):
-            if self._lines and self._tally.line_off_time[place] >= 0.0:
-                yield path.stages[0].name, self._lines[place], float(self._tally.line_off_time[place])
+        for stage, place in self._on_lines:
+            if self._tally.line_off_time[place] >= 0.0:
+                yield stage, self._lines[place], float(self._tally.line_off_time[place])
+
+    @property
+    def _on_lines(self) -> Iterator[tuple[str, int]]:
+        """The stage that comes first on each path, with the place of its line; none along the track."""
+        if self._lines:
+            for place, (path, _) in enumerate(self._paths, start=self._places.start):
+                yield path.stages[0].name, place
 
     def tallied(self, name: str) -> float:
         """A value of the tally at this interface."""

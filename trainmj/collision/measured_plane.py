@@ -15,7 +15,7 @@ import numpy as np
 from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import AXLES, BOGIES, N_DOF, SUSPENDED, Gear, X
+from trainmj.collision.gear import N_DOF, SUSPENDED, WHEELS, Gear, X
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,12 +147,12 @@ def held(gear: Gear, q: Array) -> float:
     stands, placed = gear.standing, gear.placed(q)
     found = gear.gravity * float(placed.mass @ placed.z)
     for dof, preload in zip(SUSPENDED, stands.preload, strict=True):
-        suspension = gear.secondary if dof in BOGIES else gear.primary
+        suspension = gear.suspension(dof)
         pressed = q[dof] - stands.q[dof] + preload / suspension.stiffness
         found += 0.5 * suspension.stiffness * pressed**2
         beyond = max(0.0, q[dof] - suspension.bump_stop, -suspension.lift_stop - q[dof])
         found += 0.5 * suspension.stop * beyond**2 if beyond else 0.0
-    for wheel, load in zip(AXLES, stands.load, strict=True):
+    for wheel, load in zip(WHEELS, stands.load, strict=True):
         rise = placed.z[wheel] - gear.axle_height - gear.offset
         found += 0.5 * gear.rail_stiffness * max(0.0, load / gear.rail_stiffness - rise) ** 2
     return float(found)

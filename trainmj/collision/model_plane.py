@@ -111,7 +111,7 @@ def add_rails_and_stops(base: mujoco.MjSpec, chain: Chain) -> None:
 
 def _limit(joint: mujoco.MjsJoint, gear: Gear, dof: int, step: float) -> None:
     """Let the travel of a suspension end at its stops."""
-    suspension = gear.secondary if dof in BOGIES else gear.primary
+    suspension = gear.suspension(dof)
     below, above = gear.wheelset_mass, gear.frame_mass
     if dof in BOGIES:
         below, above = gear.frame_mass + 2.0 * gear.wheelset_mass, 0.5 * gear.body_mass
@@ -190,7 +190,7 @@ def _numbers(gear: Gear | None, mass: float) -> _Numbers:
             pos[n + 1 + k, [0, 2]] = side * gear.wheelbase, gear.axle_height - gear.link_height
     stiffness, damping, spring = np.zeros(N_DOF), np.zeros(N_DOF), np.zeros(N_DOF)
     for dof, preload in zip(SUSPENDED, stands.preload, strict=True):
-        suspension = gear.secondary if dof in BOGIES else gear.primary
+        suspension = gear.suspension(dof)
         stiffness[dof], damping[dof] = suspension.stiffness, suspension.damping
         spring[dof] = stands.q[dof] - preload / suspension.stiffness
     inertia = np.where(p.inertia > 0.0, p.inertia, _NO_INERTIA)

@@ -31,6 +31,7 @@ from trainmj.collision.fields import (
     WHEEL,
     Block,
 )
+from trainmj.collision.gear import BOGIES, N_DOF, N_WHEELSET
 from trainmj.collision.joint import count, press
 from trainmj.collision.law.curve import inlined
 
@@ -186,11 +187,10 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
             active |= taut
             peaked |= one_peaked
             touched |= one != 0.0
-            fx, fz = one * nx, one * nz
+            fx, fz = one * nx, one * nz  # of the law, along the gradient of the stroke
             half = 0.0 if s[line + LINE.STRUT] != 0.0 else 0.5 * slip
             tied = _tie(s, line, one, slip, time)
-            # the tie: along the gradient of the slip
-            vx, vz = -tied * nz, tied * nx
+            vx, vz = -tied * nz, tied * nx  # of the tie, along that of the slip
             lm = -(-lrz * fx + lrx * fz + one * half) - (-lrz * vx + lrx * vz - 0.5 * tied * u)
             rm = (-rrz * fx + rrx * fz) - one * half + (-rrz * vx + rrx * vz) + 0.5 * tied * u
             if s[line + LINE.STRUT] != 0.0:
@@ -240,7 +240,6 @@ def _rise(s: Block, f: int, ahead: float, qpos: Any) -> Any:
 def _tie(s: Block, line: int, force: float, slip: float, time: float) -> float:
     """Force of the vertical tie of two faces, down on the left one; it holds while they are engaged."""
     before, held = s[line + LINE.TIED], s[line + LINE.HELD]
-    s[line + LINE.STEP] = slip
     if force != 0.0 and s[line + LINE.MET_TIME] < 0.0:
         s[line + LINE.MET], s[line + LINE.MET_TIME] = slip, time
     if s[line + LINE.STRUT] != 0.0:
@@ -317,13 +316,14 @@ def carry(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
         d = int(s[f + FRAME.DOF])
         if s[f + FRAME.DOFS] != 1.0:
             _carry_one(s, f, d, w, qpos, qvel, elapsed, time)
-            w += 4 * N_WHEEL
+            w += N_WHEEL * N_WHEELSET
         else:
             s[f + FRAME.Q0], s[f + FRAME.V0] = qpos[d], qvel[d]
 
 
 @register_jitable
 def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
+    """The same for one vehicle: f is the place of its record, d its first degree of freedom, w its first wheelset."""
     z, pitch, turning = qpos[d + 1], qpos[d + 2], qvel[d + 2]
     sine, cosine = s[f + FRAME.SINE], s[f + FRAME.COSINE]
     drop, base, axle = s[f + FRAME.DROP], s[f + FRAME.BASE], s[f + FRAME.AXLE]
@@ -335,7 +335,7 @@ def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: 
     s[f + FRAME.HEAVE_MAX], s[f + FRAME.HEAVE_MIN] = max(s[f + FRAME.HEAVE_MAX], z), min(s[f + FRAME.HEAVE_MIN], z)
     s[f + FRAME.LEVER] = 0.0
     for n in range(2):
-        at = 3 + 4 * n
+        at = BOGIES[n]
         slide = qpos[d + at]
         arm = s[f + FRAME.ARM_0 + n]
         s[f + FRAME.G0 + at] += _stop(slide, s[f + FRAME.LIFT_S], s[f + FRAME.BUMP_S], s[f + FRAME.STOP_S])
@@ -376,7 +376,7 @@ def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: 
             )
             s[f + FRAME.DAMPED] += _damped(s, f, own, s[f + FRAME.DAMPING_P], travel, qvel[d + own])
             w += N_WHEEL
-    for k in range(11):
+    for k in range(N_DOF):
         s[f + FRAME.Q0 + k], s[f + FRAME.V0 + k] = qpos[d + k], qvel[d + k]
 
 
@@ -404,7 +404,7 @@ def rail_speed(s: Block, f: int, qvel: Any) -> Any:
     if s[f + FRAME.DOFS] != 1.0:
         speed += s[f + FRAME.LEVER] * qvel[d + 2]
         for n in range(2):
-            at, sine = d + 3 + 4 * n, s[f + FRAME.SINE_0 + n]
+            at, sine = d + BOGIES[n], s[f + FRAME.SINE_0 + n]
             speed += 0.5 * (s[f + FRAME.LEVER_0 + n] * qvel[at + 1] - s[f + FRAME.SINE] * qvel[at])
             speed -= 0.25 * sine * (qvel[at + 2] + qvel[at + 3])
     return speed
@@ -416,7 +416,7 @@ def hold(s: Block, f: int, friction: float) -> None:
     if s[f + FRAME.DOFS] != 1.0:
         s[f + FRAME.G2] += friction * s[f + FRAME.LEVER]
         for n in range(2):
-            at, sine = f + FRAME.G3 + 4 * n, s[f + FRAME.SINE_0 + n]
+            at, sine = f + FRAME.G0 + BOGIES[n], s[f + FRAME.SINE_0 + n]
             s[at] -= 0.5 * friction * s[f + FRAME.SINE]
             s[at + 1] += 0.5 * friction * s[f + FRAME.LEVER_0 + n]
             s[at + 2] -= 0.25 * friction * sine

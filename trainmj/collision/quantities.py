@@ -155,7 +155,7 @@ ENDS: tuple[Quantity[Side], ...] = (
     ),
     Quantity(
         "met_step", "mm", 1, "step as\nfaces met",
-        "offset of the two faces of the last path when they first carried force; blank if there are none, or they "
+        "step of the two faces of the last path when they first carried force; blank if there are none, or they "
         "never did",
         lambda s: s.met_step / MM, "met_step", there=_in_plane,
     ),

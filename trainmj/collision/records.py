@@ -70,7 +70,7 @@ class FaceUse:
     Attributes:
         name: of the stage whose faces they are, such as anti_climber.
         overlap_mm: step at which one slides off the other.
-        met_step_mm: their offset when they first carried force; None if they never did.
+        met_step_mm: their step when they first carried force; None if they never did.
         off_s: when one slid off the other; None if it did not.
     """
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
-from trainmj.collision.chain import Chain, order_of_vehicles
+from trainmj.collision.chain import Chain, names_in_runs, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.fields import KEPT
+from trainmj.collision.gear import BOGIES, SUSPENDED
 from trainmj.collision.measured import Measured
-from trainmj.units import KJ, KN, G
+from trainmj.units import KJ, KN, MM, G
 
 _FELT = 0.1 * G  # mean acceleration that a contact may have and not be left out of a window [m/s2]
 _COUNTS = 1e-3  # energy to speak of, relative to what the collision can convert
@@ -46,6 +48,7 @@ def _of_chain(chain: Chain) -> Iterator[str]:
             "lines of devices, ties, offsets and limits, has no effect. State plane: vertical to use it."
         )
     yield from _of_bodies(chain)
+    yield from _of_gear(chain)
 
 
 def _of_bodies(chain: Chain) -> Iterator[str]:
@@ -68,6 +71,27 @@ def _of_bodies(chain: Chain) -> Iterator[str]:
             f"{', '.join(twice)}: a car body stands behind the device and is a body of its own as well; what collapses "
             "is the weaker of the two. With body: collapse_force_kN, state beyond: stop."
         )
+
+
+def _of_gear(chain: Chain) -> Iterator[str]:
+    """Suspensions whose springs would pull, which coil springs do not: unloaded before a lift stop acts."""
+    unloaded: dict[str, dict[str, float]] = {"secondary": {}, "primary": {}}
+    for i in order_of_vehicles(chain):
+        gear, vehicle = chain.vehicles[i].gear, chain.vehicles[i].name
+        if gear is None:
+            continue
+        for dof, preload in zip(SUSPENDED, gear.standing.preload, strict=True):
+            suspension, of = gear.suspension(dof), unloaded["secondary" if dof in BOGIES else "primary"]
+            extension = preload / suspension.stiffness
+            if extension < suspension.lift_stop:
+                of[vehicle] = min(extension, of.get(vehicle, math.inf))
+    for name, vehicles in unloaded.items():
+        if vehicles:
+            yield (
+                f"{names_in_runs(list(vehicles))}: the {name} springs are unloaded before their lift stop acts, when "
+                f"extended by {min(vehicles.values()) / MM:.3g} mm or more. Further on they pull here, where real coil "
+                "springs go loose, so that wheelsets lift off early."
+            )
 
 
 def remarks_of(measured: Measured) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from trainmj.collision.chain import WALL, Chain, Interface
 from trainmj.collision.envelope import Array
-from trainmj.collision.gear import AXLES, BOGIES, N_DOF, PITCH, SUSPENDED, Gear, X, Z
+from trainmj.collision.gear import N_DOF, PITCH, SUSPENDED, WHEELS, Gear, X, Z
 from trainmj.collision.line import Line
 
 _LATE = 2.0
@@ -96,9 +96,8 @@ def _across(chain: Chain, interface: Interface, line: Line, axis: int) -> dict[i
             continue
         stroke = np.zeros(N_DOF)
         stroke[axis] = sign
-        right = i == interface.left
-        along = chain.end_arms(i)[1] - end.pin if right else chain.end_arms(i)[0] + end.pin
-        stroke[PITCH] = sign * (along if axis == Z else chain.cog_height(i) - end.height)
+        ahead, above = chain.point_of_line(i, int(i == interface.left), end)
+        stroke[PITCH] = sign * (ahead if axis == Z else -above)
         found[i] = stroke
     return found
 
@@ -106,9 +105,9 @@ def _across(chain: Chain, interface: Interface, line: Line, axis: int) -> dict[i
 @lru_cache(maxsize=1024)
 def _of_gear(gear: Gear) -> list[tuple[Array, float, float]]:
     """Rails below the wheelsets of a vehicle, and its suspensions with their stops."""
-    root, wheels = _root(gear), gear.placed(np.zeros(N_DOF)).up[AXLES]
+    root, wheels = _root(gear), gear.placed(np.zeros(N_DOF)).up[WHEELS]
     found = [(root @ up, _LATE * gear.rail_stiffness, gear.rail_damping) for up in wheels]
     for dof in SUSPENDED:
-        suspension = gear.secondary if dof in BOGIES else gear.primary
+        suspension = gear.suspension(dof)
         found.append((root[:, dof], suspension.stiffness + _LATE * suspension.stop, suspension.damping))
     return found

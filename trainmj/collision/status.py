@@ -26,7 +26,7 @@ MEANING = {
     Kind.TIME_LIMIT: "computed, but the collision was not over at the time limit",
     Kind.NO_CONTACT: "computed, but no device was pressed",
     Kind.CURVE_ENDED: "computed, but a curve or a member of a body ended: what came later is not valid",
-    Kind.OVERRIDE: "computed, but one face slid off the other, or pins met: what came later is no prediction",
+    Kind.OVERRIDE: "computed, but one face slid off the other, or pins met: what came later is not valid",
     Kind.EXHAUSTED: "computed, but a stroke limit was passed, or a car body gave way",
     Kind.LIMIT: "computed, but a limit that the scenario states was passed",
     Kind.UNSTABLE: "an energy balance is off, or a value is not finite",

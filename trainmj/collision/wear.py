@@ -121,8 +121,8 @@ class _Strut:
         if gear is None:
             return float(dof[first]), end.height, 0.0
         x, z, pitch = dof[first : first + 3].tolist()
-        ahead = chain.end_arms(vehicle)[1] - end.pin if side == 0 else chain.end_arms(vehicle)[0] + end.pin
-        above, sine, cosine = end.height - gear.cog_height, math.sin(pitch), math.cos(pitch)
+        ahead, above = chain.point_of_line(vehicle, 1 - side, end)
+        sine, cosine = math.sin(pitch), math.cos(pitch)
         height = gear.cog_height + gear.offset + z + ahead * sine + above * cosine
         return x + ahead * cosine - above * sine - ahead, height, pitch
 

@@ -8,7 +8,7 @@ from itertools import compress, pairwise
 from typing import TYPE_CHECKING, Any
 
 from trainmj.collision.body import Body, nearest
-from trainmj.collision.chain import Chain, Interface, Vehicle, order_of_vehicles
+from trainmj.collision.chain import Chain, Interface, Vehicle, names_in_runs, order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.fields import LASTING
 from trainmj.collision.limits import Criterion
@@ -348,17 +348,6 @@ def bodies_of(chain: Chain) -> Table:
         )
     shown = [True] * (len(heads) - 2) + [inner, any(v.body and v.body.bogies for v in chain.vehicles)]
     return Table(list(compress(heads, shown)), [tuple(compress(row, shown)) for row in rows], "Bodies that give", note)
-
-
-def names_in_runs(names: Sequence[str]) -> str:
-    """Names of vehicles, those that follow one another as a range: M1 to M6, S1."""
-    runs: list[list[str]] = []
-    for name in names:
-        if runs and (runs[-1][-1][0], int(runs[-1][-1][1:]) + 1) == (name[0], int(name[1:])):
-            runs[-1].append(name)
-        else:
-            runs.append([name])
-    return ", ".join(run[0] if len(run) == 1 else f"{run[0]} to {run[-1]}" for run in runs)
 
 
 def _bogies(body: Body) -> str:

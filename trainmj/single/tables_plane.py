@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from trainmj.collision.chain import WALL, Chain, order_of_vehicles
+from trainmj.collision.chain import WALL, Chain, names_in_runs, order_of_vehicles
 from trainmj.collision.line import LineEnd
 from trainmj.collision.margin import MOST, Margin
 from trainmj.collision.quantities import ENDS, UPRIGHT, WHEELSET, Quantity, of_train
@@ -16,8 +16,8 @@ from trainmj.collision.summary import Summary
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, worded
 from trainmj.single.devices import Place, users
 from trainmj.single.plane import listed, mm
-from trainmj.single.tables import columns_for, names_in_runs, outcome
-from trainmj.units import KN, KN_PER_MM, MN_M, MRAD, TONNE
+from trainmj.single.tables import columns_for, outcome
+from trainmj.units import KN, KN_PER_MM, MM, MN_M, MRAD, TONNE
 
 _MET = "met_step_mm"
 
@@ -50,8 +50,8 @@ def _faces(summary: Summary) -> Table:
         *worded("verdict"),
     ]
     note = (
-        "Step as they met: offset of the two faces when they first carried force. One that is past the overlap while "
-        "they carry force is an override, and nothing later is a prediction."
+        "Step as they met: that of the two faces when they first carried force. One that is past the overlap while "
+        "they carry force is an override, and what comes later is not valid."
     )
     return Table(heads, rows, "Faces", note)
 
@@ -97,7 +97,7 @@ def gear_of(chain: Chain) -> Table:
         gear = chain.vehicles[i].gear
         if gear is not None:
             measures = (gear.body_mass / TONNE, gear.body_inertia / TONNE, gear.cog_height)
-            row = (*measures, gear.offset * 1e3, gear.pitch / MRAD * (1 if chain.facing(i) else -1))
+            row = (*measures, gear.offset / MM, gear.pitch / MRAD * (1 if chain.facing(i) else -1))
             names.setdefault((*row, *gear.frequencies.values()), []).append(chain.vehicles[i].name)
     heads = [
         *worded("Vehicles"),
