@@ -19,6 +19,8 @@ from trainmj.files.provenance import source_of
 from trainmj.scenario.devices import DEVICE
 from trainmj.units import against, beyond
 
+_MET = "met_step_mm"  # a number of interfaces with faces only
+
 
 @dataclass(frozen=True)
 class Criterion:
@@ -115,7 +117,9 @@ def reported(
         *vehicles[: chain.n_moving],
         *interfaces[: n_own_sides(chain)],
     )
-    worst = max((p for p in own if name in p.values), key=lambda part: _badness(part.values[name]))
+    there = [part for part in own if name in part.values]
+    faced = [part for part in there if not (name == _MET and isinstance(part, InterfaceMetrics) and not part.faces)]
+    worst = max(faced or there, key=lambda part: _badness(part.values[name]))
     title, found = quantity.key.replace("_", " "), worst.values[name]
     return Criterion(name, title, worst.name, found, math.inf, quantity.unit, quantity.digits, True)
 
