@@ -6,7 +6,7 @@ A device is compressed by a stroke u; its force follows from its law, a kind of 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,9 +14,8 @@ from trainmj.collision.envelope import Envelope
 from trainmj.collision.kind import Law
 from trainmj.collision.line import LineEnd
 from trainmj.scenario.devices import AnyDevice
-from trainmj.scenario.lines import LineSpec, Strut, Ties
 from trainmj.scenario.parts import Parts
-from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM, MN_M, MRAD
+from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
 
 CAR_BODY = "car_body"
 """The name of the stage behind a device at whose end the car body gives way."""
@@ -107,28 +106,6 @@ class Device:
     def is_like(self, other: Device) -> bool:
         """Whether the other one is the same device, number by number, whatever its name."""
         return self.stages == other.stages and self.law.is_like(other.law)
-
-
-def lines_of(spec: AnyDevice, parts: Parts) -> tuple[LineEnd, ...]:
-    """The ends of the lines of a device, one for each path through it; none where vehicles move along a line."""
-    if parts.plane == "line":
-        return ()
-    return tuple(_end_of(line, parts.ties) for _, line in spec.lines() if line is not None)  # the rules want them all
-
-
-def _end_of(line: LineSpec, ties: Ties) -> LineEnd:
-    height = line.height_mm * MM
-    if isinstance(line, Strut):
-        end = LineEnd(strut=True, height=height, pin=line.pin_m)
-        if isinstance(line.swing, str) or ties == "free":
-            return end
-        free = 0.0 if ties == "tied" else line.swing.free_mrad * MRAD
-        return replace(end, free=free, swing=line.swing.MN_m_per_rad * MN_M)
-    end = LineEnd(strut=False, height=height, overlap=line.overlap_mm * MM)
-    if isinstance(line.tie, str) or ties == "free":
-        return end
-    tooth = np.inf if ties == "tied" else line.tie.tooth_kN * KN
-    return replace(end, friction=line.tie.friction, tooth=tooth, tie=line.tie.kN_per_mm * KN_PER_MM)
 
 
 def pull_of(spec: AnyDevice, parts: Parts, law_of: Callable[[Envelope, float], Law]) -> Pull | None:

@@ -20,10 +20,12 @@ from trainmj.files.source import Problem
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.as_built import Installed, cars_as_built, joints
 from trainmj.scenario.bodies import BodySpec
+from trainmj.scenario.devices import AnyDevice
+from trainmj.scenario.lines import LineSpec, Strut, Ties
 from trainmj.scenario.parts import Collision
 from trainmj.scenario.running_gear import SuspensionSpec, VehicleType
 from trainmj.scenario.trains import RIGID_WALL, Car
-from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MRAD, MS, TONNE, G
+from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MN_M, MRAD, MS, TONNE, G
 
 
 def line_up(scenario: Scenario | str | Path) -> Chain:
@@ -124,7 +126,7 @@ def _interfaces(scenario: Scenario, n_moving: int, head: Vehicle) -> list[Interf
         if own is None and at.device in made:
             return made[at.device]
         spec = own or scenario.devices[at.device]
-        found = KINDS[spec.law].device(at.device, spec, scenario)
+        found = replace(KINDS[spec.law].device(at.device, spec, scenario), lines=_ends_of_lines(spec, scenario))
         return found if own else made.setdefault(at.device, found)
 
     front, *behind = joints(scenario)
@@ -152,6 +154,30 @@ def _lines(devices: tuple[Device, ...], inner: bool, before_wall: Vehicle | None
         right = tuple(_on_wall(end, before_wall) for end in left)
     last, walled = len(left) - 1, before_wall is not None
     return tuple(Line(*ends, walled, inner, shears=k < last) for k, ends in enumerate(zip(left, right, strict=True)))
+
+
+def _ends_of_lines(spec: AnyDevice, scenario: Scenario) -> tuple[LineEnd, ...]:
+    """The ends of the lines of a device, one for each path through it; none along the track only."""
+    if scenario.plane == "line":
+        return ()
+    stated = (line for _, line in spec.lines() if line is not None)  # the rules want them all
+    return tuple(_end_of_line(line, scenario.ties) for line in stated)
+
+
+def _end_of_line(line: LineSpec, ties: Ties) -> LineEnd:
+    """A line as its device states it, with what ties make of it."""
+    height = line.height_mm * MM
+    if isinstance(line, Strut):
+        end = LineEnd(strut=True, height=height, pin=line.pin_m)
+        if isinstance(line.swing, str) or ties == "free":
+            return end
+        free = 0.0 if ties == "tied" else line.swing.free_mrad * MRAD
+        return replace(end, free=free, swing=line.swing.MN_m_per_rad * MN_M)
+    end = LineEnd(strut=False, height=height, overlap=line.overlap_mm * MM)
+    if isinstance(line.tie, str) or ties == "free":
+        return end
+    tooth = math.inf if ties == "tied" else line.tie.tooth_kN * KN
+    return replace(end, friction=line.tie.friction, tooth=tooth, tie=line.tie.kN_per_mm * KN_PER_MM)
 
 
 def _on_wall(end: LineEnd, before: Vehicle) -> LineEnd:

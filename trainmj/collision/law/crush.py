@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 from numba.extending import register_jitable
 
-from trainmj.collision.device import CAR_BODY, Device, Path, Stage, lines_of, pull_of
+from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
@@ -124,8 +124,7 @@ def staged(name: str, spec: CrushDevice, parts: Parts, made: Callable[[Envelope,
         )
 
     (whole,) = divided(1, False)
-    pull, lines = pull_of(spec, parts, law_of), lines_of(spec, parts)
-    return Device(name, whole.law, whole.stages, len(cuts) + 1, divided, pull, lines)
+    return Device(name, whole.law, whole.stages, len(cuts) + 1, divided, pull_of(spec, parts, law_of))
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ import math
 import numpy as np
 from numba.extending import register_jitable
 
-from trainmj.collision.device import Device, lines_of, pull_of
+from trainmj.collision.device import Device, pull_of
 from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
@@ -147,8 +147,7 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     stop = stop_of(spec, empty + travel, float(spring[-1]))
     numbers = (travel, stop.stiffness, stop.most, preload, per_length, gamma, ramp, rebound, knee, empty)
     law = Law(KIND, numbers, (points(metering),), stop.behind(resting))
-    pull, lines = pull_of(spec, parts, crush.law_of), lines_of(spec, parts)
-    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull, lines=lines)
+    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
 
 
 def recovers(law: Law) -> bool:

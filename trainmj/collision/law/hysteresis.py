@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numba.extending import register_jitable
 
-from trainmj.collision.device import Device, lines_of, pull_of
+from trainmj.collision.device import Device, pull_of
 from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT, Block
 from trainmj.collision.kind import Kind, Law, Response, points
@@ -120,8 +120,7 @@ def device(name: str, spec: HysteresisDevice, parts: Parts) -> Device:
     stated = spec.end() is not None
     numbers = (stiffness, end if stop.stiffness else np.inf, stop.stiffness, stop.most)
     law = Law(KIND, numbers, (points(loading), points(unloading)), stop.behind(loading), end=np.inf if stated else end)
-    pull, lines = pull_of(spec, parts, crush.law_of), lines_of(spec, parts)
-    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull, lines=lines)
+    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
 
 
 def permanent(law: Law, _: float, given: float) -> float:
