@@ -166,6 +166,23 @@ def test_an_obstacle_only_slides():
     assert [line.get_label() for line in pitches] == ["M1", "M2"]
 
 
+def test_a_strut_swings_before_what_is_fixed():
+    """The stop at the pin of a fixed obstacle would not act, and yet count in the balance of energy."""
+    device = {"curve": {"stroke_mm": [0, 50, 900], "force_kN": [0, 500, 900]}, "stiffness_kN_per_mm": 50}
+    line = planar().values()["devices"]["front"]["stages"]["coupler"]["line"]
+    stop = {
+        "devices.ram": device | {"beyond": "stop", "line": line},
+        "devices.side": device | {"beyond": "stop", "line": line | {"height_mm": 1000}},
+        "obstacles": {"block": {"fixed": True, "front": "side"}},
+        "trains.b_type.front": "ram",
+        "trains.b_type.vehicles": [{"name": "Tc"}],
+        "collision.partner": "block",
+    }
+    (found,) = collided(HIGH | stop)
+    assert found.interfaces[0].swing_moment_kN_m > 50
+    assert abs(found.balance.energy_error) < 1e-4
+
+
 def test_vehicles_stand_as_stated():
     """Offsets and pitch would not be where the vehicles are, or not in equilibrium."""
     case = line_up(planar(SHORT | {"collision.offset_mm": {"M": 40, "M2": 10}, "collision.pitch_mrad": {"S1": 4}}))

@@ -336,7 +336,7 @@ def _write_line(record: Array, chain: Chain, interface: Interface, element: Elem
         Line.OFF_TIME: -1.0,
     }
     if line.strut and element.sign > 0.0:  # the draw gear in it has no stops of its own
-        values |= {Line.SWING_LEFT: left.swing, Line.SWING_RIGHT: 0.0 if walled else right.swing}
+        values |= {Line.SWING_LEFT: left.swing, Line.SWING_RIGHT: right.swing}
     if line.shears:
         values |= {Line.END_LEFT: element.laws[0].curves[0][0, -1], Line.END_RIGHT: element.laws[-1].curves[0][0, -1]}
     record[list(values)] = list(values.values())

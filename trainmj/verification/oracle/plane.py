@@ -294,7 +294,7 @@ class PlaneMotion(Motion):
             swings = [line.get("swing") for line in lines]
             path.coupled = m.inner
             path.stops = tuple(
-                _stop(None if i == WALL else one, ties == "tied")
+                _stop(None if i == WALL and len(m.devices) == 1 else one, ties == "tied")
                 for one, i in zip(swings, (m.left, m.right), strict=True)
             )
             return path
