@@ -397,7 +397,10 @@ BAD: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"bracket": ["free", "free"]}, ("states free more than once",)),
     ({"ties": "tight"}, ("must be 'free', 'stated' or 'tied'",)),
     ({"plane": "vertikal"}, ("must be 'line' or 'vertical'",)),
-    ({"collision.partner": "wagon_80t"}, ("trains.wagon_80t: has no type", "devices.wagon_buffers.line: is missing")),
+    (
+        {"collision.partner": "wagon_80t"},
+        ("trains.wagon_80t: has no type", "devices.wagon_buffers.line: is missing", "copy the file of such a one"),
+    ),
 ]
 
 

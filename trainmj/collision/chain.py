@@ -49,7 +49,7 @@ class Brake:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """One vehicle: a mass on a slide joint, or several where its body gives."""
+    """One vehicle: a mass that slides, several where its body gives, or in the vertical plane a body on its gear."""
 
     name: str  # its place: M1 leads the moving train, S1 is struck first
     kind: str  # what its train calls it

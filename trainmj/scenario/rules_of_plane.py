@@ -15,6 +15,8 @@ from trainmj.scenario.parts import Parts
 from trainmj.scenario.trains import Car
 
 _NAMES = {"strut": "a strut", "face": "a face"}
+_COPY = "; partners that ship have none: copy the file of such a one beside the scenario, and add it there"
+"""How to add to a partner what it lacks."""
 
 
 def plane_rules(parts: Parts) -> Iterator[Problem]:
@@ -37,6 +39,7 @@ def _vehicles(parts: Parts, cars: dict[str, Car]) -> Iterator[Problem]:
         path = ("as_built", place) if place in parts.built.vehicles else listed
         if car.type is None:
             cure = "add type, one of vehicle_types" + ("" if parts.vehicle_types else ", of which there is none yet")
+            cure += _COPY if place.startswith("S") and name != parts.collision.train else ""
             rule = f"has no type, and plane: vertical needs to know what vehicles stand on: {cure}"
             none = path[0] != "as_built" and not any(vehicle.type for vehicle in train.each())
             yield Problem(path[:2] if none else path, rule)
@@ -90,7 +93,8 @@ def _lines(parts: Parts, end: _End, cars: dict[str, Car]) -> Iterator[Problem]:
     for at, line in end.lines:
         if line is None:
             rule = "is missing: plane: vertical needs the line along which it acts, with acts: strut or acts: face"
-            yield Problem(at, rule)
+            of_partner = parts.collision.partner != parts.collision.train and all(v[:1] == "S" for v in end.vehicles)
+            yield Problem(at, rule + (_COPY if of_partner else ""))
             continue
         holds = "swing" if isinstance(line, Strut) else "tie"
         if tied and getattr(line, holds) == "none":

@@ -50,7 +50,8 @@ GROUPS = (
     Group(
         "The vertical plane",
         "Rest, natural frequencies and what is conserved, as formulas have them; with all but the motion along the "
-        "track held, the collisions along it.",
+        "track held, the collisions along it; two equal trains that mirror each other; a batch and single runs; random "
+        "trains beside scipy, in other coordinates.",
         plane.CASES,
     ),
     Group(
