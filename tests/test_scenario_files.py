@@ -56,7 +56,7 @@ def shape(scenario: Scenario) -> Any:
     return (
         c.vehicles,
         [
-            (i.name, d.name, d.stages, [curve.tolist() for curve in d.law.curves], d.law.parameters, d.law.end)
+            (i.name, d.name, d.stages, [curve.tolist() for curve in d.law.curves], d.law.parameters, d.law.end, d.lines)
             for i in c.interfaces
             for d in i.devices
         ],

@@ -1,8 +1,8 @@
 """From a chain of vehicles to a MuJoCo model: a body for each vehicle, a tendon for each interface.
 
 A vehicle with a body that gives has one for each of its points: M1 1, M1 2 and so on, from the end that faces the
-impact. In the vertical plane each is a tree of bodies (:mod:`trainmj.collision.model_plane`), and only an exported model
-has tendons. Names are those a person uses: body and joint M1, tendon S1-M1, sensor "stroke S1-M1". A joint's position
+impact. In the vertical plane each is a tree of bodies (:mod:`trainmj.collision.model_plane`); only exported models have
+tendons. Names are those a person uses: body and joint M1, tendon S1-M1, sensor "stroke S1-M1". A joint's position
 is 0 where the two sides touch, so a tendon's length is the stroke of its interface.
 """
 
