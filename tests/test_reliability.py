@@ -248,9 +248,9 @@ def test_other_input_is_refused_and_fresh_starts_over(folder):
 @pytest.mark.thorough
 def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
     """Breaks if what a killed process leaves is taken for finished, or lost."""
-    run("whole", runs=200)
+    run("whole", runs=500)
 
-    Path("my.reliability.yaml").write_text(json.dumps(FILE | {"runs": 200}))
+    Path("my.reliability.yaml").write_text(json.dumps(FILE | {"runs": 500}))
     process = Forked(folder, "reliability", "my.reliability.yaml", "--out", "killed", "--figures", "none")
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
@@ -261,7 +261,7 @@ def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
     process.send(signal.SIGKILL)
     assert process.ended().returncode == -signal.SIGKILL
     assert not Path("killed/summary.json").exists()
-    run("killed", runs=200)
+    run("killed", runs=500)
     assert files_of("killed") == files_of("whole")
 
 
