@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from builders import METRO, STRUT
 from click.testing import CliRunner
 
 import trainmj
@@ -55,27 +56,10 @@ BASE = {
     "simulation": {"step_ms": 0.2, "record_every_ms": 1, "time_limit_s": 0.05},
 }
 TUBE = b"stroke_mm,force_kN\n0,0\n1,1250\n400,1250\n"
-STRUT = {"acts": "strut", "height_mm": 660, "pin_m": 1.5, "swing": {"free_mrad": 100, "MN_m_per_rad": 2}}
 FACE = {"acts": "face", "height_mm": 950, "overlap_mm": 120, "tie": {"friction": 0.2, "tooth_kN": 5, "kN_per_mm": 100}}
-BOGIES = {
-    "body": {"pitch_inertia_t_m2": 750, "cog_height_m": 1.6, "cog_x_m": 0.1},
-    "bogies": {
-        "centres_m": 11,
-        "wheelbase_m": 2.3,
-        "frame_t": 2.56,
-        "frame_pitch_t_m2": 1.75,
-        "wheelset_t": 1.42,
-        "axle_height_m": 0.42,
-        "link_height_m": 0.6,
-        "cog_height_m": 0.5,
-    },
-    "secondary": {
-        "kN_per_mm": 0.7,
-        "kN_s_per_m": 60,
-        "lift_stop_mm": 60,
-        "bump_stop_mm": 60,
-        "stop_kN_per_mm": 20,
-    },
+BOGIES = METRO | {
+    "body": METRO["body"] | {"cog_x_m": 0.1},
+    "bogies": METRO["bogies"] | {"centres_m": 11},
     "primary": {"kN_per_mm": 3.4, "kN_s_per_m": 20, "lift_stop_mm": "none", "bump_stop_mm": "none"},
     "rail": {"kN_per_mm": 1200, "kN_s_per_m": 100},
 }

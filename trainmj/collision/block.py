@@ -259,7 +259,7 @@ class Layout:
         self.wheel(block, Wheel.PRELOAD)[:] = self.wheel(block, Wheel.LOAD_MIN)[:] = loads
         self.wheel(block, Wheel.LIFT_TIME)[:] = -1.0
         self.ends(block, Ends.STEP_TIME)[:] = -1.0
-        at, touching = self._lines, np.concatenate([chain.start_dofs(i) for i in range(self.n_frame)])
+        at, touching = self._lines, chain.start_qpos
         touching[list(chain.first_dof[:-1])] = 0.0
         plane.turn(block, touching)
         for k, interface in enumerate(chain.interfaces):
@@ -310,12 +310,12 @@ def _write_frame(frame: Array, chain: Chain, i: int) -> None:
 
 def _write_line(record: Array, chain: Chain, interface: Interface, element: Element) -> None:
     """Write the line of an element into its record."""
-    line, walled = element.line, interface.right == WALL
+    line = element.line
     assert line is not None  # every element in the plane has one
     left, right = line.left, line.right
     left_x, left_z = chain.point_of_line(interface.left, 1, left)
     at_wall = right.pin, right.height
-    right_x, right_z = at_wall if walled else chain.point_of_line(interface.right, 0, right)
+    right_x, right_z = at_wall if line.walled else chain.point_of_line(interface.right, 0, right)
     values = {
         Line.STRUT: line.strut,
         Line.LEFT_X: left_x,

@@ -447,9 +447,11 @@ class Side:
     def met_step(self) -> float:
         """Step of the faces of the last path when they first carried force [m]; nan if they never did."""
         last = self._places.start + len(self._paths) - 1
-        if self._lines[last].strut or self._tally.line_met_time[last] < 0.0:
-            return math.nan
-        return float(abs(self._tally.line_met[last]))
+        return math.nan if self._lines[last].strut else self._met(last)
+
+    def _met(self, place: int) -> float:
+        """Step of the faces of a line when they first carried force [m]; nan if they never did."""
+        return abs(float(self._tally.line_met[place])) if self._tally.line_met_time[place] >= 0.0 else math.nan
 
     @property
     def faces(self) -> Iterator[tuple[str, Line, float, float]]:
@@ -459,9 +461,8 @@ class Side:
         """
         for stage, place in self._on_lines:
             if not self._lines[place].strut:
-                met = abs(float(self._tally.line_met[place])) if self._tally.line_met_time[place] >= 0.0 else math.nan
                 off = float(self._tally.line_off_time[place])
-                yield stage, self._lines[place], met, off if off >= 0.0 else math.nan
+                yield stage, self._lines[place], self._met(place), off if off >= 0.0 else math.nan
 
     @property
     def slid(self) -> Iterator[tuple[str, Line, float]]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -253,26 +252,28 @@ def _sense_law(base: mujoco.MjSpec, name: str) -> None:
     base.add_sensor(name=name, type=mujoco.mjtSensor.mjSENS_USER, dim=1, needstage=mujoco.mjtStage.mjSTAGE_ACC)
 
 
-def _add_sensors_in_plane(base: mujoco.MjSpec, chain: Chain) -> None:
+def _sense_motion(base: mujoco.MjSpec, joints: Sequence[str], bodies: Sequence[str]) -> None:
+    """The position of each joint; the speed and acceleration of each body along the track, on the joint of its name."""
     kind, thing = mujoco.mjtSensor, mujoco.mjtObj
+    for motion, of_kind, names in (
+        ("position", kind.mjSENS_JOINTPOS, joints),
+        ("velocity", kind.mjSENS_JOINTVEL, bodies),
+        ("acceleration", kind.mjSENS_FRAMELINACC, bodies),
+    ):
+        for name in names:
+            sensor = base.add_sensor(name=f"{motion} {name}", type=of_kind, objname=name)
+            sensor.objtype = thing.mjOBJ_BODY if motion == "acceleration" else thing.mjOBJ_JOINT
+
+
+def _add_sensors_in_plane(base: mujoco.MjSpec, chain: Chain) -> None:
     for name in SENSED_IN_PLANE:
         for interface in chain.interfaces:
             _sense_law(base, f"{name} {interface.name}")
     for name in OF_WHEELSETS:
         for i, k in chain.wheelsets:
             _sense_law(base, f"{name} {chain.name_of_wheelset(i, k)}")
-    for i, vehicle in enumerate(chain.vehicles):
-        for name in names_of_dofs(chain, i):
-            base.add_sensor(name=f"position {name}", type=kind.mjSENS_JOINTPOS, objtype=thing.mjOBJ_JOINT, objname=name)
-        base.add_sensor(
-            name=f"velocity {vehicle.name}", type=kind.mjSENS_JOINTVEL, objtype=thing.mjOBJ_JOINT, objname=vehicle.name
-        )
-        base.add_sensor(
-            name=f"acceleration {vehicle.name}",
-            type=kind.mjSENS_FRAMELINACC,
-            objtype=thing.mjOBJ_BODY,
-            objname=vehicle.name,
-        )
+    dofs = [name for i in range(len(chain.vehicles)) for name in names_of_dofs(chain, i)]
+    _sense_motion(base, dofs, [vehicle.name for vehicle in chain.vehicles])
 
 
 def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed: Sequence[str], stand_in: bool) -> None:
@@ -289,15 +290,8 @@ def _add_sensors(base: mujoco.MjSpec, chain: Chain, sensed: Sequence[str], stand
             base.add_sensor(
                 name=f"{name} {interface.name}", type=of_tendon, objtype=thing.mjOBJ_TENDON, objname=interface.name
             )
-    kinds = {
-        "position": kind.mjSENS_JOINTPOS,
-        "velocity": kind.mjSENS_JOINTVEL,
-        "acceleration": kind.mjSENS_FRAMELINACC,
-    }
-    for motion in MOTION:
-        for point in chain.points:
-            sensor = base.add_sensor(name=f"{motion} {point.name}", type=kinds[motion], objname=point.name)
-            sensor.objtype = thing.mjOBJ_BODY if motion == "acceleration" else thing.mjOBJ_JOINT
+    points = [point.name for point in chain.points]
+    _sense_motion(base, points, points)
 
 
 def split_sensors(chain: Chain, logged: Array) -> dict[str, Array]:
@@ -322,11 +316,7 @@ def split_sensors(chain: Chain, logged: Array) -> dict[str, Array]:
         if name == OF_DEVICES[-1]:
             columns[f"member_{OF_MEMBERS}"] = logged[:, start : start + inner]
             start += inner
-    motion = {
-        "position": logged[:, start : start + n],
-        "velocity": logged[:, start + n : start + 2 * n],
-        "acceleration": logged[:, start + 2 * n : start + 5 * n : 3],  # its x component
-    }
+    motion = _motion(logged[:, start:], n, n)
     columns |= {f"point_{name}": values for name, values in motion.items()}
     columns |= {name: np.zeros((len(logged), 0)) for name in ("step", "wheel_load", "wheel_rise", "dof")}
     return columns | {name: chain.of_vehicles(values) for name, values in motion.items()}
@@ -337,16 +327,19 @@ def _split_in_plane(chain: Chain, logged: Array) -> dict[str, Array]:
     for name, width in (*((name, m) for name in SENSED_IN_PLANE), *((n, len(chain.wheelsets)) for n in OF_WHEELSETS)):
         columns[name.replace(" ", "_")] = logged[:, start : start + width]
         start += width
-    dofs, motion = [], []
-    for first, end in pairwise(chain.first_dof):
-        n = end - first
-        dofs.append(logged[:, start : start + n])
-        motion.append(logged[:, start + n : start + n + 2])  # speed, and acceleration along the track
-        start += n + 4
-    of_vehicles = {
-        "position": np.column_stack([of[:, 0] for of in dofs]),
-        "velocity": np.column_stack([of[:, 0] for of in motion]),
-        "acceleration": np.column_stack([of[:, 1] for of in motion]),
+    dof, n = chain.first_dof[-1], len(chain.vehicles)
+    motion = _motion(logged[:, start:], dof, n)
+    dofs = motion["position"]
+    motion["position"] = dofs[:, list(chain.first_dof[:-1])]
+    columns |= {f"point_{name}": values for name, values in motion.items()}
+    return columns | motion | {"dof": dofs, f"member_{OF_MEMBERS}": np.zeros((len(logged), 0))}
+
+
+def _motion(logged: Array, n_joint: int, n_body: int) -> dict[str, Array]:
+    """What :func:`_sense_motion` has sensed, by MOTION."""
+    speeds, accelerations = n_joint + n_body, n_joint + 4 * n_body
+    return {
+        "position": logged[:, :n_joint],
+        "velocity": logged[:, n_joint:speeds],
+        "acceleration": logged[:, speeds:accelerations:3],  # its x component
     }
-    columns |= {f"point_{name}": values for name, values in of_vehicles.items()}
-    return columns | of_vehicles | {"dof": np.hstack(dofs), f"member_{OF_MEMBERS}": np.zeros((len(logged), 0))}

@@ -91,9 +91,9 @@ def along(s: Block, line: int, left: int, right: int, qpos: Any, qvel: Any) -> A
         qvel: of MuJoCo.
 
     Returns:
-        How much closer the points are than designed, and its rate; direction of the line (x, z); slip and its rate;
-        arms of both points (x, z each); the same as the first two along the track alone; pitch of both bodies; distance
-        of the points.
+        How much closer the points are than designed, and its rate; direction of the line (x, z); slip; arms of both
+        points (x, z each); the same as the first two along the track alone; pitch of both bodies; distance of the
+        points.
     """
     lx, lz, lvx, lvz, lrx, lrz = _at(s, left, s[line + LINE.LEFT_X], s[line + LINE.LEFT_Z], qpos, qvel)
     lt, lw = _turned(s, left, qpos, qvel)
@@ -106,13 +106,13 @@ def along(s: Block, line: int, left: int, right: int, qpos: Any, qvel: Any) -> A
         dx = s[line + LINE.LENGTH] - gx
         length = max(_LEAST, math.sqrt(dx * dx + gz * gz))
         nx, nz = dx / length, -gz / length
-        u, rate, slip, slipping = s[line + LINE.LENGTH] - length, nx * gvx + nz * gvz, gz, gvz
+        u, rate, slip = s[line + LINE.LENGTH] - length, nx * gvx + nz * gvz, gz
     else:
         mean = 0.5 * (lt + rt)
         nx, nz, length = math.cos(mean), math.sin(mean), 1.0
-        u, slip, turning = gx * nx + gz * nz, gz * nx - gx * nz, 0.5 * (lw + rw)
-        rate, slipping = gvx * nx + gvz * nz + slip * turning, gvz * nx - gvx * nz - u * turning
-    return u, rate, nx, nz, slip, slipping, lrx, lrz, rrx, rrz, gx, gvx, lt, rt, length
+        u, slip = gx * nx + gz * nz, gz * nx - gx * nz
+        rate = gvx * nx + gvz * nz + slip * 0.5 * (lw + rw)
+    return u, rate, nx, nz, slip, lrx, lrz, rrx, rrz, gx, gvx, lt, rt, length
 
 
 @inlined
@@ -177,9 +177,7 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
         force, stroke, touched = 0.0, 0.0, False
         e, line = int(s[j + JOINT.FIRST]), int(s[ends + ENDS.LINE])
         for n in range(int(s[j + JOINT.COUNT])):
-            u, rate, nx, nz, slip, _, lrx, lrz, rrx, rrz, gx, gvx, lt, rt, length = along(
-                s, line, left, right, qpos, qvel
-            )
+            u, rate, nx, nz, slip, lrx, lrz, rrx, rrz, gx, gvx, lt, rt, length = along(s, line, left, right, qpos, qvel)
             if n == 0:
                 stroke, s[ends + ENDS.RATE] = gx - s[line + LINE.ZERO], gvx
             one, taut, one_peaked = press(s, j, e, u - s[line + LINE.ZERO], rate, elapsed, time)

@@ -13,7 +13,7 @@ from trainmj.collision.result import SHOWN, Result
 from trainmj.collision.summary import Summary
 from trainmj.output.style import Width, grid, styled
 from trainmj.single.bodies import ALONG, along
-from trainmj.single.plane import lifting_wheelsets, marks_of_steps, until_lifted, worst_wheelsets
+from trainmj.single.plane import drawn, lifting_wheelsets, marks_of_steps, worst_wheelsets
 from trainmj.units import MM
 
 if TYPE_CHECKING:
@@ -112,9 +112,8 @@ def plane(result: Result, summary: Summary, width: Width = "page") -> Figure:
             (axes[2], "load", "N/N0 up to lift", worst_wheelsets(summary)),
             *([(axes[3], "lift", "Lift", lifting)] if lifting else []),
         ):
-            shown = result.shown(name)
-            drawn = {of: until_lifted(shown[of]) if name == "load" else shown[of] for of in names}
-            lines = [axis.plot(result.time, drawn[of], label=of.replace(" wheelset", ""))[0] for of in names]
+            histories = drawn(result, name)
+            lines = [axis.plot(result.time, histories[of], label=of.replace(" wheelset", ""))[0] for of in names]
             axis.set(title=title, ylabel=f"{SHOWN[name].shown} (vehicle and wheelset)".lstrip())
             _legend(axis, [lines[:3], lines[3:]] if lines[3:] else [lines])
         axes[2].set_ylim(bottom=0.0)

@@ -48,15 +48,9 @@ def _marks(result: Result, summary: Summary) -> list[Trace]:
 
 def _wheelsets(result: Result, history: str, names: Sequence[str], step: int) -> list[Trace]:
     """A line for each of some wheelsets."""
-    shown, unit = result.shown(history), SHOWN[history].shown
+    drawn, unit = plane.drawn(result, history), SHOWN[history].shown
     return [
-        line(
-            name,
-            result.time[::step],
-            (plane.until_lifted(shown[name]) if history == "load" else shown[name])[::step],
-            unit,
-            colour,
-        )
+        line(name, result.time[::step], drawn[name][::step], unit, colour)
         for name, colour in zip(names, PALETTE, strict=False)
     ]
 

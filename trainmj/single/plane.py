@@ -22,8 +22,14 @@ def worst_wheelsets(summary: Summary) -> list[str]:
     return [name for _, name in found[:_MOST]]
 
 
-def until_lifted(loads: Array) -> Array:
-    """(n_sample,) loads of a wheelset up to where it first leaves the rail, then nan: one that lands again bounces."""
+def drawn(result: Result, history: str) -> dict[str, Array]:
+    """(n_sample,) load or lift of each wheelset as it is drawn: loads up to where it lifts; one that lands bounces."""
+    shown = result.shown(history)
+    return {name: _until_lifted(loads) for name, loads in shown.items()} if history == "load" else shown
+
+
+def _until_lifted(loads: Array) -> Array:
+    """(n_sample,) loads of a wheelset up to where it first leaves the rail, then nan."""
     off = np.flatnonzero(loads <= 0.0)
     return np.asarray(np.where(np.arange(loads.size) > off[0], np.nan, loads)) if off.size else loads
 
@@ -76,12 +82,12 @@ def _at_stops(result: Result) -> Iterator[tuple[str, str]]:
         gear = chain.vehicles[i].gear
         if gear is None:
             continue
-        moved = result.dof[:, [chain.first_dof[i] + dof for dof in SUSPENDED]]
-        for name, suspension, own in (("secondary", gear.secondary, True), ("primary", gear.primary, False)):
-            of = moved[:, np.array([(dof in BOGIES) == own for dof in SUSPENDED])]
-            if of.min() < -suspension.lift_stop:
+        for name, dofs in (("secondary", BOGIES), ("primary", [dof for dof in SUSPENDED if dof not in BOGIES])):
+            moved = result.dof[:, [chain.first_dof[i] + dof for dof in dofs]]
+            suspension = gear.suspension(dofs[0])
+            if moved.min() < -suspension.lift_stop:
                 yield f"{name} lift stops", chain.vehicles[i].name
-            if of.max() > suspension.bump_stop:
+            if moved.max() > suspension.bump_stop:
                 yield f"{name} bump stops", chain.vehicles[i].name
 
 
