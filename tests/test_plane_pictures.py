@@ -123,7 +123,7 @@ def test_pictures_tell_step_and_lift(result):
     wear, last = Wear(result.chain), len(result.time) - 1
     rows = dict(film._rows(result, last, wear))
     assert rows["front step"] == f"{1e3 * result.step[-1, result.chain.front]:.0f} mm"
-    assert rows["lift so far"] == f"{1e3 * result.wheel_rise.max():.1f} mm"
+    assert rows["lift so far"] == f"{1e3 * result.lift.max():.1f} mm"
 
 
 def test_film_and_still_show_the_pitch(result, tmp_path):

@@ -158,7 +158,7 @@ class Result:
 
     @property
     def kinetic(self) -> Array:
-        """(n_sample,) kinetic energy of all vehicles [J]."""
+        """(n_sample,) kinetic energy of all vehicles [J]; in the vertical plane that of motion along the track."""
         return np.asarray(0.5 * (self.point_velocity**2 @ self.chain.point_mass))
 
     @property

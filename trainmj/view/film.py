@@ -182,7 +182,7 @@ def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
     if chain.plane:
         name = "front rise" if chain.interfaces[-1].right == WALL else "front step"
         yield name, f"{result.step[sample, chain.front] / MM:z.0f} mm"
-        yield "lift so far", f"{result.wheel_rise[: sample + 1].max(initial=0.0) / MM:.1f} mm"
+        yield "lift so far", f"{result.lift[: sample + 1].max(initial=0.0) / MM:.1f} mm"
 
 
 def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
