@@ -385,7 +385,8 @@ def plane_lines() -> None:
         strut.annotate("", (1.0, 0.56), (-0.5, 0.76), arrowprops=arrow)
         strut.text(0.2, 0.75, "n", color=style.ORANGE)
         strut.text(-1.35, 1.5, "ψ - θ: beyond free_mrad\nthe stop turns it back", fontsize=7)
-        _between(strut, (-3.0, -0.9), (3.0, -0.9), "D = D₀ - u", (0, -1.0), ha="center", va="top")
+        below = [(x, z - 0.55) for x, z in pins]  # along the strut, as its length is
+        _between(strut, *below, "D = D₀ - u", (-0.4, -0.35), ha="center", va="top")
         strut.text(-3.1, 1.35, "pin", ha="right", fontsize=7)
         for x, z, outwards in ((-0.12, 0.8, -1), (0.12, 0.2, 1)):
             _end(faces, x + outwards * 1.2, z, outwards)
