@@ -16,6 +16,7 @@ import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
+from trainmj.cli.export import export
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
@@ -110,7 +111,7 @@ for command in (
     report,
     render,
     view,
-    collision.export,
+    export,
     references.verify,
     references.paper,
 ):

@@ -1,4 +1,4 @@
-"""Commands about one collision: run, check, export."""
+"""The command run: one collision."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import trainmj
 from trainmj.cli.options import parts_of, takes_fail_on_limit, takes_figures, takes_json, takes_scenario
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import filling, spare
+from trainmj.files.folder import filling
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
@@ -135,24 +135,3 @@ def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result
     if out is not None and out.resolve() == file.parent.resolve():
         raise InputError(f"--out {out}: has the result that is computed again: take another folder")
     return trainmj.load_result(file)
-
-
-@click.command()
-@takes_scenario
-@click.option("--out", type=click.Path(path_type=Path), help="MJCF file to write; without it the text is printed.")
-def export(scenario: str, changes: dict[str, Any], out: Path | None) -> None:
-    """Write the MuJoCo model of a scenario as MJCF.
-
-    MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as a comment in the file says.
-    """
-    loaded = trainmj.load(scenario, changes)
-    from trainmj.files.written import write_bytes
-    from trainmj.view import scene
-
-    if out is not None:
-        spare(loaded.files, out)
-    text = scene.export(trainmj.line_up(loaded), f"{loaded.heading}: {loaded.subject}")
-    if out is None:
-        click.echo(text)
-    else:
-        write_bytes(out, text.encode())
