@@ -461,9 +461,7 @@ def test_site_works_without_a_network(tmp_path):
     assert wrong == []
 
 
-def follow(
-    page: str, folder: Path, binaries: Path, without: Container[str] = (), part: slice = slice(None)
-) -> None:
+def follow(page: str, folder: Path, binaries: Path, without: Container[str] = (), part: slice = slice(None)) -> None:
     """Run a page, without some of its commands, in a folder; what fails is shown with the command that failed."""
     lines = (line for line in script(page, part).splitlines() if line not in without)
     text = "\n".join(line for line in lines if not line.endswith("pytest"))  # .ci/run does that
