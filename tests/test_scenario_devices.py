@@ -127,7 +127,7 @@ def test_cars_have_what_their_train_states_for_all(good):
     assert first == Car(
         "Tc", pytest.approx(32.4), 20, pytest.approx(2.4), 0.01, good.trains["u"].brakes, drawing="wagon"
     )
-    assert second == Car("X", 33, 20, 0, 0.01, good.trains["u"].vehicles[1].brakes)
+    assert second == Car("X", 33, 20, 0, 0.01, good.trains["u"].vehicles[1].brakes, drawing="wagon")
     assert (first.brakes.whole_kN(first.mass_t), second.brakes.whole_kN(second.mass_t)) == (33, 33)
     assert (first.brakes.delay_s, first.brakes.rise_s, first.brakes.adhesion) == (0.5, 1.5, 0.15)
     assert (second.brakes.delay_s, second.brakes.rise_s, second.brakes.adhesion) == (0, 0, None)
