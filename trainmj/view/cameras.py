@@ -17,7 +17,7 @@ CAMERAS: tuple[Camera, ...] = get_args(Camera)
 
 _PLACES = {  # where a camera stands and what it looks at, from what it follows [m], and its angle [rad]
     "overview": ((-3.0, -24.0, 4.2), (0.0, 0.0, 1.85), 0.275),
-    "front": ((-1.3, -6.6, 2.3), (0.0, 0.0, 1.45), 0.58),
+    "front": ((-1.0, -6.6, 2.1), (0.0, 0.0, 1.15), 0.42),
     "follow": ((-19.0, -12.0, 5.0), (-1.0, 0.0, 1.8), 0.62),
 }
 _ENDS = 9.0  # of both leading vehicles together, seen from beside the impact with the devices between them [m]
@@ -47,7 +47,7 @@ class Director:
 
     def __init__(self, camera: Camera, chain: Chain, frame: Frame, ends: tuple[float, float]) -> None:
         """Find what must stay in the picture."""
-        self._camera, self._chain, self._frame, self._ends = camera, chain, frame, ends
+        self._camera, self._chain, self.frame, self._ends = camera, chain, frame, ends
         self._wall = chain.interfaces[-1].right == WALL
         self._shown = frame.shown(ends[1] - ends[0])
         other = chain.front + 1 if not self._wall else WALL
@@ -62,7 +62,7 @@ class Director:
 
     def views(self, position: Array) -> list[View]:
         """The cameras for one sample: (n_point,) positions [m]."""
-        frame = self._frame
+        frame = self.frame
         meeting = self._meeting(position)
         followed = float(position[self._chain.edge(self._chain.front, 1)]) if self._camera == "follow" else meeting
         eye, aim, angle = _PLACES[self._camera]
@@ -90,7 +90,7 @@ class Director:
         edges = np.concatenate([[0.0], np.cumsum([v.length for v in chain.vehicles])])
         edges -= edges[chain.n_moving]  # where the two sides touch
         start = self._middle(self._meeting(position)) - 0.5 * self._shown
-        across = self._frame.width / self._shown
+        across = self.frame.width / self._shown
         left, right = (
             (at + position[[chain.edge(i, end) for i in range(len(at))]] - start) * across
             for end, at in enumerate((edges[:-1], edges[1:]))
@@ -106,4 +106,4 @@ class Director:
 
     def _place(self, box: Box) -> tuple[int, int, int, int]:
         """Left, bottom, width and height, from the lower left corner [pixels]."""
-        return int(box.left), int(self._frame.height - box.bottom), int(box.width), int(box.height)
+        return int(box.left), int(self.frame.height - box.bottom), int(box.width), int(box.height)

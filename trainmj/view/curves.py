@@ -56,7 +56,7 @@ class Panel:
         low = min(0.0, *(float(line.values.min()) for line in lines))
         high = max(1e-9, *(float(line.values.max()) for line in lines))
         self._end = max(float(time[-1]), 1e-9)
-        self._ticks = _nice(low, high, max(2, int((box.height / points - 56) / 36)))
+        self._ticks = _nice(low, high, max(2, int((box.height / points - 56) / 24)))
         self._low, self._high = min(low, self._ticks[0]), 1.06 * high
         labels = [self._said(tick) for tick in self._ticks]
         wide = max(self._small.getlength(label) for label in labels) + round(8 * points)

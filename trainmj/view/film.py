@@ -188,14 +188,20 @@ def overlay_of(result: Result, frame: Frame, pace: str, full: float, marks: Mark
         )
     ]
     title = scenario.heading, scenario.subject
-    return Overlay(frame, title, pace, full / KJ, panels, bodies=bool(chain.members), marked=marks.lines)
+    return Overlay(frame, title, pace, full / KJ, panels, two_sided(chain), bool(chain.members), marks.lines)
 
 
 def said_at(result: Result, sample: int, wear: Wear, marks: Marks, director: Director, full: float) -> Said:
     """What is written at a sample, to which wear and marks have followed the collision."""
     time = float(result.time[sample])
     names, energies = _labels(result, sample, director, wear, full)
-    return Said(sample, time, list(_rows(result, sample, wear)), marks.said(time), names, energies)
+    rows = [*_rows(result, sample, wear), *(() if director.frame.curves[0].height else _values(result, sample))]
+    return Said(sample, time, rows, marks.said(time), names, energies)
+
+
+def two_sided(chain: Chain) -> bool:
+    """Whether the front has two sides, of which numbers tell one."""
+    return chain.interfaces[chain.front].right != WALL or len(chain.interfaces[chain.front].devices) > 1
 
 
 def _leading(chain: Chain) -> list[int]:
@@ -208,11 +214,20 @@ def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
     chain = result.chain
     yield "TS so far", f"{wear.TS_mm:.0f} mm"
     stroke = result.of_device("stroke", chain.front, 0)[sample] / MM
-    yield "front stroke, one side", f"{stroke:z.0f} mm"
+    yield f"front stroke{', one side' if two_sided(chain) else ''}", f"{stroke:z.0f} mm"
     if chain.plane:
         name = "front rise" if chain.interfaces[-1].right == WALL else "front step"
         yield name, f"{result.step[sample, chain.front] / MM:z.0f} mm"
         yield "lift so far", f"{result.lift[: sample + 1].max(initial=0.0) / MM:.1f} mm"
+
+
+def _values(result: Result, sample: int) -> Iterator[tuple[str, str]]:
+    """What curves would say, if there were room for them."""
+    chain = result.chain
+    force = result.force[:, chain.front] / KN
+    yield "front force", f"{in_digits(force[sample], enough(0, np.abs(force).max()))} kN"
+    for i in _leading(chain):
+        yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
 
 
 def _labels(
@@ -220,23 +235,18 @@ def _labels(
 ) -> tuple[list[Name], list[Energy]]:
     """Below the strip: the vehicles, and the energy that each interface has absorbed [kJ].
 
-    They come in order of importance, as there may not be room for all: heads, tails, round numbers, the rest; the
-    front, then those nearest to it.
+    Vehicles come from left to right, interfaces from the front to the ends.
     """
     chain = result.chain
     lefts, rights = director.faces(result.point_position[sample])
-    names = [Name(v.name, x) for v, x in zip(chain.vehicles, 0.5 * (lefts + rights), strict=True)]
-    ends = {chain.n_moving - 1: 0, chain.n_moving: 1, 0: 2, len(names) - 1: 3}
-    order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + _roundness(int(names[i].text[1:]))))
+    names = [
+        Name(vehicle.name, int(vehicle.name[1:]), x)
+        for vehicle, x in zip(chain.vehicles, 0.5 * (lefts + rights), strict=True)
+    ]
     digits = enough(0, full / KJ)
     energies = []
     for k, x in enumerate(rights[: len(chain.interfaces)]):
         energy = wear.energy(k)
         energies.append(Energy(in_digits(energy / KJ, digits), x, min(1.0, energy / full) if full > 0 else 0.0))
     near = sorted(range(len(energies)), key=lambda k: abs(k - chain.front))
-    return [names[i] for i in order], [energies[k] for k in near]
-
-
-def _roundness(number: int) -> int:
-    """How late the name of a vehicle comes of its number: tens, fives, even ones, the rest."""
-    return next((n for n, step in enumerate((10, 5, 2)) if number % step == 0), 3)
+    return names, [energies[k] for k in near]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from PIL import Image
@@ -16,8 +17,8 @@ from trainmj.view.offscreen import Picture
 from trainmj.view.shapes import colour
 from trainmj.view.sheet import ALARM, INK, PAPER, SOFT, Sheet, cut, font
 
+_STEPS = (1, 2, 5, 10, 20, 50, 100)  # of the numbers of vehicles that are named
 _NARROW = 0.8  # of the distance between interfaces, a chip that has no room for its number
-_SIDE = "front: one train's side"
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Name:
     """A vehicle below the strip."""
 
     text: str
+    number: int  # from the front
     x: float  # of its middle [pixels from the left]
 
 
@@ -45,8 +47,8 @@ class Said:
     time: float  # [s]
     rows: Sequence[tuple[str, str]]  # names and values, the most important ones first
     marks: Sequence[str]  # in red
-    names: Sequence[Name]  # the most important ones first
-    energies: Sequence[Energy]  # likewise
+    names: Sequence[Name]  # from left to right
+    energies: Sequence[Energy]  # from the front to the ends
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class Overlay:
     pace: str  # of the film; empty for a still
     full_kJ: float  # energy at the end of the colours
     panels: Sequence[Panel]
+    two_sided: bool = True  # whether the front has two sides, of which one is told
     bodies: bool = False  # whether bodies give, which then take the same colours
     marked: int = 0  # lines of marks at some time
 
@@ -115,9 +118,9 @@ class Overlay:
         if n < 1:
             return
         names, values = (max(f.getlength(row[c]) for row in rows) for c, f in ((0, normal), (1, strong)))
-        wide = max(p(210), names + values + p(40))
+        wide = names + values + p(40)
         plate = Box(p(12), top, p(12) + wide, top + p(12) + n * p(22))
-        if plate.right > 0.62 * scene.width:
+        if plate.right > 0.5 * scene.width:
             return
         sheet.plate(plate, p(6))
         for k, (name, value) in enumerate(rows[:n]):
@@ -129,14 +132,17 @@ class Overlay:
         """What colours mean."""
         p, scene = self.frame.px, self.frame.scene
         small = font(p(13))
-        said = [f"absorbed energy [kJ]; {_SIDE}", *self.bodies * ["bodies: each member, by yielding"]]
+        said = [
+            "absorbed energy [kJ]" + "; front: one train's side" * self.two_sided,
+            *self.bodies * ["bodies: each member, by yielding"],
+        ]
         length, thick = round(max(small.getlength(line) for line in said)), p(10)
         plate = Box(0, 0, length + p(24), p(18) * len(said) + thick + p(30))
         plate = Box(
             scene.right - plate.right - p(12), scene.bottom - plate.bottom - p(10), scene.right - p(12),
             scene.bottom - p(10),
         )  # fmt: skip
-        if plate.left < 0.25 * scene.width or plate.height > 0.4 * scene.height:
+        if plate.left < 0.5 * scene.width or plate.height > 0.4 * scene.height:
             return
         sheet.plate(plate, p(6))
         left, top = round(plate.left + p(12)), plate.top + p(6)
@@ -160,21 +166,28 @@ class Overlay:
             sheet.draw.line((0, row, frame.width, row), fill=line, width=max(1, p(2)))
         names, small = font(p(13)), font(p(12))
         y = 0.5 * (frame.names.top + frame.names.bottom)
-        for name in said.names:
+        for name in _named(said.names, names, p(8)):
             sheet.put(name.text, (name.x, y), names, INK, "mm", frame.names)
         widest = max(small.getlength(in_digits(self.full_kJ, enough(0, self.full_kJ))), small.getlength("00"))
         places = sorted(energy.x for energy in said.energies)
         apart = min(np.diff(places), default=float(frame.width))
         y = 0.5 * (frame.energies.top + frame.energies.bottom) - p(1)
-        for energy in said.energies:
+        half, thin = 0.5 * widest + p(5), max(1.0, 0.5 * min(p(12), _NARROW * apart))
+        all_told = apart > 2 * half + p(4)
+        for n, energy in enumerate(said.energies):
             red, green, blue = (255 * colour(energy.share)).astype(int).tolist()
             ink = PAPER if 0.30 * red + 0.59 * green + 0.11 * blue < 140 else INK
-            wide, thin = 0.5 * widest + p(5), max(1.0, 0.5 * min(p(12), _NARROW * apart))
-            chips = (energy.text, wide), ("", thin)
-            any(
-                sheet.put(text, (energy.x, y), small, ink, "mm", frame.energies, (half, p(9), (red, green, blue)))
-                for text, half in chips
-            )
+            text, wide = (energy.text, half) if all_told or n == 0 else ("", thin)
+            sheet.put(text, (energy.x, y), small, ink, "mm", frame.energies, (wide, p(9), (red, green, blue)))
+
+
+def _named(names: Sequence[Name], fount: FreeTypeFont, gap: float) -> list[Name]:
+    """The heads, then those of every second, fifth, tenth ... vehicle, so many as have room."""
+    widest = max(fount.getlength(name.text) for name in names) + gap
+    apart = min((abs(b.x - a.x) for a, b in pairwise(names)), default=widest)
+    step = next((step for step in _STEPS if step * apart >= widest), _STEPS[-1])
+    found = [name for name in names if name.number == 1 or name.number % step == 0]
+    return sorted(found, key=lambda name: name.number)
 
 
 def _fitting(line: str, fount: FreeTypeFont, room: float, least: int) -> FreeTypeFont:
