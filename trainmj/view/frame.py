@@ -11,6 +11,7 @@ _TALL = 5.4  # height of what the strip shows of a train [m]
 _LOW, _HIGH = 30, 64  # least and most height of that strip [points]
 _FEWEST = 1.1  # pixels of the strip for a metre; of a longer train it shows what is near the impact
 _SCENE = 0.35  # of the height of a picture, at least
+_CURVES = 0.42  # of the height of a picture, at most
 _WIDE = 1.6  # width of a scene over its height, at least; what a tall picture has more goes to the curves
 
 
@@ -88,7 +89,8 @@ class Frame:
         if header > (1 - 2 * _SCENE) * height:
             header = 0
         if curves:
-            curves = max(curves, min(height - header - below - round(width / _WIDE), round(0.42 * height)))
+            scene = max(round(width / _WIDE), round(_SCENE * height))
+            curves = max(curves, min(height - header - below - scene, round(_CURVES * height)))
         edges = list(accumulate((0, header, height - header - below - curves, strip, names, energies)))
         rows = [Box(0, top, width, bottom) for top, bottom in pairwise(edges)]
         panels = _panels(Box(0, height - curves, width, height), 1.5 * width)

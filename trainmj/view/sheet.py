@@ -22,12 +22,14 @@ class Sheet:
         image: the picture.
         draw: what else is drawn with on it.
         texts: what has been written, with the room that it takes.
+        plates: what it stands on in the scene.
     """
 
     def __init__(self, image: Image, gap: float = 0.0) -> None:
         """Write on a picture, with a gap between texts beside each other [pixels]."""
         self.image, self.draw, self._gap = image, Draw(image, "RGBA"), gap
         self.texts: list[tuple[str, Box]] = []
+        self.plates: list[Box] = []
 
     def put(
         self,
@@ -69,6 +71,7 @@ class Sheet:
 
     def plate(self, box: Box, radius: float) -> None:
         """What text stands on in the scene."""
+        self.plates.append(box)
         self.draw.rounded_rectangle(box, radius, fill=(*PAPER, 222))
 
 
