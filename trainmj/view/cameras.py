@@ -16,7 +16,7 @@ Camera = Literal["overview", "front", "follow"]
 CAMERAS: tuple[Camera, ...] = get_args(Camera)
 
 _PLACES = {  # where a camera stands and what it looks at, from what it follows [m], and its angle [rad]
-    "overview": ((-3.0, -24.0, 4.2), (0.0, 0.0, 1.85), 0.275),
+    "overview": ((-3.0, -24.0, 4.2), (0.0, 0.0, 1.85), 0.2),
     "front": ((-1.0, -6.6, 2.1), (0.0, 0.0, 1.15), 0.42),
     "follow": ((-19.0, -12.0, 5.0), (-1.0, 0.0, 1.8), 0.62),
 }
