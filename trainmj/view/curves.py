@@ -54,10 +54,10 @@ class Panel:
         self._time, self._until = time, until
         self._small = font(max(7, round(13 * points)))
         low = min(0.0, *(float(line.values.min()) for line in lines))
-        high = max(1e-9, *(float(line.values.max()) for line in lines))
-        self._end = max(float(time[-1]), 1e-9)
+        high = max(0.0, *(float(line.values.max()) for line in lines)) or (1.0 if low == 0.0 else 0.0)
+        self._end = float(time[-1]) or 1.0
         self._ticks = _nice(low, high, max(2, int((box.height / points - 56) / 24)))
-        self._low, self._high = min(low, self._ticks[0]), 1.06 * high
+        self._low, self._high = min(low, self._ticks[0]), high + 0.06 * (high - low)
         labels = [self._said(tick) for tick in self._ticks]
         wide = max(self._small.getlength(label) for label in labels) + round(8 * points)
         pad = round(12 * points)

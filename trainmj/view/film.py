@@ -83,10 +83,13 @@ def samples(result: Result, file: Path, slow: float, fps: float, at: float | Non
     """Indices of the samples that are shown: of a film those nearest to evenly spaced times, the last one included.
 
     Raises:
-        InputError: if the time of a still is not within the collision, or vehicles are nowhere.
+        InputError: if the time of a still is not within the collision, or vehicles are nowhere, or forces and speeds no
+            numbers.
     """
     if not np.all(np.abs(_qpos(result)) < _FARTHEST):
         raise InputError("cannot be drawn: vehicles have no position, or are farther away than they can get")
+    if not (np.isfinite(result.force).all() and np.isfinite(result.velocity).all()):
+        raise InputError("cannot be drawn: a force or a speed is no number")
     end = float(result.time[-1])
     if file.suffix.lower() in STILLS:
         time = end if at is None else at

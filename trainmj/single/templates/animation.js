@@ -76,7 +76,7 @@ document.querySelectorAll(".animation").forEach((figure) => {
     },
     block: (g, w) => {
       add(g, "rect", { class: "body", x: 0, y: 78, width: w, height: 30 });
-      add(g, "path", { class: "gear", d: Array.from({ length: 4 }, (_, j) => `M${((j + 0.3) * w) / 4},106 l${w / 10},-26`).join(" ") });
+      add(g, "path", { class: "gear", d: Array.from({ length: 4 }, (_, j) => `M${((j + 0.2) * w) / 4},107 l${w / 12},-12`).join(" ") });
     },
     buffer_stop: (g, w) => {
       add(g, "path", { class: "gear", d: `M3,84 L${w - 4},110 M2,98 V110 M0,110 H${w}` });
