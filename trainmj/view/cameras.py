@@ -22,6 +22,7 @@ _PLACES = {  # where a camera stands and what it looks at, from what it follows 
 }
 _ENDS = 9.0  # of both leading vehicles together, seen from beside the impact with the devices between them [m]
 _AROUND = 4.0  # beyond the ends of the trains, in the strip that shows all of them [m]
+_AHEAD = 3.0  # of the moving train, to where one looks while the other side is far away [m]
 _WALL = 5.0  # how far a wall reaches [m]
 _GROUND = 1.0  # below the rails, in the strip [m]
 
@@ -55,10 +56,11 @@ class Director:
         self._between = setback(chain, chain.front, 1) + (setback(chain, other, -1) if there else 0.0)
 
     def _meeting(self, position: Array) -> float:
-        """Where the two sides meet, or would meet, from (n_point,) positions [m]."""
+        """Where the two sides meet, or are about to, from (n_point,) positions [m]."""
         chain = self._chain
         ours = position[chain.edge(chain.front, 1)]
-        return float(ours if self._wall else 0.5 * (ours + position[chain.edge(chain.front + 1, 0)]))
+        apart = 0.0 if self._wall else position[chain.edge(chain.front + 1, 0)] - ours
+        return float(ours + min(0.5 * apart, _AHEAD))
 
     def views(self, position: Array) -> list[View]:
         """The cameras for one sample: (n_point,) positions [m]."""

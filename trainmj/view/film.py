@@ -216,8 +216,8 @@ def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
     """What is read at a sample, beside the curves."""
     chain = result.chain
     yield "TS so far", f"{wear.TS_mm:.0f} mm"
-    stroke = result.of_device("stroke", chain.front, 0)[sample] / MM
-    yield f"front stroke{', one side' if two_sided(chain) else ''}", f"{stroke:z.0f} mm"
+    stroke = result.of_device("stroke", chain.front, 0)[: sample + 1].max(initial=0.0) / MM
+    yield f"front stroke so far{', one side' if two_sided(chain) else ''}", f"{stroke:.0f} mm"
     if chain.plane:
         name = "front rise" if chain.interfaces[-1].right == WALL else "front step"
         yield name, f"{result.step[sample, chain.front] / MM:z.0f} mm"
