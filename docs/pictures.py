@@ -290,10 +290,10 @@ def b_type() -> None:
 
 
 def crash() -> None:
-    """The film of the front interface, small enough for a README."""
+    """A film, small enough for a README."""
     from trainmj.view import render
 
-    render(trainmj.run(trainmj.load("b_type")), FOLDER / "crash.webp", "front", slow=0.15, size=(720, 405), fps=12)
+    render(trainmj.run(trainmj.load("b_type")), FOLDER / "crash.webp", slow=0.2, size=(720, 405), fps=12)
 
 
 def report() -> None:

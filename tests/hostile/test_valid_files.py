@@ -171,7 +171,7 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
                 max_size=5,
             )
         ),
-        "drawing": draw(st.sampled_from(["passenger", "wagon", "locomotive"])),
+        "drawing": draw(st.sampled_from(["passenger", "regional", "coach", "wagon", "locomotive"])),
     } | draw(st.sampled_from([{}, {"brakes": brakes}]))
     speed = draw(number(1, 200))
     partner = draw(st.sampled_from(["t", "rigid_wall", "lorry", "stop"]))

@@ -74,11 +74,17 @@ document.querySelectorAll(".animation").forEach((figure) => {
       window_(g, 0.76 * w, 68, 0.12 * w, 9);
       wheels(g, w, [0.16, 0.36, 0.84]);
     },
+    block: (g, w) => {
+      add(g, "rect", { class: "body", x: 0, y: 78, width: w, height: 30 });
+      add(g, "path", { class: "gear", d: Array.from({ length: 4 }, (_, j) => `M${((j + 0.2) * w) / 4},107 l${w / 12},-12`).join(" ") });
+    },
     buffer_stop: (g, w) => {
       add(g, "path", { class: "gear", d: `M3,84 L${w - 4},110 M2,98 V110 M0,110 H${w}` });
       for (let j = 0; j < 3; j++) add(g, "rect", { class: j % 2 ? "pane" : "body", x: 0, y: 72 + 9 * j, width: 6, height: 9 });
     },
   };
+  drawings.regional = drawings.passenger;
+  drawings.coach = (g, w) => drawings.passenger(g, w, 0);
   const wall = data.wall ? add(svg, "g", {}) : null;
   if (wall && data.obstacle) drawings[data.obstacle](add(wall, "g", { class: "car standing" }), body - 8, 0);
   if (wall) add(wall, "rect", { class: "wall", x: data.obstacle ? body - 8 : 0, y: 34, width: data.obstacle ? 8 : 20, height: RAIL - 34 });
