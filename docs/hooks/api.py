@@ -31,7 +31,7 @@ _GROUPS = {
     "Scenarios": ["load", "save", "Scenario"],
     "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "Status", "line_up", "installed"],
     "Ties in the vertical plane": ["bracket", "margins", "Margin"],
-    "Trust in a collision": ["converge", "Convergence", "compare", "Comparison", "verify", "Verification"],
+    "Trust in a collision": ["converge", "Convergence", "repeated", "Repeated", "verify", "Verification"],
     "Sweeps": ["run_cases", "load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
     "Identification": ["load_targets", "targets_of", "channels", "Identification", "identify", "Found"],
