@@ -18,8 +18,8 @@ from mutations import document, good, replaced
 import trainmj
 from trainmj import Standard
 from trainmj.collision.block import Layout
-from trainmj.collision.repeated import repeated
 from trainmj.collision.lineup import line_up
+from trainmj.collision.repeated import repeated
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.study import Study
