@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from trainmj.collision.status import Status as Status
     from trainmj.collision.summary import Summary as Summary
     from trainmj.collision.summary import summarise as summarise
+    from trainmj.comparison import Comparison as Comparison
+    from trainmj.comparison import compare as compare
     from trainmj.identification import Found as Found
     from trainmj.identification import Identification as Identification
     from trainmj.identification import identify as identify
@@ -86,6 +88,7 @@ _HOMES = {
     "collision.simulation": "run",
     "collision.status": "Status",
     "collision.summary": "Summary summarise",
+    "comparison": "Comparison compare",
     "identification": "Found Identification identify load_targets targets_of",
     "reliability": "Reliability ReliabilityResult load_reliability reliability_of run_reliability scenario_of_draw",
     "scenario": "Scenario load save",

@@ -32,6 +32,7 @@ _GROUPS = {
     "Collisions": ["run", "Result", "load_result", "summarise", "Summary", "Status", "line_up", "installed"],
     "Ties in the vertical plane": ["bracket", "margins", "Margin"],
     "Trust in a collision": ["converge", "Convergence", "repeated", "Repeated", "verify", "Verification"],
+    "Comparisons": ["compare", "Comparison"],
     "Sweeps": ["run_cases", "load_sweep", "sweep_of", "grid_of", "Sweep", "run_sweep", "SweepResult", "read_table"],
     "Studies": ["load_study", "study_of", "Study", "run_study", "StudyResult"],
     "Identification": ["load_targets", "targets_of", "channels", "Identification", "identify", "Found"],
