@@ -1,6 +1,6 @@
 """A result as an Excel workbook: what stands in the tables of a run, each sheet with its validity on top.
 
-Cells hold every digit; formats show those that are worth reading.
+Cells hold 16 digits, one more than Excel keeps; formats show those that are worth reading.
 """
 
 from __future__ import annotations
@@ -199,7 +199,7 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
     bold, white = Font(bold=True, size=12), Font(bold=True, color="FFFFFF")
     bad, good, head = (PatternFill("solid", fgColor=c) for c in ("C00000", "C6E0B4", "1F3864"))
     wrap = Alignment(wrap_text=True, vertical="center")
-    top, of_text = Alignment(vertical="top"), Alignment(vertical="top", wrap_text=sheet.name == "Summary")
+    top = Alignment(vertical="top", wrap_text=True) if sheet.name == "Summary" else None
 
     def cell(value: Any, form: str = "General") -> Any:
         if isinstance(value, _Shown):
@@ -214,9 +214,10 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
         made = WriteOnlyCell(page, value)
         if isinstance(value, str):
             made.data_type = "s"  # whatever it begins with, it is no formula
-            made.alignment = of_text
         elif value is not None:
-            made.number_format, made.alignment = form, top
+            made.number_format = form
+        if top is not None:
+            made.alignment = top
         if verdict is not None and verdict.kind in ("pass", "fail"):
             made.fill, made.font = (bad, white) if verdict.kind == "fail" else (good, Font(bold=True))
         return made
