@@ -86,14 +86,10 @@ def test_a_result_is_kept_against_itself(result):
     """Breaks if any channel differs from itself, or a rule does."""
     found = compare(result, result)
     table = found.to_frame()
-    assert set(table["channel"]) >= {
-        "velocity_M1_km_h",
-        "stroke_M1_M2_mm",
-        "force_M1_wall_kN",
-        "acceleration_cfc60_M2_g",
-    }
-    assert (
-        (table[["peak_difference", "peak_time_difference_s", "mean_difference", "rms_difference"]] == 0.0).all().all()
+    some = {"velocity_M1_km_h", "stroke_M1_M2_mm", "force_M1_wall_kN", "acceleration_cfc60_M2_g"}
+    assert set(table["channel"]) >= some
+    differences = ["peak_difference", "peak_time_difference_s", "mean_difference", "rms_difference"]
+    assert (table[differences] == 0.0).all().all()
     )
     assert found.kept is True
     assert all(rule.kept for rule in found.rules)
@@ -146,7 +142,7 @@ def test_records_and_lengths_may_differ_and_are_said(result):
     found = compare(other, result)
     said = " ".join(found.remarks)
     assert "Records are 3 ms apart in A and 1 ms in B" in said
-    assert "The scenarios differ: simulation.time_limit_s" in said
+    assert "The scenarios differ: simulation.record_every_ms 3 in A, not stated in B, simulation.time_limit_s" in said
     assert "Only in B: acceleration_cfc60_M1_g" in said
     assert all(row.to_s <= 0.15 for row in found.differences)
     worst = found.to_frame().set_index("channel")["rms_difference_percent"]
@@ -308,7 +304,7 @@ def test_channels_of_an_iso_mme_folder_are_found_by_their_names(result, tmp_path
 BAD: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
     ("t,a\n0,1\n1,2\n", {}, {}, "no column is called like a channel"),
     ("t,a\n0,1\n1,2\n", {"velocity_M1_km_h": "b"}, {}, "velocity_M1_km_h = b: there is no column 'b'"),
-    ("t,a\n0,1\n1,2\n", {"velocity_M7_km_h": "a"}, {}, "has no such channel; did you mean 'velocity_M1_km_h'"),
+    ("t,a\n0,1\n1,2\n", {"velocity_M7_km_h": "a"}, {}, "has no such channel; did you mean 'velocity_M"),
     ("t,a_kN\n0,1\n1,2\n", {"velocity_M1_km_h": "a_kN"}, {}, "is in 'kN', which cannot be turned into 'km/h'"),
     ("x,a\n0,1\n1,2\n", {"velocity_M1_km_h": "a"}, {}, "no column is called time: name it with --time"),
     ("t,a\n0,1\n0,2\n", {"velocity_M1_km_h": "a"}, {}, "line 3: times must increase: 0 s does not come after 0 s"),
@@ -334,7 +330,7 @@ def test_arguments_that_cannot_be_meant_are_refused(result):
         compare(5, result)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="needs a Result"):
         compare(result, None)
-    with pytest.raises(InputError, match="--channel: names columns of a test, and .* is a result"):
+    with pytest.raises(InputError, match=r"--channel: names columns of a test, and .* is a result"):
         compare(result, result, {"velocity_M1_km_h": "a"})
 
 
@@ -365,11 +361,13 @@ def test_the_command_says_what_is_kept_by_its_exit_code(folders):
     assert len(found["channels"]) == len(compare(a, b).differences)
 
 
+@pytest.mark.thorough
 def test_the_folder_has_tables_figure_and_report(folders, tmp_path):
-    done = command("compare", str(folders / "a.nc"), str(folders / "b.nc"), "--out", str(tmp_path / "c"), "--report")
+    both = str(folders / "a.nc"), str(folders / "b.nc")
+    done = command("compare", *both, "--out", str(tmp_path / "c"), "--report", "--figures", "svg")
     assert done.exit_code == 1
     files = {file.name for file in (tmp_path / "c").iterdir()}
-    assert files == {"comparison.json", "differences.csv", "rules.csv", "overlay.png", "report.html"}
+    assert files == {"comparison.json", "differences.csv", "rules.csv", "overlay.svg", "report.html"}
     page = (tmp_path / "c" / "report.html").read_text()
     for words in ("not kept", "no compliance is claimed", "force_M1_wall_kN", "Nothing is extrapolated", "--report"):
         assert words in page
@@ -382,7 +380,9 @@ def test_many_channels_are_drawn_where_they_differ_most(result):
     """Breaks if a figure of a long train has a hundred panels, or leaves out what matters."""
     found = compare(scaled(result, force=1.2), result)
     assert [one.channel for one in figures.chosen(found, 2)] == ["force_M1_wall_kN", "force_M1_M2_kN"]
-    assert page_of(found, "").sections[1].title == "Over time"
+    html = page_of(found, "trainmj compare a b --report").html()
+    for words in ("not kept", "no compliance is claimed", "force_M1_wall_kN", "Nothing is extrapolated", "--report"):
+        assert words in html
 
 
 @pytest.mark.parametrize(
