@@ -90,7 +90,6 @@ def test_a_result_is_kept_against_itself(result):
     assert set(table["channel"]) >= some
     differences = ["peak_difference", "peak_time_difference_s", "mean_difference", "rms_difference"]
     assert (table[differences] == 0.0).all().all()
-    )
     assert found.kept is True
     assert all(rule.kept for rule in found.rules)
     assert {rule.name for rule in found.rules} == {SEQUENCE, ENERGY, STROKE, FORCE}
