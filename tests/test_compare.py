@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from pages import blocks, file_block
 from test_cli import fails, works
 from test_cli import trainmj as command
 
@@ -324,6 +325,20 @@ def test_a_test_that_cannot_be_compared_says_why(result, tmp_path, text, channel
     assert said in str(error.value)
 
 
+def test_a_newcomer_compares_a_test_as_the_docs_write_it(tmp_path, monkeypatch):
+    """Breaks if the page needs more than five commands, or shows what does not work."""
+    monkeypatch.chdir(tmp_path)
+    for title in ("wagons.yaml", "test.csv"):
+        Path(title).write_text(file_block("docs/compare.md", title), encoding="utf-8")
+    commands = [words for block in blocks("docs/compare.md")[1:] for words in block.commands]
+    assert [words[0] for words in commands] == ["run", "compare"]
+    trainmj.run("wagons.yaml").save("result.nc")
+    asked = commands[1][2:]
+    text = works("compare", "result.nc", *asked[: asked.index("--out")])
+    assert "Rules: 6 of 6 kept" in text
+    assert "load cell [MN], MN turned into kN" in " ".join(text.split())
+
+
 def test_arguments_that_cannot_be_meant_are_refused(result):
     with pytest.raises(TypeError, match="needs a Result"):
         compare(5, result)  # type: ignore[arg-type]
@@ -395,10 +410,11 @@ def test_many_channels_are_drawn_where_they_differ_most(result):
         (("{a}", "{a}", "--time", "t"), "--time: names columns of a test"),
         (("{a}", "t.csv", "--channel", "velocity_M1_km_h"), "must be PATH=VALUE"),
         (("{a}", "t.csv", "--channel", "x=a", "--channel", "x=b"), "x is named twice"),
+        (("{a}", "{a}", "--out", "{here}"), "has a result that is compared"),
         (("{a}", "t.csv", "--align", "--offset-ms", "3"), "leave one of them out"),
     ],
 )
 def test_wrong_words_are_refused(folders, tmp_path, monkeypatch, args, said):
     monkeypatch.chdir(tmp_path)
     Path("t.csv").write_text("t,a\n0,1\n")
-    assert said in fails("compare", *(arg.format(a=folders / "a.nc") for arg in args))
+    assert said in fails("compare", *(arg.format(a=folders / "a.nc", here=folders) for arg in args))

@@ -71,12 +71,16 @@ def compare(
         if name in chosen:
             raise InputError(f"--channel {text}: {name} is named twice")
         chosen[name] = column
+    from trainmj.collision.result import find_result
     from trainmj.comparison import folder
     from trainmj.comparison.screen import print_comparison
     from trainmj.output.page import REPORT
 
     if out is not None:
         inputs = [Path(given) for given in (a, b) if Path(given).is_file()]
+        for saved in (find_result(a), find_result(b)):
+            if saved is not None and out.resolve() == saved.parent.resolve():
+                raise InputError(f"--out {out}: has a result that is compared: take another folder")
         click.get_current_context().with_resource(filling(out, folder.OWN, inputs))
     found = trainmj.compare(a, b, chosen, time, align, offset_ms)
     if out is not None:

@@ -40,5 +40,6 @@ def overlay(found: Comparison, width: Width = "page") -> Figure:
             len(drawn) < len(found.differences)
         )
         picture.suptitle(f"Channels of A and B{more}", x=0.01, ha="left")
-        picture.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+        handles, names = panels[0].get_legend_handles_labels()
+        picture.legend(handles[::-1], names[::-1], loc="outside upper right", ncols=2)
     return picture

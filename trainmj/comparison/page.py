@@ -13,7 +13,7 @@ from trainmj.output.blocks import Card
 from trainmj.output.page import Page
 from trainmj.output.plot import GREY, Trace, axes, line
 from trainmj.output.style import BLUE
-from trainmj.units import MS
+from trainmj.units import MS, words
 
 _MOST_PLOTS = 24
 _MOST_SAMPLES = 1000
@@ -44,7 +44,14 @@ def page_of(found: Comparison, command: str) -> Page:
         a, b = found.a.channels[one.channel], found.b.channels[one.channel]
         moved = b._replace(time=b.time + one.offset_ms * MS)
         traces = [_line("B", moved, GREY, 4.0, opacity=0.5), _line("A", a, BLUE, 1.6)]
-        layout = axes("Time", "s", "", one.unit, hovermode="x unified", xaxis={"hoverformat": ".4g"})
+        layout = axes(
+            "Time",
+            "s",
+            words(one.channel).split()[0].capitalize(),
+            one.unit,
+            hovermode="x unified",
+            xaxis={"hoverformat": ".4g"},
+        )
         note = f"Compared from {one.from_s:.4g} to {one.to_s:.4g} s."
         section.plot(traces, layout, title=one.channel, note=note, height=280, half=True)
     section = page.section("Differences")
