@@ -301,6 +301,22 @@ def test_channels_of_an_iso_mme_folder_are_found_by_their_names(result, tmp_path
     assert again.to_frame().set_index("channel").loc["velocity_M1_km_h", "rms_difference"] > 0.1
 
 
+def test_a_factor_that_is_stated_is_the_only_one(result, test):
+    """Breaks if a column whose name ends like a unit is converted against its owner's word."""
+    table = test.rename(columns={"lead": "v_in"})
+    with pytest.raises(InputError, match=r"'v_in' is in 'in', .* state a factor"):
+        compare(result, table, {"velocity_M1_km_h": "v_in"})
+    (row,) = compare(result, table, {"velocity_M1_km_h": "3.6 * v_in"}).differences
+    assert row.rms_difference < 1e-9
+
+
+def test_rows_that_trainmj_marked_as_not_valid_are_left_out():
+    """Breaks if a table that trainmj wrote brings forces behind the end of a curve back."""
+    ended = wagons(speed_km_h=30)
+    found = compare(wagons(speed_km_h=29), ended.table())
+    assert all(row.to_s <= ended.tally.valid_until for row in found.differences)
+
+
 BAD: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
     ("t,a\n0,1\n1,2\n", {}, {}, "no column is called like a channel"),
     ("t,a\n0,1\n1,2\n", {"velocity_M1_km_h": "b"}, {}, "velocity_M1_km_h = b: there is no column 'b'"),
@@ -310,6 +326,7 @@ BAD: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
     ("t,a\n0,1\n0,2\n", {"velocity_M1_km_h": "a"}, {}, "line 3: times must increase: 0 s does not come after 0 s"),
     ("t,a\n0,1\n,2\n", {"velocity_M1_km_h": "a"}, {}, "line 3: has no time"),
     ("t,a\n0,1\n1,\n", {"velocity_M1_km_h": "a"}, {}, "has 1 values, and needs 2 or more"),
+    ("t,velocity_M1_km_h,velocity_M1 [m/s]\n0,1,1\n1,2,2\n", {}, {}, "are both velocity_M1_km_h: say which"),
     ("t,a\n0,one\n1,two\n", {"velocity_M1_km_h": "a"}, {}, "there is no column 'a'"),
     ("t,a\n5,1\n6,2\n", {"velocity_M1_km_h": "a"}, {}, "no channel is in both at the same time"),
     ("t,a\n0,1\n1,2\n", {"velocity_M1_km_h": "a"}, {"time": "b"}, "--time b: there is no column 'b'"),

@@ -213,7 +213,7 @@ def test_channels_end_where_they_are_no_longer_valid(ended, tmp_path):
     """Breaks if a laboratory's program draws forces behind the end of a curve."""
     mme.write(ended, trainmj.summarise(ended), tmp_path / "bad")
     about, found = read_mme(tmp_path / "bad")
-    assert "not valid after" in about["Comments"]
+    assert "NOT VALID AFTER" in about["Comments"]
     end = ended.tally.valid_until
     assert all(time[-1] <= end for _, time, _ in found.values())
     _, time, _ = found["10VEHC01CG00VEX0"]

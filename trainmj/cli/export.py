@@ -129,7 +129,9 @@ def export(
     result = trainmj.run(loaded) if before is None else before
     summary = trainmj.summarise(result)
     _RESULTS[kind](result, summary, out, inputs, marks)
-    said = f" ({summary.status}; {summary.not_valid.upper()})" if summary.not_valid else ""
+    from trainmj.exchange.tables import validity
+
+    said = f"; {validity(summary)}: {summary.status}" if summary.status.unusable else ""
     click.echo(f"Written to {out}{'/' if kind in _FOLDERS else ''}{said}")
 
 

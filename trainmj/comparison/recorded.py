@@ -34,11 +34,12 @@ _UNITS: dict[str, tuple[str, float]] = {
 }  # fmt: skip
 """What a unit measures, and its size in SI."""
 
-_SPELT = {"m/(s*s)": "m/s2", "m/s^2": "m/s2", "m/s²": "m/s2", "kph": "km/h"}
+_SPELT = {"-": "", "1": "", "m/(s*s)": "m/s2", "m/s^2": "m/s2", "m/s²": "m/s2", "kph": "km/h"}
 _ENDS = {unit.replace("/", "_per_"): unit for unit in _UNITS} | {"km_h": "km/h"}
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(]\s*([^\[\]]*?)\s*[\])]\s*")
 _TIMES = ("time", "t")
 _SIGNED = re.compile(r"\s*(?P<sign>[+-]?)\s*(?:(?P<factor>[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*\*\s*)?(?P<name>\S.*?)\s*")
+_VALID = "valid"  # the column of histories.csv that is 0 where a row is not
 _FEWEST = 2  # values of a channel
 
 
@@ -55,7 +56,7 @@ class _Columns:
         """Times, values in a unit, and how they were made of columns."""
         terms = _terms(text, self.series)
         head, factor = next(iter(terms.items()))
-        if len(terms) == 1 and abs(factor) == 1.0:  # as it stands
+        if text.strip().lstrip("+- ") == head:  # no factor is stated
             times, values = self.series[head]
             size, how = _converted(head, self.units[head], unit)
             return times, factor * size * values, f"{text}, {how}" if how else text
@@ -83,7 +84,13 @@ def of_test(given: Any, name: str, known: Collection[str], chosen: Mapping[str, 
     found: dict[str, Series] = {}
     taken: set[str] = set()
     wanted = {_known(key, known): text for key, text in chosen.items()}
-    own = {key: head for head, base in columns.names.items() if (key := _named(base, known))}
+    own: dict[str, str] = {}
+    for head, base in columns.names.items():
+        key = _named(base, known)
+        if key in own and key not in wanted:
+            raise InputError(f"{columns.said}: {own[key]!r} and {head!r} are both {key}: say which with --channel")
+        if key:
+            own[key] = head
     for key, text in (own | wanted).items():
         try:
             times, values, origin = columns.made(text, unit_of(key))
@@ -134,7 +141,10 @@ def _converted(head: str, unit: str, wanted: str) -> tuple[float, str]:
     if not unit:
         return 1.0, f"taken as {wanted or 'a plain number'}"
     if unit not in _UNITS or wanted not in _UNITS or _UNITS[unit][0] != _UNITS[wanted][0]:
-        raise InputError(f"the column {head[:60]!r} is in {unit[:20]!r}, which cannot be turned into {wanted!r}")
+        raise InputError(
+            f"the column {head[:60]!r} is in {unit[:20]!r}, which cannot be turned into {wanted!r}: "
+            "if it is not, state a factor, as in '1 * NAME'"
+        )
     return _UNITS[unit][1] / _UNITS[wanted][1], f"{unit} turned into {wanted}"
 
 
@@ -191,7 +201,9 @@ def _of_table(table: Table, said: str, time: str | None) -> _Columns:
         row = int(back[0]) + 1
         rule = f"{times[row]:.9g} s does not come after {times[row - 1]:.9g} s"
         raise InputError(f"{said}: line {table.lines[row]}: times must increase: {rule}")
-    clocks = _terms(clock, numbers)
+    if _VALID in numbers:  # as trainmj marks rows
+        numbers = {head: np.where(numbers[_VALID] == 0.0, np.nan, values) for head, values in numbers.items()}
+    clocks = [*_terms(clock, numbers), _VALID]
     series = {head: (times, values) for head, values in numbers.items() if head not in clocks}
     return _Columns(said, series, units, {head: _split(head)[0] for head in series})
 

@@ -20,6 +20,7 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
+from trainmj.exchange.tables import validity
 from trainmj.files.folder import filling, staged
 from trainmj.files.mme import CHANNELS, Channel, texts
 from trainmj.files.written import remove, write_bytes
@@ -68,7 +69,7 @@ def _about(result: Result, summary: Summary) -> dict[str, str]:
             f"Velocity test object {n}": f"{chain.speed[of][0]:.9g}",
             f"Mass test object {n}": f"{chain.mass[of].sum():.9g}",
         }
-    valid = f"{summary.not_valid}: channels end there" if summary.not_valid else "all values are valid"
+    valid = f"{validity(summary)}{': channels end there' * bool(summary.not_valid)}"
     return {
         "Laboratory name": f"trainmj {result.versions.get('trainmj', '')}",
         "Title": f"{scenario.heading}: {scenario.subject}",

@@ -18,6 +18,13 @@ OWN = r"(histories|interfaces|stages|vehicles|wheelsets|bodies)\.csv"
 """The files of a folder of tables, as a pattern of their names."""
 
 
+def validity(summary: Summary) -> str:
+    """Whether the numbers of a result may be used, in words for every sheet and file."""
+    if summary.not_valid:
+        return summary.not_valid.upper()
+    return "NUMBERS MAY NOT BE USED" if summary.status.unusable else "all numbers are valid"
+
+
 def tables(result: Result, summary: Summary) -> dict[str, pd.DataFrame]:
     """The tables of a run by name, those of the stages of its devices among them, both sides of the front over time."""
     import pandas as pd

@@ -18,14 +18,14 @@ from trainmj.collision.quantities import BALANCE, COLLISION, of_train
 from trainmj.collision.result import Result
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
-from trainmj.exchange.tables import tables
+from trainmj.exchange.tables import tables, validity
 from trainmj.files.text import printable
 from trainmj.output.table import Verdict
 from trainmj.scenario import to_yaml
 from trainmj.single.tables import checks, why_not_valid
 from trainmj.units import unit_of, words
 
-_MOST_ROWS, _MOST_COLUMNS, _MOST_CELLS = 1_048_576, 16_384, 20_000_000
+_MOST_ROWS, _MOST_COLUMNS, _MOST_CELLS = 1_048_576, 16_384, 3_000_000
 _LONGEST = 32_767  # characters of a cell
 _WIDEST, _NARROWEST = 60, 9  # of a column, in characters
 _A4 = 9  # of the paper sizes that Excel knows
@@ -67,8 +67,7 @@ def write(result: Result, summary: Summary) -> bytes:
 
     book = Workbook(write_only=True)
     scenario = result.scenario
-    valid = summary.not_valid.upper() if summary.not_valid else "all numbers are valid"
-    mark = f"{scenario.heading}: {scenario.subject}. {summary.status}; {valid}."
+    mark = f"{scenario.heading}: {scenario.subject}. {summary.status}; {validity(summary)}."
     for sheet in _sheets(result, summary):
         _add(book, sheet, mark, bool(summary.status.unusable))
     book.properties.creator, book.properties.title = "trainmj", scenario.heading
@@ -103,7 +102,7 @@ def _why(summary: Summary) -> str:
 def _summary(result: Result, summary: Summary) -> Iterator[tuple[Any, ...]]:
     """Status, criteria, what there is to know, and what computed it."""
     yield "Status", str(summary.status), "", "how the collision ended"
-    yield "Valid", not summary.not_valid, "", summary.not_valid or "all numbers are valid"
+    yield "Valid", not summary.status.unusable, "", validity(summary)
     for q in (*of_train(result.chain), *COLLISION):
         yield q.heading.replace("\n", " "), _Shown(summary.values[q.name], _decimals(q.digits)), q.unit, q.meaning
     for remark in summary.remarks:
