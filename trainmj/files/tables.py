@@ -22,7 +22,7 @@ from trainmj.errors import InputError, close_match
 from trainmj.files.heads import Column, Known, exactly, factors_of, is_unit, read_heads, with_unit
 from trainmj.files.keyword import curve_in, is_deck
 from trainmj.files.numbers import GROUPED, WRITTEN, read_number
-from trainmj.files.parts import WHOLE, Part
+from trainmj.files.parts import WHOLE, Either, Part
 from trainmj.files.spreadsheet import Flaw, Percent, chosen, is_workbook, read_workbook, table_in
 from trainmj.files.text import HIDDEN, beside, decoded, read_bytes
 
@@ -64,6 +64,9 @@ class TablePlace(Part):
     )
 
 
+OneTable = Annotated[str | TablePlace, Either(said="the name of a file, or a group with file, sheet and range")]
+
+
 @dataclass(frozen=True)
 class Table:
     """A table that somebody else wrote.
@@ -86,6 +89,12 @@ class Table:
     letters: Mapping[str, str] = field(default_factory=dict)
     written: Mapping[str, tuple[str, list[Any]]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """How it was read, if there is something to know, in a line that names it."""
+        named = f"{self.file.name}, {self.sheet}" if self.sheet else self.file.name
+        return f"{named}: {'; '.join(self.notes)}" if self.notes else ""
 
     def place(self, row: int, column: str = "") -> str:
         """Where a row or a cell is: ``line 7``, or ``coupler!C7`` on a sheet; the first row is 0 here."""

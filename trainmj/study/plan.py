@@ -260,12 +260,17 @@ def _checked(source: Source) -> Study:
         return study
     import pandas as pd
 
-    of_numbers = {head for f in study.space.factors if f.kind != "choice" for head in (f.name, f.head)}
+    heads = {head: f for f in study.space.factors for head in (f.name, f.head)}
+    units = {head: f.unit for head, f in heads.items()}
     try:
-        table = read_beside(source.folder, spec.design.file, "file")
-        points: dict[str, Any] = dict(table.columns)
-        points |= {head: table.numbers(head) for head in of_numbers & points.keys()}
+        table = read_beside(source.folder, spec.design, "file", units.get)
+        points = {
+            head: table.column(head) if heads[head].kind == "choice" else table.numbers(head)
+            for head in table.columns
+            if head in heads
+        }
         given = study.space.from_table(pd.DataFrame(points)).tolist()
-        return replace(study, given=given, source=source.reading(spec.design.file))
+        told = [table.note] * bool(table.note)
+        return replace(study, given=given, source=source.reading(spec.design.file, told=told))
     except InputError as error:
         raise source.error(str(error).removeprefix("file: "), "design", "file") from None
