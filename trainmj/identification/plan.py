@@ -20,6 +20,7 @@ from trainmj.errors import InputError
 from trainmj.files.kinds import TARGETS
 from trainmj.files.resources import find_file
 from trainmj.files.source import Problem, Source, source_of
+from trainmj.files.text import Folders, allowing
 from trainmj.files.yaml import read_yaml
 from trainmj.identification.data import (
     Observation,
@@ -203,16 +204,18 @@ class Identification:
         return found
 
 
-def load_targets(file: str | Path) -> Identification:
+def load_targets(file: str | Path, *, allow_folder: Folders = ()) -> Identification:
     """Read a targets file, or one that ships with trainmj by its name.
 
     Args:
         file: path of a YAML file, or a name such as ``b_type`` for scenarios/b_type.targets.yaml.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_yaml(find_file(file, TARGETS.ending, "targets file")))
+    with allowing(allow_folder):
+        return _checked(read_yaml(find_file(file, TARGETS.ending, "targets file")))
 
 
 def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identification:

@@ -23,7 +23,7 @@ from trainmj.files.kinds import SWEEP
 from trainmj.files.resources import find_file
 from trainmj.files.source import Source, plain, source_of
 from trainmj.files.tables import Table, TablePlace, read_beside
-from trainmj.files.text import FORMULA, HIDDEN
+from trainmj.files.text import FORMULA, HIDDEN, Folders, allowing
 from trainmj.files.yaml import read_value, read_yaml
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.files import nowhere
@@ -226,17 +226,19 @@ def grid_values(values: Any, said: str) -> list[Any]:
     return [read_value(part, said) for part in values.split(",")]
 
 
-def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sweep:
+def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None, *, allow_folder: Folders = ()) -> Sweep:
     """Read a sweep file.
 
     Args:
         file: path of the YAML file.
         changes: values changed in every case; they come after those of the file.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Raises:
         InputError: with file, line, key, value and rule.
     """
-    return _checked(read_yaml(find_file(file, SWEEP.ending, "sweep")), changes or {})
+    with allowing(allow_folder):
+        return _checked(read_yaml(find_file(file, SWEEP.ending, "sweep")), changes or {})
 
 
 def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
