@@ -301,10 +301,24 @@ def test_channels_of_an_iso_mme_folder_are_found_by_their_names(result, tmp_path
     assert again.to_frame().set_index("channel").loc["velocity_M1_km_h", "rms_difference"] > 0.1
 
 
+def test_a_test_in_a_workbook_is_the_same_one(result, test, tmp_path):
+    """Breaks if a sheet is read as another table than a CSV file, or one of several is guessed."""
+    file = tmp_path / "test.xlsx"
+    with pd.ExcelWriter(file) as book:
+        test.to_excel(book, sheet_name="front", index=False)
+        test.assign(lead=0.0).to_excel(book, sheet_name="rear", index=False)
+    with pytest.raises(InputError, match="has tables on 2 sheets: state sheet, one of 'front', 'rear'"):
+        compare(result, file, NAMED)
+    found = compare(result, file, NAMED, sheet="front")
+    assert max(row.rms_percent for row in found.differences) < 1e-9
+    part = compare(result, file, {"velocity_M1_km_h": "3.6 * lead"}, sheet="front", cells="A1:B51")
+    assert part.differences[0].to_s == pytest.approx(0.049)
+
+
 def test_a_factor_that_is_stated_is_the_only_one(result, test):
     """Breaks if a column whose name ends like a unit is converted against its owner's word."""
     table = test.rename(columns={"lead": "v_in"})
-    with pytest.raises(InputError, match=r"'v_in' is in 'in', .* state a factor"):
+    with pytest.raises(InputError, match=r"is in in, a length, and must be a speed.* state a factor"):
         compare(result, table, {"velocity_M1_km_h": "v_in"})
     (row,) = compare(result, table, {"velocity_M1_km_h": "3.6 * v_in"}).differences
     assert row.rms_difference < 1e-9
@@ -321,13 +335,13 @@ BAD: list[tuple[str, dict[str, str], dict[str, Any], str]] = [
     ("t,a\n0,1\n1,2\n", {}, {}, "no column is called like a channel"),
     ("t,a\n0,1\n1,2\n", {"velocity_M1_km_h": "b"}, {}, "velocity_M1_km_h = b: there is no column 'b'"),
     ("t,a\n0,1\n1,2\n", {"velocity_M7_km_h": "a"}, {}, "has no such channel; did you mean 'velocity_M"),
-    ("t,a_kN\n0,1\n1,2\n", {"velocity_M1_km_h": "a_kN"}, {}, "is in 'kN', which cannot be turned into 'km/h'"),
+    ("t,a_kN\n0,1\n1,2\n", {"velocity_M1_km_h": "a_kN"}, {}, "is in kN, a force, and must be a speed, such as km/h"),
     ("x,a\n0,1\n1,2\n", {"velocity_M1_km_h": "a"}, {}, "no column is called time: name it with --time"),
     ("t,a\n0,1\n0,2\n", {"velocity_M1_km_h": "a"}, {}, "line 3: times must increase: 0 s does not come after 0 s"),
     ("t,a\n0,1\n,2\n", {"velocity_M1_km_h": "a"}, {}, "line 3: has no time"),
     ("t,a\n0,1\n1,\n", {"velocity_M1_km_h": "a"}, {}, "has 1 values, and needs 2 or more"),
-    ("t,velocity_M1_km_h,velocity_M1 [m/s]\n0,1,1\n1,2,2\n", {}, {}, "are both velocity_M1_km_h: say which"),
-    ("t,a\n0,one\n1,two\n", {"velocity_M1_km_h": "a"}, {}, "there is no column 'a'"),
+    ("t,velocity_M1 [mph],velocity_M1 [m/s]\n0,1,1\n1,2,2\n", {}, {}, "may both be velocity_M1_km_h"),
+    ("t,a\n0,one\n1,two\n", {"velocity_M1_km_h": "a"}, {}, "line 2: row 1: a = 'one': must be a number"),
     ("t,a\n5,1\n6,2\n", {"velocity_M1_km_h": "a"}, {}, "no channel is in both at the same time"),
     ("t,a\n0,1\n1,2\n", {"velocity_M1_km_h": "a"}, {"time": "b"}, "--time b: there is no column 'b'"),
     ("t,a\n0,1\n1,2\n", {"velocity_M1_km_h": "a"}, {"align": True, "offset_ms": 2.0}, "either sought or stated"),
@@ -361,7 +375,7 @@ def test_arguments_that_cannot_be_meant_are_refused(result):
         compare(5, result)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="needs a Result"):
         compare(result, None)
-    with pytest.raises(InputError, match=r"--channel: names columns of a test, and .* is a result"):
+    with pytest.raises(InputError, match=r"is a result, which has no columns to name"):
         compare(result, result, {"velocity_M1_km_h": "a"})
 
 
@@ -424,7 +438,7 @@ def test_many_channels_are_drawn_where_they_differ_most(result):
         (("t.csv", "{a}"), "the result comes first"),
         (("{a}", "."), "holds no result.nc"),
         (("{a}", "{a}", "--report"), "--report: needs --out"),
-        (("{a}", "{a}", "--time", "t"), "--time: names columns of a test"),
+        (("{a}", "{a}", "--time", "t"), "is a result, which has no columns to name"),
         (("{a}", "t.csv", "--channel", "velocity_M1_km_h"), "must be PATH=VALUE"),
         (("{a}", "t.csv", "--channel", "x=a", "--channel", "x=b"), "x is named twice"),
         (("{a}", "{a}", "--out", "{here}"), "has a result that is compared"),

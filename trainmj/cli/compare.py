@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     help="Which column of a test is which channel, or a sum of columns: velocity_M1_km_h='3.6 * v1'. May be repeated.",
 )
 @click.option("--time", metavar="COLUMN", help="Column of times of a test, or a sum; by default the one called time.")
+@click.option("--sheet", metavar="NAME", help="Sheet of a workbook with a test, if several have tables.")
+@click.option("--range", "cells", metavar="CELLS", help="Where on the sheet it is, heads included, as B3:F200.")
 @click.option("--align", is_flag=True, help="Seek the shift of B's clock with which the two differ least, and say it.")
 @click.option(
     "--offset-ms", type=float, metavar="MS", default=0.0, help="A shift of B's clock that is known, added to its times."
@@ -44,6 +46,8 @@ def compare(
     b: str,
     channels: tuple[str, ...],
     time: str | None,
+    sheet: str | None,
+    cells: str | None,
     align: bool,
     offset_ms: float,
     out: Path | None,
@@ -55,8 +59,9 @@ def compare(
     """Hold a result against another one, or against a test.
 
     A is a saved result or its folder; a scenario is computed. B is likewise, or a test: a table with a column for each
-    channel (CSV), or an ISO-MME folder. Prints how far channels differ while both are there, and the rules that the
-    validation of a model by EN 15227 speaks of: sequence, energy, strokes and mean forces. No compliance is claimed.
+    channel (CSV, or an Excel workbook), or an ISO-MME folder. Prints how far channels differ while both are there, and
+    the rules that the validation of a model by EN 15227 speaks of: sequence, energy, strokes and mean forces. No
+    compliance is claimed.
 
     Exit code: 0 if the rules are kept that could be judged, or none could; 1 if one is not kept, or the numbers of a
     result may not be used; 2 for wrong input.
@@ -82,9 +87,10 @@ def compare(
             if saved is not None and out.resolve() == saved.parent.resolve():
                 raise InputError(f"--out {out}: has a result that is compared: take another folder")
         click.get_current_context().with_resource(filling(out, folder.OWN, inputs))
-    found = trainmj.compare(a, b, chosen, time, align, offset_ms)
+    found = trainmj.compare(a, b, chosen, time, align, offset_ms, sheet, cells)
     if out is not None:
         words = [f"--channel {quote(text)}" for text in channels] + ([f"--time {quote(time)}"] if time else [])
+        words += ([f"--sheet {quote(sheet)}"] if sheet else []) + ([f"--range {quote(cells)}"] if cells else [])
         words += (["--align"] if align else []) + ([f"--offset-ms {offset_ms:g}"] if offset_ms else [])
         command = " ".join(["trainmj compare", quote(a), quote(b), *words, f"--out {quote(str(out))} --report"])
         folder.write(found, out, command, figures, figure_width, with_report)

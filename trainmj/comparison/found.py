@@ -20,7 +20,7 @@ from trainmj.cases.origin import differing
 from trainmj.collision.result import Result, find_result, load_result, result_given
 from trainmj.collision.simulation import run
 from trainmj.comparison.differences import Difference, best_offset, differences
-from trainmj.comparison.recorded import TABLES, of_test
+from trainmj.comparison.recorded import TABLES, Asked, of_test
 from trainmj.comparison.rules import Rule, rules
 from trainmj.comparison.sides import Side, of_result
 from trainmj.errors import InputError
@@ -108,6 +108,8 @@ def compare(
     time: str | None = None,
     align: bool = False,
     offset_ms: float = 0.0,
+    sheet: str | None = None,
+    cells: str | None = None,
 ) -> Comparison:
     """Hold a result against another one, or against a test.
 
@@ -120,6 +122,8 @@ def compare(
         align: whether to seek the shift of the clock of b with which the two differ least; it is said, and differences
             without it are there too.
         offset_ms: a shift of the clock of b that is known: added to its times.
+        sheet: of a workbook with a test; may be left out if only one has a table.
+        cells: of a test on a sheet, its heads included: B3:F200; may be left out if the sheet has one table.
 
     Raises:
         InputError: if one cannot be read, or they have no channel in common.
@@ -129,7 +133,7 @@ def compare(
         raise InputError("the offset is either sought or stated")
     one = _result(a)
     first = of_result(_name(a, "A"), one)
-    second = _second(b, first, channels, time)
+    second = _second(b, first, Asked(channels or {}, time, sheet, cells))
     plain = tuple(differences(first, second))
     if not plain and not offset_ms:
         raise InputError(f"{first.name} and {second.name}: no channel is in both at the same time")
@@ -171,16 +175,17 @@ def is_test(path: Path) -> bool:
     return path.suffix.lower() in TABLES or mme.find(path) is not None or path.suffix.lower() == ".mme"
 
 
-def _second(b: Any, first: Side, channels: Mapping[str, str] | None, time: str | None) -> Side:
+def _second(b: Any, first: Side, asked: Asked) -> Side:
     import pandas as pd
 
     frame = isinstance(b, pd.DataFrame)
     if frame or (isinstance(b, (str, PathLike)) and find_result(Path(b)) is None and is_test(Path(b))):
         given, name = (b, "the table") if frame else (Path(b), str(b))
-        return of_test(given, name, list(first.channels), channels or {}, time)
-    if channels or time:
-        what = "channel" if channels else "time"
-        raise InputError(f"--{what}: names columns of a test, and {_name(b, 'B')} is a result")
+        return of_test(given, name, list(first.channels), asked)
+    if asked:
+        raise InputError(
+            f"{_name(b, 'B')}: is a result, which has no columns to name: leave channel, time and sheet out"
+        )
     return of_result(_name(b, "B"), _result(b))
 
 
