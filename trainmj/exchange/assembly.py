@@ -17,10 +17,11 @@ from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hystere
 _STEP = 1e-5  # where nothing wants a smaller one [s]
 _FINE = 1e-6  # where there are small masses between springs [s]
 _HALVINGS = 6  # of that, at most
-_SHARE = 0.005  # of the mass of its vehicle that a node between springs may have
+_SHARE = 0.003  # of the mass of its vehicle that a node between springs may have
 _DAMPED = 0.5  # dashpot times step over mass, at most; unstable from 2 on
 _SWUNG = 0.05  # stiffness times step squared over mass, likewise; unstable from 4 on
-_RIGID = 20.0  # times the stiffness of a device: that of a slider in series with it, at least
+_HALVED = 2.0  # times the stiffness of a device: that of its slider, and of the spring beside its dashpot
+_RIGID = 20.0  # times the stiffness of what is in series with it: that of a slider which does not spring back
 _SLIP = 1e-6  # closure at which rail friction is whole [m]
 _WIDTH = 1e-7  # least from one point of a curve to the next [m]
 _APART = 20.0  # least from one vehicle to the next as they are drawn: springs must not be turned round [m]
@@ -233,15 +234,19 @@ class _Assembly:
             self.deck.springs.append(Crush(name, at.left, at.right, curve, envelope.stiffness / at.times, pulls))
             return
         self.deck.kinds.add("dashpot")
-        node, rigid, soft = self._spring_and_dashpot(name, at, envelope.stiffness, envelope.damping)
+        node, slider, spring = self._spring_and_dashpot(name, at, envelope.stiffness, envelope.damping)
         inner = at.inside(node)
-        curve = self._curve(envelope, at, soft, breaks)
-        self.deck.springs.append(Crush(name, inner.left, inner.right, curve, rigid, pulls))
+        curve = self._curve(envelope, at, spring, breaks)
+        self.deck.springs.append(Crush(name, inner.left, inner.right, curve, slider, pulls))
 
     def _spring_and_dashpot(
-        self, name: str, at: _Between, stiffness: float, damping: float, extra: float = 0.0
+        self, name: str, at: _Between, stiffness: float, damping: float, extra: float = 0.0, times: float = _HALVED
     ) -> tuple[int, float, float]:
         """Spring and dashpot of a device in series with a slider, before its heavy node.
+
+        By default each of them has half of the elastic stroke. If the spring beside the dashpot had all of it, the
+        dashpot would carry a part of the force whenever it rises, which that of the law does not while it is crushed;
+        if the slider had all, nothing would hold back what springs back.
 
         Args:
             name: of the device.
@@ -249,27 +254,27 @@ class _Assembly:
             stiffness: of slider and spring together, of the device [N/m].
             damping: of the device [N s/m].
             extra: what else damps the node between them, of the device [N s/m].
+            times: stiffness of the slider over that of both.
 
         Returns:
             The node between them; the stiffness of the slider and of the spring, both of the closure [N/m].
         """
-        k, c, e, step = stiffness / at.times, damping / at.times, extra / at.times, self.deck.step
-        rigid = max(_RIGID * k, 0.25 * _SWUNG * (c + e) / (_DAMPED * step))  # what the mass for the dashpots can bear
-        soft = k * rigid / (rigid - k)
-        node = self._before(f"{name} inner", at, rigid + soft, c + e)
+        k, c = stiffness / at.times, damping / at.times
+        slider, spring = times * k, times * k / (times - 1.0)
+        node = self._before(f"{name} inner", at, slider + spring, c + extra / at.times)
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
-        self.deck.springs.append(Linear(f"{name} elastic", *ends, soft, c))
-        return node, rigid, soft
+        self.deck.springs.append(Linear(f"{name} elastic", *ends, spring, c))
+        return node, slider, spring
 
     def _curve(
-        self, envelope: Envelope, at: _Between, soft: float = math.inf, breaks: float = math.inf
+        self, envelope: Envelope, at: _Between, spring: float = math.inf, breaks: float = math.inf
     ) -> Curve:
         """The curve of first loading over the closure, without what a spring [N/m] in series takes, up to a force [N]."""
         path = envelope.climbing
         u, f = _to_the_end(path, self._energy)
         if f.max() > breaks:
             u, f = _broken(u, f, breaks)
-        x = at.start + at.times * u - f / soft
+        x = at.start + at.times * u - f / spring
         if x[0] > 0.0:
             x, f = np.append(0.0, x), np.append(0.0, f)
         return Curve(*_rising(x, f))
@@ -293,10 +298,10 @@ class _Assembly:
                 more.append((here - before, Curve(x, np.array([0.0, 0.0, 1.0, 1.0]))))
                 steepest = max(steepest, float(abs(here - before).max()) / (speed - slow))
                 below, slow = curve, speed
-        node, rigid, soft = self._spring_and_dashpot(name, at, envelope.stiffness, damping, steepest)
+        node, slider, spring = self._spring_and_dashpot(name, at, envelope.stiffness, damping, steepest)
         inner = at.inside(node)
         self.deck.springs.append(
-            Crush(name, inner.left, inner.right, self._curve(envelope, at, soft), rigid)
+            Crush(name, inner.left, inner.right, self._curve(envelope, at, spring), slider)
         )
         below = law.curves[0]
         for n, (force, over) in enumerate(more):
@@ -304,7 +309,7 @@ class _Assembly:
                 np.concatenate([law.curves[n][0], law.curves[n + 1][0]])
             )
             own = strokes <= until * (1.0 + 1e-12)
-            x = at.start + at.times * strokes[own] - np.interp(strokes[own], below[0], below[1]) / soft
+            x = at.start + at.times * strokes[own] - np.interp(strokes[own], below[0], below[1]) / spring
             end = x[-1] + np.array([1e-4, 1.0])
             curve = Curve(*_rising(np.concatenate([[-1.0], x, end]), np.concatenate([[0.0], force[own], [0.0, 0.0]])))
             self.deck.springs.append(Elastic(f"{name} rate {n + 1}", inner.left, inner.right, curve, over))
@@ -393,7 +398,7 @@ class _Assembly:
             elif c == 0.0:
                 self.deck.springs.append(Friction(member.name, at.left, at.right, k, member.collapse, k * h / (k + h)))
             else:
-                node, rigid, _ = self._spring_and_dashpot(member.name, at, k, c)
+                node, rigid, _ = self._spring_and_dashpot(member.name, at, k, c, times=_RIGID)
                 tangent = rigid * h / (rigid + h)
                 self.deck.springs.append(Friction(member.name, at.left, node, rigid, member.collapse, tangent))
 
