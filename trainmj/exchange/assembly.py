@@ -28,16 +28,19 @@ _APART = 20.0  # least from one vehicle to the next as they are drawn: springs m
 _NEAR = 1.0  # from a node between springs to the vehicle that it goes with, likewise [m]
 _GROUND = 1000.0  # to the ground, behind the last vehicle, likewise [m]
 _RATE_POINTS = 24  # of the curve of a factor over the rate
+_TURN = 0.02  # slip rate within which a force goes from one curve to the other, where only rates can tell [m/s]
+_PRESSED = 0.005  # rate at which a preload without gas is whole [m/s]
 _HELD = 10.0  # friction that holds a plunger where it is [N]
 _CONTACT = 10.0  # times the stiffest part of a device: that of the contact with its plunger
 
 
-def assembled(chain: Chain, title: str = "") -> Deck:
+def assembled(chain: Chain, title: str = "", slips: bool = True) -> Deck:
     """A chain as nodes and springs.
 
     Args:
         chain: what moves along the track only.
         title: of the deck.
+        slips: whether the program has springs that slip between two curves.
 
     Raises:
         InputError: if vehicles move in the vertical plane.
@@ -47,11 +50,11 @@ def assembled(chain: Chain, title: str = "") -> Deck:
             "plane: vertical cannot be exported: the nodes and springs of a deck move along the track only; "
             "--set plane=line for the collision along the track"
         )
-    deck = _Assembly(chain, title, _STEP).deck
+    deck = _Assembly(chain, title, slips, _STEP).deck
     if any(node.vehicle and node.name != node.vehicle for node in deck.nodes[len(chain.points) :]):
         step = _FINE
         for _ in range(_HALVINGS):
-            made = _Assembly(chain, title, step)
+            made = _Assembly(chain, title, slips, step)
             if made.heaviest <= _SHARE:
                 break
             step /= 2
@@ -66,7 +69,8 @@ class _Between:
     Attributes:
         left: place of a node.
         right: place of another one.
-        heavy: the one of them which is a vehicle, and gives its mass to nodes that move with it.
+        heavy: the one of them before which nodes stand that belong to the device.
+        source: the vehicle from which these take their mass.
         times: closure over the stroke of the device.
         start: closure at which it engages [m].
     """
@@ -74,6 +78,7 @@ class _Between:
     left: int
     right: int
     heavy: int
+    source: int
     times: float = 1.0
     start: float = 0.0
 
@@ -91,11 +96,11 @@ class _Assembly:
         heaviest: largest mass of the nodes between springs, as a part of that of the vehicle that it was taken from.
     """
 
-    def __init__(self, chain: Chain, title: str, step: float) -> None:
+    def __init__(self, chain: Chain, title: str, slips: bool, step: float) -> None:
         """Make the deck for a step [s]."""
         self.deck = Deck(title, step, chain.time_limit, chain.record_interval)
         self.heaviest = 0.0
-        self._chain = chain
+        self._chain, self._slips = chain, slips
         walled = chain.interfaces[-1].right == WALL
         common = 0.0 if walled else float(np.average(chain.speed, weights=chain.mass))
         self._energy = float(0.5 * (chain.mass * (chain.speed - common) ** 2).sum())
@@ -157,11 +162,11 @@ class _Assembly:
         return len(self.deck.nodes) - 1
 
     def _small(self, name: str, near: int, x: float, stiffness: float, damping: float = 0.0) -> int:
-        """A node between springs, heavy enough for the step, whose mass is taken from that of another one.
+        """A node between springs, heavy enough for the step, whose mass is taken from another one.
 
         Args:
             name: in words.
-            near: the node that it goes with.
+            near: the one that it is taken from.
             x: where it is drawn [m].
             stiffness: of all springs at it together [N/m].
             damping: of all dashpots at it together [N s/m].
@@ -177,7 +182,7 @@ class _Assembly:
     def _before(self, name: str, at: _Between, stiffness: float, damping: float = 0.0) -> int:
         """A small node before the heavy one of two."""
         x = self.deck.nodes[at.heavy].x + (_NEAR if at.heavy == at.left else -_NEAR)
-        return self._small(name, at.heavy, x, stiffness, damping)
+        return self._small(name, at.source, x, stiffness, damping)
 
     # interfaces
 
@@ -195,14 +200,14 @@ class _Assembly:
             devices = " and ".join(dict.fromkeys(device.name for device in interface.devices))
             self.deck.sides.append(f"{name}: {devices}, {_said(element)}")
             if len(element.laws) == 1:
-                at = _Between(left, right, heavy, 1.0 / element.share, start)
+                at = _Between(left, right, heavy, heavy, 1.0 / element.share, start)
                 self._device(name, at, element.laws[0], element)
                 continue
             softest = sum(_hardest(law) for law in element.laws)
             nodes = self.deck.nodes
             middle = self._small(f"{name} between", heavy, 0.5 * (nodes[left].x + nodes[right].x), 2.0 * softest)
-            one = _Between(left, middle, left, 1.0, start)
-            other = _Between(middle, right, right if heavy == right else middle, 1.0, 0.0)
+            one = _Between(left, middle, left, left, 1.0, start)
+            other = _Between(middle, right, right if heavy == right else middle, heavy)
             self._device(f"{name} left", one, element.laws[0], element)
             self._device(f"{name} right", other, element.laws[1], replace(element, breaks=math.inf))
             self.deck.kinds.add("series")
@@ -317,16 +322,16 @@ class _Assembly:
     def _stop(self, name: str, at: _Between, travel: float, stiffness: float) -> None:
         """The stop behind a stroke of the device [m]."""
         if stiffness > 0.0:
-            x = at.start + at.times * np.array([-1.0, travel, travel + 1.0])
-            curve = Curve(x, stiffness * np.array([0.0, 0.0, 1.0]))
+            end = at.start + at.times * travel
+            curve = Curve(np.array([-1.0, end, end + 1.0]), stiffness / at.times * np.array([0.0, 0.0, 1.0]))
             self.deck.springs.append(Elastic(f"{name} stop", at.left, at.right, curve))
 
-    def _behind(self, name: str, at: _Between, collapse: float, stiffness: float) -> _Between:
-        """Where a device acts that has a car body behind it, which gives way at a force [N]."""
+    def _behind(self, name: str, at: _Between, collapse: float, stiffness: float, damping: float = 0.0) -> _Between:
+        """Where a device acts, of some stiffness and damping, that has a car body behind it which gives way at a force."""
         if math.isinf(collapse):
             return at
         rigid = _RIGID * stiffness
-        node = self._before(f"{name} body", at, rigid + stiffness)
+        node = self._before(f"{name} body", at, rigid + stiffness, damping)
         x = np.array([0.0, collapse / rigid, collapse / rigid + 1.0])
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
         self.deck.springs.append(Crush(f"{name} car body", *ends, Curve(x, collapse * np.array([0.0, 1.0, 1.0])), rigid))
@@ -337,29 +342,48 @@ class _Assembly:
         transition, travel, stop, most, *_ = law.parameters
         held = float(np.interp(travel, law.curves[0][0], law.curves[0][1])) if math.isfinite(travel) else 0.0
         at = self._behind(name, at, most + held, max(transition, stop) / at.times)
-        curves = []
-        for x, y, _ in law.curves:
-            inside = x <= travel * (1.0 + 1e-12)
-            strokes, forces = np.concatenate([[-1.0], x[inside], [x[inside][-1] + 1.0]]), np.append(0.0, y[inside])
-            forces = np.append(forces, forces[-1])
-            curves.append(Curve(*_rising(np.where(strokes < 0, strokes, at.start + at.times * strokes), forces)))
-        stiffness = transition / at.times
-        self.deck.springs.append(Hysteresis(name, at.left, at.right, curves[0], curves[1], stiffness))
-        self._stop(name, at, travel, stop / at.times)
+        soft = math.inf if self._slips else transition
+        loading, unloading = (self._slipping(curve, at, travel, soft) for curve in law.curves)
+        if self._slips:
+            self.deck.springs.append(
+                Hysteresis(name, at.left, at.right, loading, unloading, transition / at.times)
+            )
+        else:
+            x = np.unique(np.concatenate([loading.x, unloading.x]))
+            upper, lower = (np.interp(x, curve.x, curve.y) for curve in (loading, unloading))
+            half = 0.5 * (upper - lower)
+            stiffness = transition / at.times
+            node = self._before(f"{name} inner", at, 2.0 * stiffness, float(half.max()) / _TURN)
+            inner = at.inside(node)
+            ends = (node, at.right) if at.heavy == at.right else (at.left, node)
+            turn = Curve(_TURN * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([-1.0, -1.0, 1.0, 1.0]))
+            mean, sides = Curve(x, 0.5 * (upper + lower)), (inner.left, inner.right)
+            self.deck.springs.append(Linear(f"{name} transition", *ends, stiffness))
+            self.deck.springs.append(Elastic(f"{name} mean", *sides, mean))
+            self.deck.springs.append(Elastic(f"{name} difference", *sides, Curve(x, half), turn))
+        self._stop(name, at, travel, stop)
+
+    def _slipping(self, curve: Array, at: _Between, travel: float, soft: float) -> Curve:
+        """A curve up to a stroke [m] over the closure, without what a spring of the device [N/m] in series takes."""
+        u, f, _ = curve
+        inside = u <= travel * (1.0 + 1e-12)
+        x = at.start + at.times * (u[inside] - f[inside] / soft)
+        forces = np.concatenate([[0.0], f[inside], f[inside][-1:]])
+        return Curve(*_rising(np.concatenate([[-1.0], x, [x[-1] + 1.0]]), forces))
 
     def _hydraulic(self, name: str, at: _Between, law: Law) -> None:
         """A plunger: contact before it; gas, preload and orifices behind it; a stop beside both."""
         travel, stop, most, preload, per_length, gamma, ramp, rebound, knee, empty = law.parameters
         d = np.unique(np.concatenate([[0.0, knee, travel], np.linspace(knee, travel, 60)]))
         spring = np.where(d <= knee, ramp * d, preload * (1.0 - per_length * np.minimum(d, travel)) ** -gamma)
-        at = self._behind(name, at, most + float(spring[-1]), max(stop, ramp) / at.times)
         t, fastest = at.times, self._fastest
         orifice = law.curves[0]
         gives_back = math.isfinite(rebound)
         strongest = max(float(orifice[1].max()), rebound if gives_back else 0.0)
-        contact = _CONTACT * max(stop, ramp, float(np.abs(np.gradient(spring, d)).max()) if travel else 0.0) / t
-        slowed = preload / 0.005 / t if preload and not gives_back else 0.0
-        node = self._before(f"{name} plunger", at, 2.0 * contact, 2.0 * strongest * fastest / t + slowed)
+        contact = _CONTACT * _hardest(law) / t
+        damping = 2.0 * strongest * fastest / t + (0.0 if gives_back else preload / _PRESSED / t)
+        at = self._behind(name, at, most + float(spring[-1]), contact, damping)
+        node = self._before(f"{name} plunger", at, 2.0 * contact, damping)
         inner = at.inside(node)
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
         begin = at.start + t * empty
@@ -372,18 +396,21 @@ class _Assembly:
         inside = (x >= 0.0) & (x < travel * (1.0 - 1e-12))
         x, c = np.append(x[inside], travel), np.append(c[inside], float(np.interp(travel, orifice[0] - empty, orifice[1])))
         forces = c * fastest**2
-        over = Curve(*_rising(np.concatenate([[-1.0], t * x, t * travel + np.array([1e-5, 1.0])]), np.concatenate([[0.0], forces, [0.0, 0.0]])))
+        ends_x = t * travel + np.array([1e-5, 1.0])
+        over = Curve(
+            *_rising(np.concatenate([[-1.0, 0.0], t * x, ends_x]), np.concatenate([[0.0, 0.0], forces, [0.0, 0.0]]))
+        )
         self.deck.springs.append(Elastic(f"{name} orifice", *ends, over, closing))
         if preload:
             gas = Curve(*_rising(np.concatenate([[-1.0], t * d, [t * travel + 1.0]]), np.concatenate([[0.0], spring, spring[-1:]])))
-            pressed = Curve(np.array([-1.0, 0.0, 0.005 * t, 1.0 + t]), np.array([0.0, 0.0, 1.0, 1.0]))
+            pressed = Curve(np.array([-1.0, 0.0, _PRESSED * t, 1.0 + t]), np.array([0.0, 0.0, 1.0, 1.0]))
             self.deck.springs.append(Elastic(f"{name} gas", *ends, gas, None if gives_back else pressed))
         if gives_back and rebound > 0.0:
             back = Curve(np.array([-1.0, 0.0, 1e-5, 1.0]), rebound * fastest**2 * np.array([0.0, 0.0, 1.0, 1.0]))
             self.deck.springs.append(Elastic(f"{name} rebound", *ends, back, opening))
         if not gives_back:
             self.deck.springs.append(Friction(f"{name} held", *ends, _HELD / _SLIP, _HELD))
-        self._stop(name, at, empty + travel, stop / t)
+        self._stop(name, at, empty + travel, stop)
 
     # bodies
 
@@ -392,7 +419,7 @@ class _Assembly:
         for member in self._chain.members:
             self.deck.kinds.add("body")
             k, c, h = member.stiffness, member.damping, member.hardening
-            at = _Between(member.left, member.right, member.right)
+            at = _Between(member.left, member.right, member.right, member.right)
             if math.isinf(member.collapse):
                 self.deck.springs.append(Linear(member.name, at.left, at.right, k, c))
             elif c == 0.0:

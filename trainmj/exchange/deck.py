@@ -99,15 +99,11 @@ class Friction(Spring):
 
 @dataclass(frozen=True)
 class Hysteresis(Spring):
-    """A spring between two curves over the closure, loading above unloading, along a stiffness [N/m] between them.
-
-    Where a program cannot do that, the change takes place within a closing rate of ``turn`` [m/s] about 0.
-    """
+    """A spring between two curves over the closure, loading above unloading, along a stiffness [N/m] between them."""
 
     loading: Curve
     unloading: Curve
     stiffness: float
-    turn: float = 0.005
 
 
 @dataclass(frozen=True)

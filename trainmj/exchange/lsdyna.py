@@ -7,7 +7,7 @@ from textwrap import wrap
 
 import numpy as np
 
-from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Spring
+from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Linear, Spring
 from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
 
 DIFFERENCES = {
@@ -28,9 +28,9 @@ DIFFERENCES = {
         "stroke; the factor is a curve of points, here the formula."
     ),
     "hysteresis": (
-        "Two *MAT_S04: the mean of loading and unloading curve, and half their difference times a factor over the rate "
-        "that goes from -1 to 1 within 5 mm/s. Here the force goes from one curve to the other along the transition "
-        "stiffness, by stroke; in the deck by rate, so that it lies between the curves at rest."
+        "*MAT_S01 with the transition stiffness, in series with two *MAT_S04: the mean of loading and unloading curve, and "
+        "half their difference times a factor over the rate of slip (LCR) that goes from -1 to 1 within 20 mm/s. Here "
+        "slip begins at the curves; in the deck the force creeps to their mean at rest."
     ),
     "hydraulic": (
         "A node as plunger: a stiff contact before it, behind it *MAT_S04 with the orifice over the stroke and the "
@@ -211,12 +211,6 @@ def _materials(spring: Spring, curves: _Curves) -> Iterator[tuple[str, list[str]
         k, tangent = spring.stiffness * FORCE_PER_LENGTH, spring.hardening * FORCE_PER_LENGTH
         values = f"{fixed(k, 10)}{fixed(tangent, 10)}{fixed(spring.force, 10)}"
         yield "slider", ["*MAT_SPRING_ELASTOPLASTIC", "         k        kt        fy", values]
-    elif isinstance(spring, Hysteresis):
-        x = np.unique(np.concatenate([spring.loading.x, spring.unloading.x]))
-        upper, lower = (np.interp(x, c.x, c.y) for c in (spring.loading, spring.unloading))
-        turn = Curve(spring.turn * np.array([-2.0, -1.0, 1.0, 2.0]), np.array([-1.0, -1.0, 1.0, 1.0]))
-        yield "mean", _nonlinear(f"{spring.name} mean", Curve(x, 0.5 * (upper + lower)), None, curves)
-        yield "difference", _nonlinear(f"{spring.name} difference", Curve(x, 0.5 * (upper - lower)), turn, curves)
 
 
 def _nonlinear(name: str, force: Curve, rate: Curve | None, curves: _Curves) -> list[str]:
