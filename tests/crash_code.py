@@ -1,4 +1,4 @@
-"""An explicit program for nodes and springs: decks of LS-DYNA and Radioss, read by their manuals, integrated as they do.
+"""An explicit program for nodes and springs: reads decks of LS-DYNA and Radioss and integrates them as these do.
 
 It knows the formats of these programs and nothing of trainmj. Keyword files: cards of fixed columns as in the LS-DYNA
 keyword manual, with curves divided evenly into LCINT intervals as it warns. Starter files: cards as in the Radioss
@@ -7,13 +7,17 @@ starter manual, springs as its engine moves them by hardening flag H.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 
 LINEAR, DAMPER, S03, S04, S08, H0, H1, H2, H7 = range(9)
 N_NUMBERS = 5
+EVEN = 900  # points of a curve that was divided evenly, at least
 
 
 @dataclass
@@ -74,7 +78,7 @@ def _real(text: str) -> float:
 def read_keyword(text: str) -> Model:
     """A keyword file of LS-DYNA."""
     model, cards = Model(), _cards(text)
-    assert list(cards)[0] == "*KEYWORD"
+    assert next(iter(cards)) == "*KEYWORD"
     assert list(cards)[-1] == "*END"
     (node_cards,) = cards["*NODE"]
     for line in node_cards:
@@ -118,7 +122,10 @@ def read_keyword(text: str) -> Model:
             (line,) = block
             number, *values = _columns(line, *[10] * n)
             curves = {S04: 2, S08: 1}.get(kind, 0)
-            materials[int(number)] = kind, [float(int(v)) for v in values[:curves]] + [_real(v) for v in values[curves:]]
+            materials[int(number)] = (
+                kind,
+                [float(int(v)) for v in values[:curves]] + [_real(v) for v in values[curves:]],
+            )
     parts, sections = {}, {}
     for title, line in cards["*PART"]:
         part, section, material, *_ = (int(v) for v in _columns(line, *[10] * 8))
@@ -139,7 +146,11 @@ def read_keyword(text: str) -> Model:
             kind, values = materials[material]
             if kind == S08:  # KU is at least the steepest slope of the curve
                 curve = model.curves[int(values[0])]
-                values = [values[0], max(values[1], float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))), values[2]]
+                values = [
+                    values[0],
+                    max(values[1], float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))),
+                    values[2],
+                ]
                 assert curve[0].tolist() == [0.0, 0.0], "in the first quadrant, from the origin"
             model.springs.append((kind, int(n1), int(n2), [*values, *[0.0] * (N_NUMBERS - len(values))]))
             model.titles.append(title)
@@ -256,10 +267,13 @@ def read_starter(text: str, engine: str) -> Model:
     return model
 
 
-@njit(cache=True)
+@register_jitable
 def _at(curves, first, last, place, x):
-    """A curve at x, searched for from the last place on; its end parts go on."""
+    """A curve at x, whose end parts go on; searched for from the last place on, or where it is if evenly divided."""
     k = place
+    if last - first > EVEN:
+        k = first + int((x - curves[first, 0]) / (curves[last - 1, 0] - curves[first, 0]) * (last - 1 - first))
+        k = min(max(k, first), last - 2)
     while k > first and x < curves[k, 0]:
         k -= 1
     while k < last - 2 and x >= curves[k + 1, 0]:
@@ -268,10 +282,7 @@ def _at(curves, first, last, place, x):
     return curves[k, 1] + slope * (x - curves[k, 0]), k
 
 
-@njit(cache=True)
-def _integrate(  # noqa: PLR0912, PLR0915
-    mass, speed, kind, ends, numbers, curves, begin, places, loads, step, n_steps, pairs
-):
+def _integrate(mass, speed, kind, ends, numbers, curves, begin, places, loads, step, n_steps, pairs):
     n, m = len(mass), len(kind)
     moved, v, force = np.zeros(n), speed.copy(), np.zeros(n)
     state, before, carried = np.zeros((m, 2)), np.zeros(m), np.zeros(m)
@@ -338,10 +349,8 @@ def _integrate(  # noqa: PLR0912, PLR0915
                     q = int(numbers[e, 3])
                     y2, places[e, 1] = _at(curves, begin[q], begin[q + 1], places[e, 1], d)
                     f = carried[e] + a * dx
-                    if d >= 0.0:
-                        f = min(f, y) if dx >= 0.0 else max(f, y2)
-                    else:
-                        f = min(f, y2) if dx >= 0.0 else max(f, y)
+                    upper, lower = (y, y2) if d >= 0.0 else (y2, y)
+                    f = min(f, upper) if dx >= 0.0 else max(f, lower)
                 carried[e], before[e] = f, d
                 if kind_e == H0 and numbers[e, 3] > 0.0:
                     q = int(numbers[e, 3])
@@ -365,10 +374,18 @@ def _integrate(  # noqa: PLR0912, PLR0915
     return most, final
 
 
-def run(model: Model, pairs: list[tuple[int, int]], until: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+@cache
+def _compiled() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    return njit(_integrate, cache=True)
+
+
+def run(
+    model: Model, pairs: list[tuple[int, int]], until: float | None = None, step: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Largest closures of pairs of nodes, and last speeds of all nodes, in the units of the deck.
 
-    By central differences with the step of the deck, to its end or another one.
+    By central differences with the step of the deck, to its end or another one. With a step of one's own, which must
+    be a few hundredths of the period of what swings, it is done in Python, without seconds of compilation.
     """
     numbers = sorted(model.x)
     place = {number: k for k, number in enumerate(numbers)}
@@ -392,7 +409,7 @@ def run(model: Model, pairs: list[tuple[int, int]], until: float | None = None) 
             places[e, side] = begin[int(values[e, column])]
     loads = np.array([[place[n], c] for n, c in model.loads], dtype=np.int64).reshape(-1, 2)
     asked = np.array([[place[a], place[b]] for a, b in pairs], dtype=np.int64).reshape(-1, 2)
-    steps = round((until or model.end) / model.step)
-    return _integrate(
-        mass, speed, kind, ends, values, np.concatenate(rows), begin, places, loads, model.step, steps, asked
-    )
+    integrate = _integrate if step else _compiled()
+    step = step or model.step
+    steps = round((until or model.end) / step)
+    return integrate(mass, speed, kind, ends, values, np.concatenate(rows), begin, places, loads, step, steps, asked)

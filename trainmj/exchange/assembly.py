@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,9 @@ import numpy as np
 from trainmj.collision.chain import WALL, Chain, Element, Interface
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.kind import Law
-from trainmj.errors import InputError
+from trainmj.collision.law.rate import LINEAR
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Load, Node
+from trainmj.exchange.units import plain
 
 _STEP = 1e-5  # where nothing wants a smaller one [s]
 _FINE = 1e-6  # where there are small masses between springs [s]
@@ -41,15 +42,7 @@ def assembled(chain: Chain, title: str = "", slips: bool = True) -> Deck:
         chain: what moves along the track only.
         title: of the deck.
         slips: whether the program has springs that slip between two curves.
-
-    Raises:
-        InputError: if vehicles move in the vertical plane.
     """
-    if chain.plane:
-        raise InputError(
-            "plane: vertical cannot be exported: the nodes and springs of a deck move along the track only; "
-            "--set plane=line for the collision along the track"
-        )
     deck = _Assembly(chain, title, slips, _STEP).deck
     if any(node.vehicle and node.name != node.vehicle for node in deck.nodes[len(chain.points) :]):
         step = _FINE
@@ -98,7 +91,7 @@ class _Assembly:
 
     def __init__(self, chain: Chain, title: str, slips: bool, step: float) -> None:
         """Make the deck for a step [s]."""
-        self.deck = Deck(title, step, chain.time_limit, chain.record_interval)
+        self.deck = Deck(plain(title), step, chain.time_limit, chain.record_interval)
         self.heaviest = 0.0
         self._chain, self._slips = chain, slips
         walled = chain.interfaces[-1].right == WALL
@@ -141,7 +134,7 @@ class _Assembly:
                 deck.kinds.add("grade")
 
     def _brake(self, k: int, carried: float) -> float:
-        """What a brake adds to the friction of a point [N]; what is missing of it at first is a load along the motion."""
+        """What a brake adds to the friction of a point [N]; what is missing at first is a load along the motion."""
         vehicle = self._chain.vehicles[self._chain.points[k].vehicle]
         brake = vehicle.brake
         assert brake is not None
@@ -198,7 +191,7 @@ class _Assembly:
             start = element.start + (0.0 if pulls else gap)
             heavy = left if right == self._wall else right
             devices = " and ".join(dict.fromkeys(device.name for device in interface.devices))
-            self.deck.sides.append(f"{name}: {devices}, {_said(element)}")
+            self.deck.sides.append(plain(f"{name}: {devices}, {_said(element)}"))
             if len(element.laws) == 1:
                 at = _Between(left, right, heavy, heavy, 1.0 / element.share, start)
                 self._device(name, at, element.laws[0], element)
@@ -214,24 +207,20 @@ class _Assembly:
 
     def _device(self, name: str, at: _Between, law: Law, element: Element) -> None:
         """A device by its law."""
-        made = {
-            "crush": self._crush,
-            "rate": self._rate,
-            "hysteresis": self._hysteresis,
-            "hydraulic": self._hydraulic,
-        }.get(law.kind.name)
-        if made is None:
-            raise InputError(f"{name}: a device of the kind {law.kind.name} cannot be exported")
         if element.sign < 0.0:
             self._crush(name, at, law, pulls=True, breaks=element.breaks)
             self.deck.kinds.add("pull")
             return
         self.deck.kinds.add(law.kind.name)
+        made = {
+            "crush": self._crush,
+            "rate": self._rate,
+            "hysteresis": self._hysteresis,
+            "hydraulic": self._hydraulic,
+        }[law.kind.name]
         made(name, at, law)
 
-    def _crush(
-        self, name: str, at: _Between, law: Law, pulls: bool = False, breaks: float = math.inf
-    ) -> None:
+    def _crush(self, name: str, at: _Between, law: Law, pulls: bool = False, breaks: float = math.inf) -> None:
         """One spring; with a dashpot a slider, and spring and dashpot behind it."""
         envelope = law.loading
         if envelope.damping == 0.0:
@@ -271,9 +260,7 @@ class _Assembly:
         self.deck.springs.append(Linear(f"{name} elastic", *ends, spring, c))
         return node, slider, spring
 
-    def _curve(
-        self, envelope: Envelope, at: _Between, spring: float = math.inf, breaks: float = math.inf
-    ) -> Curve:
+    def _curve(self, envelope: Envelope, at: _Between, spring: float = math.inf, breaks: float = math.inf) -> Curve:
         """The curve of first loading over the closure, without what a spring [N/m] in series takes, up to a force [N]."""
         path = envelope.climbing
         u, f = _to_the_end(path, self._energy)
@@ -286,38 +273,19 @@ class _Assembly:
 
     def _rate(self, name: str, at: _Between, law: Law) -> None:
         """A slider with what the rate adds beside it, and behind both spring and dashpot."""
-        envelope, (_, damping, reference, exponent, until, speeds, *_) = law.loading, law.parameters
-        strokes = np.array([0.0, *law.curves[0][0][1:]])
-        more: list[tuple[Array, Curve]] = []
-        if speeds == 0:
-            v = np.append(0.0, np.geomspace(0.01, max(self._fastest, 0.02), _RATE_POINTS))
-            factor = (v / reference) ** exponent
-            more.append((law.curves[0][1], Curve(np.append(-1.0, v) * at.times, np.append(0.0, factor))))
-            steepest = float(law.curves[0][1].max() * factor[1] / v[1])
-        else:
-            steepest, below, slow = 0.0, law.curves[0], 0.0
-            for speed, curve in zip(law.speeds, law.curves[1:], strict=True):
-                strokes = np.unique(np.concatenate([below[0], curve[0]]))
-                here, before = (np.interp(strokes, c[0], c[1]) for c in (curve, below))
-                x = np.array([min(-1.0, slow - 1.0), slow, speed, speed + 1.0]) * at.times
-                more.append((here - before, Curve(x, np.array([0.0, 0.0, 1.0, 1.0]))))
-                steepest = max(steepest, float(abs(here - before).max()) / (speed - slow))
-                below, slow = curve, speed
+        envelope, path, (_, damping, _, _, until, *_) = law.loading, law.loading.climbing, law.parameters
+        more = list(_faster(law, self._fastest))
+        steepest = sum(float(np.abs(force).max()) * factor.steepest for _, force, factor in more)
         node, slider, spring = self._spring_and_dashpot(name, at, envelope.stiffness, damping, steepest)
         inner = at.inside(node)
-        self.deck.springs.append(
-            Crush(name, inner.left, inner.right, self._curve(envelope, at, spring), slider)
-        )
-        below = law.curves[0]
-        for n, (force, over) in enumerate(more):
-            strokes = law.curves[0][0] if speeds == 0 else np.unique(
-                np.concatenate([law.curves[n][0], law.curves[n + 1][0]])
-            )
-            own = strokes <= until * (1.0 + 1e-12)
-            x = at.start + at.times * strokes[own] - np.interp(strokes[own], below[0], below[1]) / spring
-            end = x[-1] + np.array([1e-4, 1.0])
-            curve = Curve(*_rising(np.concatenate([[-1.0], x, end]), np.concatenate([[0.0], force[own], [0.0, 0.0]])))
-            self.deck.springs.append(Elastic(f"{name} rate {n + 1}", inner.left, inner.right, curve, over))
+        self.deck.springs.append(Crush(name, inner.left, inner.right, self._curve(envelope, at, spring), slider))
+        for n, (u, f, factor) in enumerate(more, start=1):
+            own = u <= until * (1.0 + 1e-12)
+            x = at.start + at.times * u[own] - np.interp(u[own], path.stroke, path.force) / spring
+            x = np.concatenate([[-1.0, x[0]], x, x[-1] + np.array([1e-4, 1.0])])
+            curve = Curve(*_rising(x, np.concatenate([[0.0, 0.0], f[own], [0.0, 0.0]])))
+            rate = Curve(at.times * factor.x, factor.y)
+            self.deck.springs.append(Elastic(f"{name} rate {n}", inner.left, inner.right, curve, rate))
 
     def _stop(self, name: str, at: _Between, travel: float, stiffness: float) -> None:
         """The stop behind a stroke of the device [m]."""
@@ -327,14 +295,16 @@ class _Assembly:
             self.deck.springs.append(Elastic(f"{name} stop", at.left, at.right, curve))
 
     def _behind(self, name: str, at: _Between, collapse: float, stiffness: float, damping: float = 0.0) -> _Between:
-        """Where a device acts, of some stiffness and damping, that has a car body behind it which gives way at a force."""
+        """Where a device acts, of a stiffness and damping, behind which a car body gives way at a force."""
         if math.isinf(collapse):
             return at
         rigid = _RIGID * stiffness
         node = self._before(f"{name} body", at, rigid + stiffness, damping)
         x = np.array([0.0, collapse / rigid, collapse / rigid + 1.0])
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
-        self.deck.springs.append(Crush(f"{name} car body", *ends, Curve(x, collapse * np.array([0.0, 1.0, 1.0])), rigid))
+        self.deck.springs.append(
+            Crush(f"{name} car body", *ends, Curve(x, collapse * np.array([0.0, 1.0, 1.0])), rigid)
+        )
         return replace(at.inside(node), heavy=node)
 
     def _hysteresis(self, name: str, at: _Between, law: Law) -> None:
@@ -345,9 +315,7 @@ class _Assembly:
         soft = math.inf if self._slips else transition
         loading, unloading = (self._slipping(curve, at, travel, soft) for curve in law.curves)
         if self._slips:
-            self.deck.springs.append(
-                Hysteresis(name, at.left, at.right, loading, unloading, transition / at.times)
-            )
+            self.deck.springs.append(Hysteresis(name, at.left, at.right, loading, unloading, transition / at.times))
         else:
             x = np.unique(np.concatenate([loading.x, unloading.x]))
             upper, lower = (np.interp(x, curve.x, curve.y) for curve in (loading, unloading))
@@ -394,7 +362,10 @@ class _Assembly:
         opening = Curve(np.append(-t * v[::-1], 1.0), np.append(-((v[::-1] / fastest) ** 2), 0.0))
         x, c = orifice[0] - empty, orifice[1]
         inside = (x >= 0.0) & (x < travel * (1.0 - 1e-12))
-        x, c = np.append(x[inside], travel), np.append(c[inside], float(np.interp(travel, orifice[0] - empty, orifice[1])))
+        x, c = (
+            np.append(x[inside], travel),
+            np.append(c[inside], float(np.interp(travel, orifice[0] - empty, orifice[1]))),
+        )
         forces = c * fastest**2
         ends_x = t * travel + np.array([1e-5, 1.0])
         over = Curve(
@@ -402,7 +373,11 @@ class _Assembly:
         )
         self.deck.springs.append(Elastic(f"{name} orifice", *ends, over, closing))
         if preload:
-            gas = Curve(*_rising(np.concatenate([[-1.0], t * d, [t * travel + 1.0]]), np.concatenate([[0.0], spring, spring[-1:]])))
+            gas = Curve(
+                *_rising(
+                    np.concatenate([[-1.0], t * d, [t * travel + 1.0]]), np.concatenate([[0.0], spring, spring[-1:]])
+                )
+            )
             pressed = Curve(np.array([-1.0, 0.0, _PRESSED * t, 1.0 + t]), np.array([0.0, 0.0, 1.0, 1.0]))
             self.deck.springs.append(Elastic(f"{name} gas", *ends, gas, None if gives_back else pressed))
         if gives_back and rebound > 0.0:
@@ -435,6 +410,27 @@ def _hardest(law: Law) -> float:
     return law.kind.bounds(law, 0.0)[0]
 
 
+def _faster(law: Law, fastest: float) -> Iterator[tuple[Array, Array, Curve]]:
+    """What a rate adds to a device: strokes [m], forces [N], and a curve by which these are multiplied over the rate.
+
+    Args:
+        law: of the device.
+        fastest: rate up to which it is wanted [m/s].
+    """
+    path, (_, _, reference, exponent, *_) = law.loading.climbing, law.parameters
+    if not law.speeds:
+        v = np.append(0.0, np.geomspace(LINEAR, max(fastest, 2.0 * LINEAR), _RATE_POINTS))
+        yield path.stroke, path.force, Curve(np.append(-1.0, v), np.append(0.0, (v / reference) ** exponent))
+        return
+    slow, below = 0.0, law.curves[0]
+    for speed, curve in zip(law.speeds, law.curves[1:], strict=True):
+        u = np.unique(np.concatenate([below[0], curve[0], path.stroke]))
+        here, before = (np.interp(u, c[0], c[1]) for c in (curve, below))
+        x = np.array([slow - 1.0, slow, speed, speed + 1.0])
+        yield u, here - before, Curve(x, np.array([0.0, 0.0, 1.0, 1.0]))
+        slow, below = speed, curve
+
+
 def _said(element: Element) -> str:
     """What an element is, in words."""
     kinds = " on ".join(dict.fromkeys(law.kind.name for law in element.laws))
@@ -444,7 +440,7 @@ def _said(element: Element) -> str:
 
 
 def _to_the_end(path: Envelope, energy: float) -> tuple[Array, Array]:
-    """Strokes [m] and forces [N] of a curve, up to where it has taken an energy [J], and at least 0.1 m behind its end."""
+    """Strokes [m] and forces [N] of a curve to where it has taken an energy [J], at least 0.1 m behind its end."""
     force, slope = float(path.force[-1]), path.last_slope
     more = (math.sqrt(force**2 + 2.0 * slope * energy) - force) / slope if slope else energy / force if force else 0.0
     more = max(more, 0.1)

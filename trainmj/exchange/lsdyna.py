@@ -28,9 +28,9 @@ DIFFERENCES = {
         "stroke; the factor is a curve of points, here the formula."
     ),
     "hysteresis": (
-        "*MAT_S01 with the transition stiffness, in series with two *MAT_S04: the mean of loading and unloading curve, and "
-        "half their difference times a factor over the rate of slip (LCR) that goes from -1 to 1 within 20 mm/s. Here "
-        "slip begins at the curves; in the deck the force creeps to their mean at rest."
+        "*MAT_S01 with the transition stiffness, in series with two *MAT_S04: the mean of loading and unloading curve, "
+        "and half their difference times a factor over the rate of slip (LCR) that goes from -1 to 1 within 20 mm/s. "
+        "Here slip begins at the curves; in the deck the force creeps to their mean at rest."
     ),
     "hydraulic": (
         "A node as plunger: a stiff contact before it, behind it *MAT_S04 with the orifice over the stroke and the "
@@ -50,9 +50,9 @@ DIFFERENCES = {
         "would stop the vehicle in the step, up to mu m g."
     ),
     "brake": (
-        "In FY of the same spring. A brake that is delayed or rises is whole in FY from the start, less a load along the "
-        "motion that dies away as it is applied: the same while the vehicle goes on or stands, too strong for one that "
-        "is driven back before the brake is whole."
+        "In FY of the same spring. A brake that is delayed or rises is whole in FY from the start, less a load along "
+        "the motion that dies away as it is applied: the same while the vehicle goes on or stands, too strong for one "
+        "that is driven back before the brake is whole."
     ),
     "grade": "*LOAD_NODE_POINT of constant force, as here.",
     "body": (
@@ -141,9 +141,7 @@ def _control(deck: Deck) -> Iterator[str]:
     yield f"{fixed(deck.end, 10)}{0:10d}{0.0:10.1f}{0.0:10.1f}{0.0:10.1f}{0:10d}"
     yield "*CONTROL_TIMESTEP"
     yield "$#  dtinit    tssfac      isdo    tslimt     dt2ms      lctm     erode     ms1st"
-    yield (
-        f"{fixed(deck.step, 10)}{0.9:10.1f}{0:10d}{0.0:10.1f}{0.0:10.1f}{_STEP_CURVE:10d}{0:10d}{0:10d}"
-    )
+    yield (f"{fixed(deck.step, 10)}{0.9:10.1f}{0:10d}{0.0:10.1f}{0.0:10.1f}{_STEP_CURVE:10d}{0:10d}{0:10d}")
     yield "*CONTROL_ENERGY"
     yield "$#    hgen      rwen    slnten     rylen"
     yield f"{1:10d}{2:10d}{1:10d}{1:10d}"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from pathlib import Path
 from textwrap import wrap
 
 import numpy as np
 
+from trainmj.errors import InputError
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Spring
 from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
 
@@ -62,6 +65,21 @@ _VERSION = 2022
 _OUTPUTS = 2000  # most records of histories
 _RULE = "#---1----|----2----|----3----|----4----|----5----|----6----|----7----|----8----|----9----|---10----|"
 _FAR = 1.0  # how far a curve goes on where nothing acts [m]
+
+
+def names(starter: Path) -> tuple[str, Path]:
+    """The name of the run and the engine file that belong to a starter file.
+
+    Raises:
+        InputError: if that is not named as Radioss wants it.
+    """
+    found = re.fullmatch(r"([\w.-]{1,72})_0000\.rad", starter.name, flags=re.ASCII)
+    if found is None:
+        raise InputError(
+            f"{starter}: a starter file of Radioss is named NAME_0000.rad, with a NAME of ASCII letters, digits, "
+            f"points, - and _, and the engine file NAME_0001.rad beside it: take --out {starter.with_name('run_0000.rad')}"
+        )
+    return found[1], starter.with_name(f"{found[1]}_0001.rad")
 
 
 def starter(deck: Deck, run: str) -> str:

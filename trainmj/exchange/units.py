@@ -1,6 +1,8 @@
-"""The units of decks, t, mm, s and N, and numbers in columns of a fixed width."""
+"""How decks write: in t, mm, s and N, numbers in columns of a fixed width, plain text."""
 
 from __future__ import annotations
+
+import unicodedata
 
 LENGTH = 1e3
 """mm in a metre."""
@@ -29,3 +31,9 @@ def fixed(value: float, width: int) -> str:
         if len(text) < width:
             return text.rjust(width)
     raise AssertionError(f"{value} in {width} columns")
+
+
+def plain(text: str) -> str:
+    """A text in one line of ASCII that no program takes for a keyword or a comment of its own."""
+    spread = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    return " ".join(spread.split()).lstrip("*$#/& ") or "untitled"
