@@ -31,6 +31,7 @@ _GROUND = 1000.0  # to the ground, behind the last vehicle, likewise [m]
 _RATE_POINTS = 24  # of the curve of a factor over the rate
 _TURN = 0.02  # slip rate within which a force goes from one curve to the other, where only rates can tell [m/s]
 _PRESSED = 0.005  # rate at which a preload without gas is whole [m/s]
+_BACK = 0.01  # part of what a rate adds that holds its node back where the device lets go
 _HELD = 10.0  # friction that holds a plunger where it is [N]
 _CONTACT = 10.0  # times the stiffest part of a device: that of the contact with its plunger
 
@@ -261,7 +262,7 @@ class _Assembly:
         return node, slider, spring
 
     def _curve(self, envelope: Envelope, at: _Between, spring: float = math.inf, breaks: float = math.inf) -> Curve:
-        """The curve of first loading over the closure, without what a spring [N/m] in series takes, up to a force [N]."""
+        """First loading over the closure, without what a spring [N/m] in series takes, up to a force [N]."""
         path = envelope.climbing
         u, f = _to_the_end(path, self._energy)
         if f.max() > breaks:
@@ -272,27 +273,39 @@ class _Assembly:
         return Curve(*_rising(x, f))
 
     def _rate(self, name: str, at: _Between, law: Law) -> None:
-        """A slider with what the rate adds beside it, and behind both spring and dashpot."""
+        """The curve at rest and what the rate adds, side by side, behind a contact that lets go; then the dashpot."""
         envelope, path, (_, damping, _, _, until, *_) = law.loading, law.loading.climbing, law.parameters
         more = list(_faster(law, self._fastest))
         steepest = sum(float(np.abs(force).max()) * factor.steepest for _, force, factor in more)
-        node, slider, spring = self._spring_and_dashpot(name, at, envelope.stiffness, damping, steepest)
-        inner = at.inside(node)
-        self.deck.springs.append(Crush(name, inner.left, inner.right, self._curve(envelope, at, spring), slider))
+        stiffness = envelope.stiffness
+        if damping:
+            self.deck.kinds.add("dashpot")
+            node, slider, spring = self._spring_and_dashpot(name, at, stiffness, damping, steepest)
+            inner = at.inside(node)
+            sides = inner.left, inner.right
+        else:
+            spring = _RIGID * stiffness / at.times
+            slider = stiffness / at.times / (1.0 - 1.0 / _RIGID)
+            node = self._before(f"{name} inner", at, spring + slider, steepest / at.times)
+            sides = (node, at.right) if at.heavy == at.right else (at.left, node)
+            self._contact(name, at.inside(node), 0.0, spring)
+        self.deck.springs.append(Crush(name, *sides, self._curve(envelope, at, spring), slider))
         for n, (u, f, factor) in enumerate(more, start=1):
             own = u <= until * (1.0 + 1e-12)
             x = at.start + at.times * u[own] - np.interp(u[own], path.stroke, path.force) / spring
             x = np.concatenate([[-1.0, x[0]], x, x[-1] + np.array([1e-4, 1.0])])
             curve = Curve(*_rising(x, np.concatenate([[0.0, 0.0], f[own], [0.0, 0.0]])))
-            rate = Curve(at.times * factor.x, factor.y)
-            self.deck.springs.append(Elastic(f"{name} rate {n}", inner.left, inner.right, curve, rate))
+            self.deck.springs.append(Elastic(f"{name} rate {n}", *sides, curve, Curve(at.times * factor.x, factor.y)))
+
+    def _contact(self, name: str, at: _Between, start: float, stiffness: float) -> None:
+        """A spring that pushes only, from a closure on, both of the closure."""
+        curve = Curve(np.array([-1.0, start, start + 1.0]), stiffness * np.array([0.0, 0.0, 1.0]))
+        self.deck.springs.append(Elastic(f"{name} contact", at.left, at.right, curve))
 
     def _stop(self, name: str, at: _Between, travel: float, stiffness: float) -> None:
         """The stop behind a stroke of the device [m]."""
         if stiffness > 0.0:
-            end = at.start + at.times * travel
-            curve = Curve(np.array([-1.0, end, end + 1.0]), stiffness / at.times * np.array([0.0, 0.0, 1.0]))
-            self.deck.springs.append(Elastic(f"{name} stop", at.left, at.right, curve))
+            self._contact(f"{name} stop", at, at.start + at.times * travel, stiffness / at.times)
 
     def _behind(self, name: str, at: _Between, collapse: float, stiffness: float, damping: float = 0.0) -> _Between:
         """Where a device acts, of a stiffness and damping, behind which a car body gives way at a force."""
@@ -354,9 +367,7 @@ class _Assembly:
         node = self._before(f"{name} plunger", at, 2.0 * contact, damping)
         inner = at.inside(node)
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
-        begin = at.start + t * empty
-        contacted = Curve(np.array([-1.0, begin, begin + 1.0]), contact * np.array([0.0, 0.0, 1.0]))
-        self.deck.springs.append(Elastic(f"{name} contact", inner.left, inner.right, contacted))
+        self._contact(name, inner, at.start + t * empty, contact)
         v = np.linspace(0.0, fastest, 200)
         closing = Curve(np.append(-1.0, t * v), np.append(0.0, (v / fastest) ** 2))
         opening = Curve(np.append(-t * v[::-1], 1.0), np.append(-((v[::-1] / fastest) ** 2), 0.0))
@@ -420,14 +431,17 @@ def _faster(law: Law, fastest: float) -> Iterator[tuple[Array, Array, Curve]]:
     path, (_, _, reference, exponent, *_) = law.loading.climbing, law.parameters
     if not law.speeds:
         v = np.append(0.0, np.geomspace(LINEAR, max(fastest, 2.0 * LINEAR), _RATE_POINTS))
-        yield path.stroke, path.force, Curve(np.append(-1.0, v), np.append(0.0, (v / reference) ** exponent))
+        x = np.concatenate([[-1.0, -LINEAR], v])
+        yield path.stroke, path.force, Curve(x, np.concatenate([[-_BACK, -_BACK], (v / reference) ** exponent]))
         return
     slow, below = 0.0, law.curves[0]
     for speed, curve in zip(law.speeds, law.curves[1:], strict=True):
         u = np.unique(np.concatenate([below[0], curve[0], path.stroke]))
         here, before = (np.interp(u, c[0], c[1]) for c in (curve, below))
-        x = np.array([slow - 1.0, slow, speed, speed + 1.0])
-        yield u, here - before, Curve(x, np.array([0.0, 0.0, 1.0, 1.0]))
+        x, y = np.array([slow - 1.0, slow, speed, speed + 1.0]), np.array([0.0, 0.0, 1.0, 1.0])
+        if not slow:
+            x, y = np.concatenate([[-1.0, -LINEAR], x[1:]]), np.concatenate([[-_BACK, -_BACK], y[1:]])
+        yield u, here - before, Curve(x, y)
         slow, below = speed, curve
 
 

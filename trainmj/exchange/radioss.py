@@ -77,7 +77,7 @@ def names(starter: Path) -> tuple[str, Path]:
     if found is None:
         raise InputError(
             f"{starter}: a starter file of Radioss is named NAME_0000.rad, with a NAME of ASCII letters, digits, "
-            f"points, - and _, and the engine file NAME_0001.rad beside it: take --out {starter.with_name('run_0000.rad')}"
+            f"points, - and _, and its engine file NAME_0001.rad: take --out {starter.with_name('run_0000.rad')}"
         )
     return found[1], starter.with_name(f"{found[1]}_0001.rad")
 
