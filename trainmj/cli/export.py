@@ -16,17 +16,56 @@ from trainmj.files.folder import spare
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
     from trainmj.collision.summary import Summary
+    from trainmj.exchange.deck import Deck
     from trainmj.scenario import Scenario
 
+Files = dict[Path | None, str]
+"""Texts by the files that they are for; None for the screen."""
 
-def _mjcf(scenario: Scenario) -> str:
+
+def _mjcf(scenario: Scenario, out: Path | None) -> Files:
     from trainmj.view import scene
 
-    return scene.export(trainmj.line_up(scenario), f"{scenario.heading}: {scenario.subject}")
+    return {out: scene.export(trainmj.line_up(scenario), _title(scenario))}
 
 
-_MODELS: dict[str, Callable[[Scenario], str]] = {"mjcf": _mjcf}
-"""The models of a scenario that can be written, each as one text."""
+def _lsdyna(scenario: Scenario, out: Path | None) -> Files:
+    from trainmj.exchange import lsdyna
+
+    return {out: lsdyna.written(_deck(scenario, slips=False))}
+
+
+def _radioss(scenario: Scenario, out: Path | None) -> Files:
+    from trainmj.exchange import radioss
+
+    if out is None:
+        return {None: radioss.starter(_deck(scenario, slips=True), "trainmj")}
+    run, engine = radioss.names(out)
+    deck = _deck(scenario, slips=True)
+    return {out: radioss.starter(deck, run), engine: radioss.engine(deck, run)}
+
+
+def _deck(scenario: Scenario, slips: bool) -> Deck:
+    from trainmj.exchange.assembly import assembled
+
+    if scenario.plane != "line":
+        raise InputError(
+            f"plane: {scenario.plane} cannot be exported as a deck, whose nodes move along the track only: "
+            "--set plane=line exports the collision along the track"
+        )
+    return assembled(trainmj.line_up(scenario), _title(scenario), slips)
+
+
+def _title(scenario: Scenario) -> str:
+    return f"{scenario.heading}: {scenario.subject}"
+
+
+_MODELS: dict[str, Callable[[Scenario, Path | None], Files]] = {
+    "mjcf": _mjcf,
+    "lsdyna": _lsdyna,
+    "radioss": _radioss,
+}
+"""The models of a scenario that can be written; with a file to write, all that goes with it."""
 
 Written = Callable[["Result", "Summary", Path, Iterable[Path], dict[str, str]], None]
 
@@ -88,56 +127,62 @@ def export(
 
     SCENARIO may also be a saved result, or the folder of one. Of a scenario a result is computed first.
 
-    \b
-    mjcf  the model, for MuJoCo's own viewer; stand-ins take the place of the
-          devices, as a comment in the file says
-    xlsx  the result as a workbook: summary, limits, interfaces, stages,
-          vehicles, energy, histories
-    mme   the channels of the result as an ISO-MME folder (ISO/TS 13499)
-    csv   the tables of the result, with separators of your choice
+    Models. mjcf: MuJoCo's own viewer opens it. Stand-ins take the place of the devices, as a comment in the file says.
+
+    lsdyna: a keyword file in t, mm, s and N: masses and discrete springs. A comment says what they do differently.
+
+    radioss: likewise a starter file, named NAME_0000.rad, and beside it the engine file NAME_0001.rad.
+
+    Results. xlsx: a workbook with summary, limits, interfaces, stages, vehicles, energy and histories.
+
+    mme: the channels as an ISO-MME folder (ISO/TS 13499).
+
+    csv: the tables, with separators of your choice.
     """
     if (separator or decimal) and kind != "csv":
         raise InputError(f"--{'separator' if separator else 'decimal'}: goes with --to csv")
     marks = {"separator": _SEPARATORS[separator or ","], "decimal": decimal or "."}
     if marks["separator"] == marks["decimal"]:
         raise InputError("--decimal ,: needs another separator between columns: --separator ';'")
-    if kind in _RESULTS:
-        _check_place(kind, out)
     from trainmj.collision.result import find_result
-    from trainmj.files.written import write_bytes
 
     saved = find_result(scenario)
+    if kind in _MODELS:
+        loaded = trainmj.load(scenario, changes) if saved is None else trainmj.load_result(saved).scenario
+        _write_model(loaded if saved is None else loaded.with_values(changes), kind, out)
+        return
     if saved is not None and changes:
         raise InputError(f"--set: {scenario} is a result, which has no other values: export the scenario beside it")
-    before = None if saved is None else trainmj.load_result(saved)
-    loaded = trainmj.load(scenario, changes) if before is None else before.scenario
-    inputs = loaded.files if saved is None else {*loaded.files, saved}
-    if kind in _MODELS:
-        if out is not None:
-            spare(inputs, out)
-        text = _MODELS[kind](loaded)
-        if out is None:
-            click.echo(text)
-        else:
-            write_bytes(out, text.encode())
-        return
-    assert out is not None
-    if kind not in _FOLDERS:
-        spare(inputs, out)
-    elif saved is not None and out.resolve() == saved.parent.resolve():
-        raise InputError(f"--out {out}: has the result that is exported: take another folder")
-    result = trainmj.run(loaded) if before is None else before
+    place = _place(kind, out, saved)
+    result = trainmj.run(trainmj.load(scenario, changes)) if saved is None else trainmj.load_result(saved)
     summary = trainmj.summarise(result)
-    _RESULTS[kind](result, summary, out, inputs, marks)
+    inputs = {*result.scenario.files, *([saved] if saved else [])}
+    if kind not in _FOLDERS:
+        spare(inputs, place)
+    _RESULTS[kind](result, summary, place, inputs, marks)
     from trainmj.exchange.tables import validity
 
     said = f"; {validity(summary)}: {summary.status}" if summary.status.unusable else ""
-    click.echo(f"Written to {out}{'/' if kind in _FOLDERS else ''}{said}")
+    click.echo(f"Written to {place}{'/' if kind in _FOLDERS else ''}{said}")
 
 
-def _check_place(kind: str, out: Path | None) -> None:
-    """Refuse a place for a result before anything is computed."""
+def _write_model(scenario: Scenario, kind: str, out: Path | None) -> None:
+    from trainmj.files.written import write_bytes
+
+    for file, text in _MODELS[kind](scenario, out).items():
+        if file is None:
+            click.echo(text)
+            continue
+        spare(scenario.files, file)
+        write_bytes(file, text.encode())
+
+
+def _place(kind: str, out: Path | None, saved: Path | None) -> Path:
+    """Where a result is written; a wrong place is refused before anything is computed."""
     if out is None:
         raise InputError(f"--to {kind}: needs --out, the {'folder' if kind in _FOLDERS else 'file'} to write")
     if kind == "xlsx" and out.suffix.lower() != ".xlsx":
         raise InputError(f"--out {out}: must end in .xlsx, by which spreadsheets know what it is")
+    if kind in _FOLDERS and saved is not None and out.resolve() == saved.parent.resolve():
+        raise InputError(f"--out {out}: has the result that is exported: take another folder")
+    return out

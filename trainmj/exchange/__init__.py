@@ -1,1 +1,1 @@
-"""Models and results in the files of other programs."""
+"""Models and results in the formats of other programs."""
