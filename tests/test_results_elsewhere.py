@@ -318,6 +318,7 @@ def test_an_export_of_numbers_that_are_not_valid_says_so(ended, tmp_path):
         (("--to", "csv", "--out", "{here}"), "has the result that is exported"),
         (("--to", "xlsx", "--out", "t.xlsx", "--set", "collision.speed_km_h=5"), "is a result, which has no other"),
         (("--to", "xlsx", "--out", "/nowhere/t.xlsx"), "cannot be written"),
+        (("--out", "result.nc"), "is read by this command, which would replace it"),
     ],
 )
 def test_what_cannot_be_exported_is_said(result, tmp_path, monkeypatch, args, said):

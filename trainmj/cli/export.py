@@ -148,8 +148,11 @@ def export(
 
     saved = find_result(scenario)
     if kind in _MODELS:
-        loaded = trainmj.load(scenario, changes) if saved is None else trainmj.load_result(saved).scenario
-        _write_model(loaded if saved is None else loaded.with_values(changes), kind, out)
+        if saved is None:
+            loaded = trainmj.load(scenario, changes)
+        else:
+            loaded = trainmj.load_result(saved).scenario.with_values(changes)
+        _write_model(loaded, kind, out, {*loaded.files, *([saved] if saved else [])})
         return
     if saved is not None and changes:
         raise InputError(f"--set: {scenario} is a result, which has no other values: export the scenario beside it")
@@ -166,14 +169,14 @@ def export(
     click.echo(f"Written to {place}{'/' if kind in _FOLDERS else ''}{said}")
 
 
-def _write_model(scenario: Scenario, kind: str, out: Path | None) -> None:
+def _write_model(scenario: Scenario, kind: str, out: Path | None, inputs: Iterable[Path]) -> None:
     from trainmj.files.written import write_bytes
 
     for file, text in _MODELS[kind](scenario, out).items():
         if file is None:
             click.echo(text)
             continue
-        spare(scenario.files, file)
+        spare(inputs, file)
         write_bytes(file, text.encode())
 
 
