@@ -18,8 +18,8 @@ from mutations import document, good, replaced
 import trainmj
 from trainmj import Standard
 from trainmj.collision.block import Layout
-from trainmj.collision.comparison import compare
 from trainmj.collision.lineup import line_up
+from trainmj.collision.repeated import repeated
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.study import Study
@@ -242,7 +242,7 @@ def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> 
         assert same, f"{name}: {row[name]} in a batch, {value} alone"
     with tempfile.TemporaryDirectory() as folder:
         result.save(Path(folder) / "result.nc")
-        assert compare(trainmj.load_result(Path(folder) / "result.nc"), result).same
+        assert repeated(trainmj.load_result(Path(folder) / "result.nc"), result).same
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)

@@ -16,6 +16,7 @@ import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
+from trainmj.cli.compare import compare
 from trainmj.cli.export import export
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
@@ -108,6 +109,7 @@ for command in (
     tasks.identify,
     assess,
     reliability,
+    compare,
     report,
     render,
     view,

@@ -99,7 +99,7 @@ def run(
         steps = trainmj.converge(loaded) if responses is None else trainmj.converge(loaded, parts_of(responses))
     margins = trainmj.margins(loaded, SLIP if slip is None else slip) if with_margin else None
     result = trainmj.run(loaded)
-    again = None if before is None else trainmj.compare(before, result)
+    again = None if before is None else trainmj.repeated(before, result)
     summary = trainmj.summarise(result)
     asked = loaded.bracket and result.chain.plane
     beside = Beside(tuple(rows_of(trainmj.bracket(loaded, summary))) if asked else (), margins)

@@ -40,6 +40,7 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.assessment import folder as assessment
     from trainmj.cases import store
     from trainmj.collision import result
+    from trainmj.comparison import folder as comparison
     from trainmj.identification import run as identification
     from trainmj.paper import BEYOND, PAGE
     from trainmj.reliability import run as reliability
@@ -54,6 +55,7 @@ def kinds() -> tuple[Kind, ...]:
         ),
         Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
         Kind("a reliability run", reliability.FILE, cure=f"trainmj reliability FILE --out {{folder}} --report{_AGAIN}"),
+        Kind("a comparison", comparison.FILE, cure="trainmj compare A B --out {folder} --report"),
         Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper --out {{folder}}{_AGAIN}"),
         Kind("the paper's laws beyond its range", BEYOND, cure="trainmj paper --beyond --out {folder}"),
     )

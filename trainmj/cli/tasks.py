@@ -17,6 +17,7 @@ from trainmj.cli.options import (
     kind_of_input,
     parts_of,
     split_assignment,
+    takes_allowed,
     takes_fail_on_limit,
     takes_figures,
     takes_folder,
@@ -136,6 +137,7 @@ def sweep(
 
 @click.command()
 @click.argument("study")
+@takes_allowed
 @takes_folder
 @takes_figures
 @takes_report
@@ -180,6 +182,7 @@ def study(
 
 @click.command()
 @click.argument("targets")
+@takes_allowed
 @takes_folder
 @takes_figures
 @takes_report

@@ -275,11 +275,14 @@ class Result:
         """
         write_bytes(file, _packed(self.dataset()))
 
-    def table(self) -> pd.DataFrame:
+    def table(self, both_sides: bool = False) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet.
 
         Column valid is 0 in rows after a curve ended behind which nothing is stated, or one vehicle overrode another,
         and 1 in all others.
+
+        Args:
+            both_sides: whether the partner's stroke and energy at the front are there too where the sides are equal.
         """
         import pandas as pd
 
@@ -287,6 +290,10 @@ class Result:
         for name, h in SHOWN.items():
             for thing, values in self.shown(name).items():
                 columns[head(f"{name}_{thing.replace(' ', '_')}", h.shown)] = values
+            front = self.chain.interfaces[self.chain.front]
+            if both_sides and front.equal_sides and name in ("stroke", "energy"):
+                values = self.of_device(name, self.chain.front, 1) / h.factor
+                columns[head(f"{name}_{front.name}_partner", h.shown)] = values
         return pd.DataFrame(columns)
 
     def shown(self, name: str) -> dict[str, Array]:

@@ -12,7 +12,7 @@ from trainmj.files.arguments import given
 from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source, dotted, giving_way, has_key, inside, placed, put, type_at
-from trainmj.files.text import beside
+from trainmj.files.text import Folders, allowing, beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.partners import with_partner
@@ -27,12 +27,18 @@ JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
 _LONGEST_CHAIN = 10
 
 
-def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scenario:
+def load(
+    file: str | FilePath,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    allow_folder: Folders = (),
+) -> Scenario:
     """Read a scenario file, or one that ships with trainmj by its name.
 
     Args:
         file: path of a YAML file, or a name from :func:`shipped`.
         changes: values to change, by path or parameter, as in :meth:`Scenario.with_values`.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Returns:
         The checked scenario.
@@ -40,9 +46,10 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None) -> Scen
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
-    scenario.refuse(_lost(scenario))
-    return scenario.with_values(changes) if changes else scenario
+    with allowing(allow_folder):
+        scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
+        scenario.refuse(_lost(scenario))
+        return scenario.with_values(changes) if changes else scenario
 
 
 def shipped() -> dict[str, FilePath]:
@@ -253,7 +260,7 @@ def _built(below: Source, over: Source) -> Source:
         over,
         values=values,
         origins=placed(below.origins, replaced, over.origins),
-        displaced=(*below.displaced, *displaced),
+        told=(*below.told, *over.told, *displaced),
         files=below.files | over.files,
     )
     if "title" in over.values:  # what is below it is its own
