@@ -106,14 +106,14 @@ def scenarios() -> None:
     use it by its name.
     """
     from trainmj.files.resources import shipped_files, shipped_folder
-    from trainmj.output.console import console_table, new_console
+    from trainmj.output.console import new_console, print_table
     from trainmj.output.table import Column, Table
     from trainmj.scenario import shipped
 
     columns = [Column(head, text=True) for head in ("Name", "What it is", "Parameters")]
     found = {name: trainmj.load(name) for name in shipped()}
     rows = [(name, scenario.title, "\n".join(scenario.parameters)) for name, scenario in found.items()]
-    new_console().print(console_table(Table(columns, rows)))
+    print_table(new_console(), Table(columns, rows))
     click.echo()
     for what, ending, use in (
         ("Partners", ".partner.yaml", "trainmj run TRAIN --set collision.partner=NAME"),

@@ -15,6 +15,7 @@ from trainmj.files.folder import is_held, spare
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
+    from trainmj.collision.result import Result
     from trainmj.output.page import Page
 
 takes_report = click.option(
@@ -97,13 +98,14 @@ def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
         click.echo(f"Report: {file}")
 
 
-def write_report(results: str | Path, out: str | Path | None = None) -> Path:
+def write_report(results: str | Path | Result, out: str | Path | None = None) -> Path:
     """Write the report of a run, a sweep or a study.
 
     Args:
         results: its folder, or a file in it: result.nc (or another saved result), results.sqlite, steps.json; or what
-            run_sweep or run_study gave.
-        out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc.
+            run, run_sweep or run_study gave.
+        out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc; of a result
+            that was not saved, report.html in the working directory.
 
     Returns:
         The file.
@@ -112,8 +114,16 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
         OutputError: if the file cannot be written.
     """
+    from trainmj.collision.result import Result
     from trainmj.output.page import REPORT
 
+    if isinstance(results, Result):
+        from trainmj.collision.summary import summarise
+        from trainmj.single.page import page_of_run
+
+        file = Path(REPORT if out is None else out)
+        page_of_run(results, summarise(results)).write(file)
+        return file
     results = path_given(results)
     kind, source = _found(results)
     if kind.page is None:

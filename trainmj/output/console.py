@@ -1,9 +1,9 @@
-"""The terminal: tables at most 80 columns wide, and a progress bar."""
+"""The terminal: tables as wide as it is, at most 80 columns where there is none, and what moves while one waits."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -17,7 +17,12 @@ from rich.text import Text
 
 from trainmj.output.table import Column, Table, Verdict
 
-WIDTH = 80
+WIDTH = 80  # where there is no terminal
+WIDEST = 200
+_LONGEST_WORD = 30  # that is not broken in a column of words
+
+FAILED = "bold red"
+"""What is not passed, beside the word for it."""
 
 
 class Progress(bars.Progress):
@@ -61,20 +66,35 @@ def console_table(table: Table) -> Grid:
         caption=table.note or None,
         caption_justify="left",
     )
-    for column in table.columns:
+    for k, column in enumerate(table.columns):
         side: Literal["left", "right"] = "left" if column.text else "right"
+        cells = [str(_cell(column.show(row[k]))) for row in table.rows]
         grid.add_column(
-            Align(_head(column), side, vertical="bottom"), justify=side, no_wrap=not column.text, overflow="fold"
+            Align(_head(column), side, vertical="bottom"),
+            justify=side,
+            no_wrap=not column.text,
+            overflow="fold",
+            min_width=_least(column, cells),
         )
     for row in table.rows:
         grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
     return grid
 
 
+def _least(column: Column, cells: Iterable[str]) -> int:
+    """Characters that a column needs so that no number, no head and no word of usual length is broken."""
+    texts = [*_head(column).split("\n"), *cells]
+    words = [word for text in texts for word in text.split()] if column.text else texts
+    longest = max(map(len, words), default=1)
+    return min(longest, _LONGEST_WORD) if column.text else longest
+
+
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
     whole = console_table(replace(table, note=""))  # a note takes the whole line, however narrow the table is
-    if _width(console, whole) <= console.width or all(column.text for column in table.columns):  # words can be broken
+    width = _width(console, whole)
+    words = all(column.text for column in table.columns)  # which can be broken
+    if (width.minimum if words else width.maximum) <= console.width:
         console.print(whole)
     else:
         _print_parts(console, table)
@@ -87,7 +107,7 @@ def _print_parts(console: Console, table: Table) -> None:
     parts = [[0]]
     for k in range(1, len(table.columns)):
         longer = console_table(_of_columns(table, [*parts[-1], k]))
-        if len(parts[-1]) > 1 and _width(console, longer) > console.width:
+        if len(parts[-1]) > 1 and _width(console, longer).maximum > console.width:
             parts.append([0])
         parts[-1].append(k)
     for part in parts:
@@ -97,9 +117,9 @@ def _print_parts(console: Console, table: Table) -> None:
         console.print(console_table(_of_columns(table, part, title)))
 
 
-def _width(console: Console, grid: Grid) -> int:
-    """Characters that a line of a table takes, its title and note aside."""
-    return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
+def _width(console: Console, grid: Grid) -> Measurement:
+    """Characters that a line of a table takes at least, and at most, its title and note aside."""
+    return Measurement.get(console, console.options.update(max_width=10_000), grid)
 
 
 def _of_columns(table: Table, chosen: Sequence[int], title: str = "") -> Table:
@@ -114,13 +134,12 @@ def _head(column: Column) -> str:
 
 def _cell(shown: object) -> Text:
     if isinstance(shown, Verdict):
-        return Text(shown.text.upper(), style="bold reverse") if shown.kind == "fail" else Text(shown.text)
+        return Text(shown.text.upper(), style=FAILED) if shown.kind == "fail" else Text(shown.text)
     return Text(str(shown))
 
 
 def new_console() -> Console:
-    """A console at most 80 columns wide."""
+    """A console as wide as the terminal, up to 200 columns; 80 where there is none."""
     console = Console(highlight=False, emoji=False, markup=False)
-    if console.width > WIDTH or not console.is_terminal:
-        console.width = WIDTH
+    console.width = min(console.width, WIDEST) if console.is_terminal else WIDTH
     return console

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.status import Status
 from rich.text import Text
 
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.table import Table, Verdict
 from trainmj.study import tables
 from trainmj.study.file import LatinHypercube, SobolSequence
@@ -93,9 +93,11 @@ def print_study(result: StudyResult) -> None:
             console.print(note, markup=False)
 
     console.print(Text(summary["title"], style="bold"))
+    for said in (tables.verdict(summary), tables.limits_in_short(summary)):
+        console.print(Text(f"{said.text[:1].upper()}{said.text[1:]}", style=FAILED if said.kind == "fail" else ""))
     for name, value in tables.design(summary).items():
-        said = value.text if isinstance(value, Verdict) else value
-        console.print(f"{name}: {said}", markup=False)
+        text = value.text if isinstance(value, Verdict) else value
+        console.print(f"{name}: {text}", markup=False)
 
     def show_search(found: tables.Summary) -> None:
         show(tables.surrogates(found))
@@ -107,7 +109,7 @@ def print_study(result: StudyResult) -> None:
             show(tables.remarks(found))
         verdict = tables.verdict(found)
         console.print()
-        console.print(Text(f"Verdict: {verdict.text}", style="bold red" if verdict.kind == "fail" else "bold"))
+        console.print(Text(f"Verdict: {verdict.text}", style=FAILED if verdict.kind == "fail" else "bold"))
 
     show_search(summary)
     if "robust" in summary:

@@ -6,9 +6,11 @@ common: the values that are varied.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 from trainmj.cases.engine import Computed
 from trainmj.collision.limits import Criterion
@@ -127,6 +129,44 @@ def outcome_of(table: pd.DataFrame, titles: Mapping[str, str], planned: int) -> 
     together = together[together["size"] == len(titles)]
     passed = tuple(int(case) for case in together.index[together["all"]])
     return Outcome(tuple(map(ending, titles)), tuple(governing), len(together), passed)
+
+
+def where_kept(table: pd.DataFrame, varied: Sequence[str]) -> Table | None:
+    """From where to where cases pass no limit, over the value that is varied most, for each of the other values.
+
+    Args:
+        table: of a sweep, as :func:`trainmj.read_table` gives it, finished or not.
+        varied: names of what is varied.
+
+    Returns:
+        A row for each range of neighbouring cases whose numbers may be used and that passed no limit; None if no
+        numbers are varied, or not all of their combinations are there.
+    """
+    different = {name: table[name].nunique() for name in varied if name in table}
+    numbers = [name for name in different if table[name].dtype.kind in "fiu" and different[name] > 1]
+    if not numbers or math.prod(different.values()) != len(table):
+        return None
+    along = max(numbers, key=lambda name: different[name])
+    others = [name for name in different if name != along and different[name] > 1]
+    kept = ~table["status"].isin((*UNUSABLE, *PAST_LIMITS))
+    rows: list[tuple[Any, ...]] = []
+    for values, part in table.groupby(others, sort=False) if others else [((), table)]:
+        part = part.sort_values(along)
+        good, at = kept[part.index].tolist(), part[along].tolist()
+        runs = [list(run) for of, run in groupby(range(len(at)), key=good.__getitem__) if of]
+        for run in runs:
+            ends = [f"{at[k]:g}" for k in (run[0] - 1, run[-1] + 1) if 0 <= k < len(at)]
+            across = f"{at[run[0]]:g} to {at[run[-1]]:g}" if len(run) > 1 else f"{at[run[0]]:g}"
+            rows.append((*map(str, values), across, len(run), ", ".join(ends) or "-"))
+        if not runs:
+            rows.append((*map(str, values), "nowhere", 0, "-"))
+    more = len(rows) - _MOST_RANGES
+    heads = [*worded(*others, along), Column("cases"), *worded("no longer at")]
+    note = "What is between two cases was not computed." + (f" And {more} more ranges." if more > 0 else "")
+    return Table(heads, rows[:_MOST_RANGES], "Where limits are kept", note)
+
+
+_MOST_RANGES = 20  # that are listed
 
 
 def tables_of(outcome: Outcome) -> list[Table]:
