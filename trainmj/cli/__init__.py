@@ -22,7 +22,6 @@ from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
-from trainmj.output.style import without_settings
 
 
 @contextmanager
@@ -62,7 +61,6 @@ class _Group(click.Group):
 
     def main(self, *args: Any, **options: Any) -> Any:
         streams.prepare()
-        without_settings()
         return super().main(*args, **options)
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
@@ -70,6 +68,9 @@ class _Group(click.Group):
             return super().make_context(*args, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
+        from trainmj.output.style import without_settings
+
+        without_settings()
         with _ends_as_interrupted(), _told():
             return super().invoke(ctx)
 

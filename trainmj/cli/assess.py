@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from shlex import quote
@@ -11,11 +10,9 @@ from typing import Any
 import click
 
 import trainmj
-from trainmj.cli.options import set_again, takes_changes, takes_json, takes_threads
+from trainmj.cli.options import say, say_json, set_again, takes_changes, takes_json, takes_threads, takes_time
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import filling
-from trainmj.files.written import finite
 
 
 @click.command()
@@ -38,6 +35,7 @@ from trainmj.files.written import finite
 @takes_threads
 @takes_report
 @takes_json
+@takes_time
 def assess(
     train: str,
     changes: dict[str, Any],
@@ -64,6 +62,8 @@ def assess(
     loaded, asked = trainmj.load(train, changes), trainmj.load_assessment(standard)
     from trainmj.assessment import screen
     from trainmj.assessment.folder import OWN, write_assessment
+    from trainmj.files.folder import filling
+    from trainmj.files.written import finite
     from trainmj.output.page import REPORT
 
     if out is not None:
@@ -72,11 +72,11 @@ def assess(
     if out is not None:
         write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), with_report)
     if as_json:
-        click.echo(json.dumps(finite(found.as_dict()), indent=2))
+        say_json(finite(found.as_dict()))
     else:
         screen.print_assessment(found)
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     if not found.passed:
         sys.exit(1)
 

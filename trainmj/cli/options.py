@@ -6,9 +6,10 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
@@ -86,6 +87,32 @@ def _together(*options: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
+def takes_time(function: F) -> F:
+    """A command that may take long: something moves on a terminal until it shows something of its own."""
+
+    @wraps(function)
+    def shown(*args: Any, **options: Any) -> Any:
+        from trainmj.output.waiting import waiting
+
+        with waiting(str(click.get_current_context().info_name)):
+            return function(*args, **options)
+
+    return cast(F, shown)
+
+
+def say(text: str, err: bool = False) -> None:
+    """Print a line, after what moves has gone."""
+    from trainmj.output.waiting import hush
+
+    hush()
+    click.echo(text, err=err)
+
+
+def say_json(values: Any) -> None:
+    """Print one JSON object."""
+    say(json.dumps(values, indent=2))
+
+
 takes_changes = click.option(
     "--set",
     "changes",
@@ -160,7 +187,7 @@ def going_on(out: Path, fresh: bool, stop: Callable[[], None]) -> Iterator[None]
     except KeyboardInterrupt:
         stop()
         command = "the same command without --fresh" if fresh else "the same command"
-        click.echo(f"Stopped. What was finished is in {out}; {command} goes on.", err=True)
+        say(f"Stopped. What was finished is in {out}; {command} goes on.", err=True)
         sys.exit(130)
     finally:
         stop()

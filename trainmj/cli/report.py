@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from trainmj.cli.options import say, takes_time
 from trainmj.errors import InputError
 from trainmj.files.arguments import path_given
-from trainmj.files.folder import is_held, spare
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
@@ -81,6 +81,7 @@ def _page_of_study(file: Path) -> Page:
 @click.command()
 @click.argument("results", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="HTML file to write; report.html in the folder otherwise.")
+@takes_time
 def report(results: Path, out: Path | None) -> None:
     """Write the report of a run, a sweep or a study.
 
@@ -95,7 +96,7 @@ def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
     """Write a report and say where, unless silent."""
     file = write_report(results, out)
     if not silent:
-        click.echo(f"Report: {file}")
+        say(f"Report: {file}")
 
 
 def write_report(results: str | Path | Result, out: str | Path | None = None) -> Path:
@@ -115,6 +116,7 @@ def write_report(results: str | Path | Result, out: str | Path | None = None) ->
         OutputError: if the file cannot be written.
     """
     from trainmj.collision.result import Result
+    from trainmj.files.folder import is_held, spare
     from trainmj.output.page import REPORT
 
     if isinstance(results, Result):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -16,12 +15,14 @@ from trainmj.cli.options import (
     going_on,
     kind_of_input,
     parts_of,
+    say_json,
     split_assignment,
     takes_fail_on_limit,
     takes_figures,
     takes_folder,
     takes_json,
     takes_scenario,
+    takes_time,
 )
 from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
@@ -82,6 +83,7 @@ takes_dask = click.option(
 @click.option("--parquet", is_flag=True, help="Write results.parquet too.")
 @takes_report
 @takes_fail_on_limit
+@takes_time
 def sweep(
     scenario: str,
     changes: dict[str, Any],
@@ -140,6 +142,7 @@ def sweep(
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def study(
     study: str,
     out: Path,
@@ -169,7 +172,7 @@ def study(
             plan, out, threads=threads, fresh=fresh, watch=line, figures=figures, figure_width=figure_width
         )
     if as_json:
-        click.echo(json.dumps(result.summary, indent=2))
+        say_json(result.summary)
     else:
         screen.print_study(result)
     if with_report:
@@ -184,6 +187,7 @@ def study(
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def identify(
     targets: str,
     out: Path,
@@ -224,7 +228,7 @@ def identify(
     if with_report:
         page.page_of(found, page.command_of(targets, found)).write(out / REPORT)
     if as_json:
-        click.echo(json.dumps(found.summary, indent=2))
+        say_json(found.summary)
     else:
         screen.print_found(found)
     if not found.kept:

@@ -16,6 +16,7 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from trainmj.output.table import Column, Table, Verdict
+from trainmj.output.waiting import hush
 
 WIDTH = 80  # where there is no terminal
 WIDEST = 200
@@ -40,6 +41,11 @@ class Progress(bars.Progress):
             transient=True,
         )
         self._task = self.add_task("", total=total)
+
+    def start(self) -> None:
+        """Show the bar."""
+        hush()
+        super().start()
 
     def __call__(self, finished: int) -> None:
         """Show how many are finished."""
@@ -139,7 +145,8 @@ def _cell(shown: object) -> Text:
 
 
 def new_console() -> Console:
-    """A console as wide as the terminal, up to 200 columns; 80 where there is none."""
+    """A console as wide as the terminal, up to 200 columns; 80 where there is none. What moved is gone then."""
+    hush()
     console = Console(highlight=False, emoji=False, markup=False)
     console.width = min(console.width, WIDEST) if console.is_terminal else WIDTH
     return console

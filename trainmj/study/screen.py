@@ -12,6 +12,7 @@ from rich.text import Text
 
 from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.table import Table, Verdict
+from trainmj.output.waiting import hush
 from trainmj.study import tables
 from trainmj.study.file import LatinHypercube, SobolSequence
 from trainmj.study.folder import Step
@@ -35,6 +36,8 @@ class Screen(Watch):
 
     def changed(self, changes: Sequence[str]) -> None:
         """Print what has changed, which explains why steps are done again."""
+        if changes:
+            hush()
         for change in changes:
             self._console.print(f"Changed: {change}", markup=False, soft_wrap=True)
 
@@ -42,6 +45,7 @@ class Screen(Watch):
         """Show the step."""
         self._step = step
         if self._shown:
+            hush()
             self._status.update(step)
             self._status.start()
 
