@@ -16,6 +16,7 @@ import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
+from trainmj.cli.completing import completion
 from trainmj.cli.export import export
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
@@ -115,5 +116,6 @@ for command in (
     export,
     references.verify,
     references.paper,
+    completion,
 ):
     main.add_command(command)

@@ -10,18 +10,21 @@ from typing import Any
 import click
 
 import trainmj
+from trainmj.cli.completing import offers
 from trainmj.cli.options import say, say_json, set_again, takes_changes, takes_json, takes_threads, takes_time
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
+from trainmj.files.kinds import ASSESSMENT, SCENARIO
 
 
 @click.command()
-@click.argument("train")
+@click.argument("train", shell_complete=offers(SCENARIO))
 @takes_changes
 @click.option(
     "--standard",
     required=True,
     metavar="FILE",
+    shell_complete=offers(ASSESSMENT),
     help="Assessment file, or the name of one that ships, such as en15227.",
 )
 @click.option("--category", metavar="NAME", help="Category of the train in the file, such as C-II.")

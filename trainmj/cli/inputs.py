@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 import trainmj
+from trainmj.cli.completing import offers
 from trainmj.cli.options import kind_of_input, takes_changes
 from trainmj.errors import InputError
+from trainmj.files.kinds import KINDS
 
 if TYPE_CHECKING:
     from trainmj.scenario import Scenario
@@ -19,14 +22,22 @@ _SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner", "r
 
 
 @click.command()
-@click.argument("file")
+@click.argument("file", shell_complete=offers(*KINDS, results=True))
 @takes_changes
 def check(file: str, changes: dict[str, Any]) -> None:
-    """Check an input file and print what would run.
+    """Check a file and print what would run.
 
     FILE is a scenario, sweep, study, targets, assessment, reliability or partner file, or the name of a shipped one,
-    such as b_type or b_type.study.yaml. Nothing is computed.
+    such as b_type or b_type.study.yaml. Of a saved result, or the folder of a command, it says what is there and what
+    reads it. Nothing is computed.
     """
+    from trainmj.cli.report import holds_results
+
+    if holds_results(file):
+        if changes:
+            raise InputError(f"--set: {file} holds results, which cannot be changed")
+        _say_results(file)
+        return
     from trainmj.files.kinds import ASSESSMENT, PARTNER, RELIABILITY, SCENARIO, STUDY, SWEEP
     from trainmj.single.screen import print_chain
 
@@ -83,6 +94,23 @@ def check(file: str, changes: dict[str, Any]) -> None:
 
             click.echo()
             of_reliability.print_tolerances(trainmj.load_reliability(file, changes))
+
+
+def _say_results(file: str) -> None:
+    """What results there are, whole or not, and what reads them."""
+    from trainmj.cli.report import what_is_at
+    from trainmj.collision.limits import in_short
+
+    kind, source = what_is_at(Path(file))
+    if source.suffix == ".nc":
+        result = trainmj.load_result(source)  # whole: a checksum covers every byte
+        summary = trainmj.summarise(result)
+        said = f"{file}: is a saved result, whole.\n{result.scenario.heading}\n{result.scenario.subject}\n"
+        said += f"{in_short(summary.limits)}\nStatus: {summary.status}\n"
+        click.echo(f"{said}Read by: trainmj report, render, run (which computes it again and compares), export")
+        return
+    again = kind.cure.format(folder=source.parent) or f"trainmj report {source.parent}"
+    click.echo(f"{file}: holds {kind.name} ({source.name}). Its report: {again}")
 
 
 def _run_into(file: str) -> Scenario:

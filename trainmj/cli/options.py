@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from trainmj.cli.completing import offers, settings
 from trainmj.errors import InputError
+from trainmj.files.kinds import SCENARIO
 
 if TYPE_CHECKING:
     from trainmj.files.kinds import Kind
@@ -119,12 +121,13 @@ takes_changes = click.option(
     multiple=True,
     metavar="PATH=VALUE",
     callback=_changes,
+    shell_complete=settings,
     help="Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50); null takes it "
     "back. May be repeated.",
 )
 """The option --set, given as a dict of changes."""
 
-takes_scenario = _together(click.argument("scenario"), takes_changes)
+takes_scenario = _together(click.argument("scenario", shell_complete=offers(SCENARIO, results=True)), takes_changes)
 """The argument SCENARIO and the option --set."""
 
 takes_threads = click.option(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
+from trainmj.cli.completing import offers
 from trainmj.cli.options import (
     going_on,
     kind_of_input,
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("file")
+@click.argument("file", shell_complete=offers(SCENARIO, RELIABILITY))
 @takes_changes
 @click.option("--runs", type=click.IntRange(1), metavar="N", help="Draws; more go on from those that are there.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), metavar="N", help="Of the random numbers.")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from trainmj.cli.completing import offers
 from trainmj.cli.options import say, takes_time
 from trainmj.errors import InputError
 from trainmj.files.arguments import path_given
@@ -79,7 +80,7 @@ def _page_of_study(file: Path) -> Page:
 
 
 @click.command()
-@click.argument("results", type=click.Path(path_type=Path))
+@click.argument("results", type=click.Path(path_type=Path), shell_complete=offers(results=True))
 @click.option("--out", type=click.Path(path_type=Path), help="HTML file to write; report.html in the folder otherwise.")
 @takes_time
 def report(results: Path, out: Path | None) -> None:
@@ -127,7 +128,7 @@ def write_report(results: str | Path | Result, out: str | Path | None = None) ->
         page_of_run(results, summarise(results)).write(file)
         return file
     results = path_given(results)
-    kind, source = _found(results)
+    kind, source = what_is_at(results)
     if kind.page is None:
         cure = kind.cure.format(folder=quote(str(source.parent)))
         raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}")
@@ -153,7 +154,16 @@ _DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, RecursionErro
 """What is raised by values that trainmj did not write."""
 
 
-def _found(results: Path) -> tuple[Kind, Path]:
+def holds_results(file: str) -> bool:
+    """Whether a path leads to a saved result, or to a folder that has results of some kind."""
+    path = Path(file)
+    try:
+        return path.suffix == ".nc" or (path.is_dir() and any((path / kind.file).is_file() for kind in kinds()))
+    except (OSError, ValueError):
+        return False
+
+
+def what_is_at(results: Path) -> tuple[Kind, Path]:
     """What a path leads to, and the file that holds it."""
     known = kinds()
     if results.is_file():

@@ -11,21 +11,23 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
+from trainmj.cli.completing import offers, settings
 from trainmj.cli.options import (
     going_on,
     kind_of_input,
     parts_of,
     say_json,
     split_assignment,
+    takes_changes,
     takes_fail_on_limit,
     takes_figures,
     takes_folder,
     takes_json,
-    takes_scenario,
     takes_time,
 )
 from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
+from trainmj.files.kinds import SCENARIO, STUDY, SWEEP, TARGETS
 
 if TYPE_CHECKING:
     from trainmj.cases.engine import Engine
@@ -66,12 +68,14 @@ takes_dask = click.option(
 
 
 @click.command()
-@takes_scenario
+@click.argument("scenario", shell_complete=offers(SCENARIO, SWEEP))
+@takes_changes
 @click.option(
     "--vary",
     multiple=True,
     metavar="PATH=VALUES",
     callback=_grid,
+    shell_complete=settings,
     help="Vary a value: FROM:TO:COUNT (20:50:9) or a list (30,33,36). Several make a full grid.",
 )
 @takes_folder
@@ -107,7 +111,6 @@ def sweep(
     valid (a curve ended behind which nothing is stated, or one vehicle overrode another) or passed a limit; 2 for wrong
     input.
     """
-    from trainmj.files.kinds import SCENARIO
     from trainmj.output.console import Progress
     from trainmj.sweep.screen import print_sweep
 
@@ -137,7 +140,7 @@ def sweep(
 
 
 @click.command()
-@click.argument("study")
+@click.argument("study", shell_complete=offers(STUDY))
 @takes_folder
 @takes_figures
 @takes_report
@@ -182,7 +185,7 @@ def study(
 
 
 @click.command()
-@click.argument("targets")
+@click.argument("targets", shell_complete=offers(TARGETS))
 @takes_folder
 @takes_figures
 @takes_report
