@@ -259,7 +259,7 @@ def test_a_kind_over_another_replaces_what_does_not_go_with_it(tmp_path):
     changed = load(path)
     assert changed.devices["a2"].kind == "hysteresis"
     assert changed.devices["a2"].end() == ("car_body", 1500, 80), "what goes with every kind stays"
-    assert changed.displaced == (
+    assert changed.told == (
         f"{path}:3:3: devices.a2: curve, stiffness_kN_per_mm, shear_off, rate of {tmp_path / 'base.yaml'} given up",
     )
     over = written(tmp_path, "builds_on: base.yaml\ndevices: {a2: {beyond: {kind: stop}}, c: {stroke_mm: 90}}\n")

@@ -535,12 +535,12 @@ def test_stages_over_a_curve_replace_what_does_not_go_with_them(tmp_path):
     assert list(staged.devices["head"].all_stages()) == ["a", "b"]
     assert staged.devices["head"].stiffness_kN_per_mm == 100
     assert staged.devices["head"].damping_kN_s_per_m == 7, "a dashpot goes with stages as well"
-    (note,) = staged.displaced
+    (note,) = staged.told
     gone = f"devices.head: curve, empty_stroke_mm, stroke_limit_mm of {tmp_path / 'base.yaml'} given up"
     assert note == f"{path}:2:11: {gone}"
     back = load(written(tmp_path, "builds_on: staged.yaml\ndevices: {head: {curve: tube}}\n"))
     assert list(back.devices["head"].all_stages()) == ["device"]
-    assert back.displaced == (note, f"{tmp_path / 'my.yaml'}:2:11: devices.head: stages of {path} given up")
+    assert back.told == (note, f"{tmp_path / 'my.yaml'}:2:11: devices.head: stages of {path} given up")
     with pytest.raises(InputError, match="stages: does not go with curve: leave one of them out"):
         load(written(tmp_path, "builds_on: base.yaml\n" + stages.replace("{stages", "{curve: tube, stages")))
 
@@ -864,7 +864,7 @@ def test_a_mistake_in_the_file_below_is_placed_there(tmp_path):
         ("../tube.csv", None, r"must be in the folder of the file that names it"),
         ("/etc/passwd", None, r"must be in the folder of the file that names it"),
         ("tube.csv", "", r"is empty"),
-        ("tube.csv", "stroke_m,force_N\n0,0\n", r"has no column 'stroke_mm'; .* and is 'stroke_m, force_N'"),
+        ("tube.csv", "stroke_deg,force_N\n0,0\n", r"has no column 'stroke_mm'; .* and is 'stroke_deg, force_kN'"),
         ("tube.csv", "stroke_mm,force_kN\n0,0\n10,many\n", r"line 3: row 2: force_kN = 'many': must be a number"),
         ("tube.csv", "stroke_mm,force_kN\n0,0\n10,\n", r"line 3: row 2: force_kN = '': must be a number"),
         ("tube.csv", "stroke_mm,force_kN\n0,0\n10,nan\n", r"row 2: force_kN = 'nan': must be a number"),

@@ -53,6 +53,8 @@ _UNITS = {
     "kJ": "kJ",
 }
 
+KEYS = tuple(_UNITS)
+"""Units as input keys and heads of tables end in them."""
 
 _FOR = re.compile(r"\.([MS]\d*)$")  # the vehicle or side that a value is for: offset_mm.M, pitch_mrad.M1
 

@@ -8,6 +8,12 @@ LARGEST = 1e100  # sums and squares stay finite
 _LONGEST = 100  # characters
 _PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
+WRITTEN = re.compile(r"[+-]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?")
+"""Numbers in tables, with either decimal mark."""
+
+GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:[.,'’_\s][0-9]{3})+(?:[.,][0-9]*)?")
+"""Numbers with marks between thousands."""
+
 
 def read_number(text: str) -> int | float:
     """The number that a text writes in ASCII digits, with a decimal point or an exponent if it is not whole.

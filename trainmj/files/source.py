@@ -28,7 +28,7 @@ _MOST = 20  # problems in one message
 _MOST_ERRORS = 200  # errors that are put into words; several can be one problem
 _MOST_BITS = int(LARGEST).bit_length()
 _MOST_OTHERS = 3  # other files and changes that a group has values from
-_POINT = re.compile(r":\d+:\d+$|: \w+ \d+$")  # of a place in a file
+_POINT = re.compile(r":\d+:\d+$|(:\d+|: [^:]*![A-Z]*\d+)?: \w+ \d+$")  # of a place in a file
 _TAKES_BACK = "null takes back what is stated there, and nothing is"
 
 
@@ -95,7 +95,7 @@ class Source:
     values: Mapping[str, Any]  # nested dicts, lists, strings and numbers, as a YAML file gives them
     origins: Mapping[Path, str] = field(default_factory=dict, repr=False)  # "my.yaml:12:5" or "change mass_t=33"
     folder: FilePath = FilePath()  # where the files that the values name are
-    displaced: tuple[str, ...] = field(default=(), repr=False)  # what gave way to values over it, in words
+    told: tuple[str, ...] = field(default=(), repr=False)  # what gave way to values over it or was converted, in words
     files: frozenset[FilePath] = field(default=frozenset(), repr=False)  # that the values were read from
 
     def reading(self, *names: str) -> Source:

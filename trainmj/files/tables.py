@@ -1,4 +1,7 @@
-"""Tables in CSV files: those that trainmj wrote, to the last digit, and those of other people."""
+"""Tables: those that trainmj wrote as CSV, to the last digit, and those of other people.
+
+Theirs are CSV files, sheets of a workbook, or curves in a keyword file; all are read here, by :func:`read_beside`.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,20 @@ import math
 import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.numbers import read_number
-from trainmj.files.text import HIDDEN, beside, read_bytes, read_text
+from trainmj.files.heads import Column, Known, exactly, factors_of, is_unit, read_heads, with_unit
+from trainmj.files.keyword import curve_in, is_deck
+from trainmj.files.numbers import GROUPED, WRITTEN, read_number
+from trainmj.files.parts import WHOLE, Part
+from trainmj.files.spreadsheet import Flaw, Percent, chosen, is_workbook, read_workbook, table_in
+from trainmj.files.text import HIDDEN, beside, decoded, read_bytes
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,15 +35,33 @@ _MOST_CELLS = 1_000_000
 _MOST_COLUMNS = 1000
 _LONGEST_LINE = 1_000_000  # characters
 _SHOWN = 60  # characters of a cell in a message
+_ENDINGS = (".csv", ".xlsx", ".xlsm", ".k", ".key", ".txt")
 
 _START = re.compile(  # a separator as Excel states it, blank lines and comments, the heads
     r'(?:"?sep=(?P<stated>.)"?[ \t]*\n)?(?:[ ,;\t]*\n|[ \t]*#[^\n]*\n)*(?P<heads>(?:[^"\n]+|"[^"]*")*)', re.IGNORECASE
 )
 _QUOTED = re.compile(r'"[^"]*"')
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+[.,]?[0-9]*|[.,][0-9]+)(?:[eE][+-]?[0-9]+)?")
-_GROUPED = re.compile(r"[+-]?[0-9]{1,3}(?:[.,'’_\s][0-9]{3})+(?:[.,][0-9]*)?")  # thousands set apart
 _EITHER = re.compile(r"[+-]?[1-9][0-9]{0,2}[.,][0-9]{3}")  # thousands, or three decimals
 _CURE = "write numbers with one decimal mark, and no marks between thousands"
+
+
+class TablePlace(Part):
+    """Where a table is: a file, and the part of it that has the table."""
+
+    file: str = Field(
+        description="name of a CSV file, an Excel workbook (.xlsx), or, of curves, an LS-DYNA keyword file"
+    )
+    sheet: str | None = Field(default=None, description="sheet of a workbook; may be left out if only one has a table")
+    range: str | None = Field(
+        default=None, description="cells of the sheet with the heads, as in B3:C20; may be left out if it has one table"
+    )
+    id: Annotated[int, Field(ge=0), WHOLE] | None = Field(default=None, description="LCID of a curve in a keyword file")
+    units: dict[str, str] = Field(
+        default_factory=dict,
+        max_length=100,
+        description="units of columns whose heads state none, by head: { stroke: mm, force: N }; a keyword file needs "
+        "them",
+    )
 
 
 @dataclass(frozen=True)
@@ -42,31 +70,67 @@ class Table:
 
     Attributes:
         file: where it is.
-        columns: cells by head, (n,) each: whole numbers, or numbers with nan where a cell is empty, or text.
-        lines: of the file, where each row begins, (n,).
+        columns: cells by name, (n,) each: whole numbers, or numbers with nan where a cell is empty, or text; in the
+            units of the names. Cells that cannot be used are text, of the kind Flaw.
+        lines: of the file or sheet, where each row begins, (n,).
+        sheet: of a workbook; empty if it is in a text file.
+        letters: of the sheet's columns, by name.
+        written: head and cells as they are in the file, by name, of columns with other heads.
+        notes: how the table was read, where it could have been meant otherwise, in words.
     """
 
     file: Path
     columns: Mapping[str, list[Any]]
     lines: Sequence[int]
+    sheet: str = ""
+    letters: Mapping[str, str] = field(default_factory=dict)
+    written: Mapping[str, tuple[str, list[Any]]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
-    def said(self, row: int, head: str) -> str:
+    def place(self, row: int, column: str = "") -> str:
+        """Where a row or a cell is: ``line 7``, or ``coupler!C7`` on a sheet; the first row is 0 here."""
+        if not self.sheet:
+            return f"line {self.lines[row]}"
+        return f"{self.sheet}!{self.letters.get(column, '')}{self.lines[row]}"
+
+    def origin(self, row: int, column: str = "") -> str:
+        """File and place: ``c.csv:7``, ``devices.xlsx: coupler!C7``."""
+        return f"{self.file}: {self.place(row, column)}" if self.sheet else f"{self.file}:{self.lines[row]}"
+
+    def said(self, row: int, column: str) -> str:
         """Place of a cell and what is in it, to begin a message with; the first row is 0 here, and said as 1."""
-        cell = self.columns[head][row]
-        text = ascii("" if cell != cell else cell)
+        head, cells = self.written.get(column, (column, self.columns[column]))
+        cell = cells[row]
+        text = ascii("" if cell != cell else str(cell) if isinstance(cell, Flaw) else cell)
         shown = f"{text[:_SHOWN]}{'...' * (len(text) > _SHOWN)}"
-        return f"line {self.lines[row]}: row {row + 1}: {head[:_SHOWN]} = {shown}"
+        return f"{self.place(row, column)}: {'' if self.sheet else f'row {row + 1}: '}{head[:_SHOWN]} = {shown}"
 
-    def numbers(self, head: str) -> list[float]:
+    def refusal(self, row: int, column: str, rule: str) -> InputError:
+        """The error about a cell: that it breaks a rule, or cannot be used at all."""
+        cell = self.columns[column][row]
+        return InputError(f"{self.said(row, column)}: {cell.rule if isinstance(cell, Flaw) else rule}")
+
+    def column(self, name: str) -> list[Any]:
+        """The cells of a column, (n,).
+
+        Raises:
+            InputError: naming the first one that cannot be used.
+        """
+        for row, cell in enumerate(self.columns[name]):
+            if isinstance(cell, Flaw):
+                raise self.refusal(row, name, cell.rule)
+        return self.columns[name]
+
+    def numbers(self, name: str) -> list[float]:
         """A column of which every cell must be a number, (n,).
 
         Raises:
             InputError: naming the first cell that is not.
         """
-        row = first_of_no_number(self.columns[head], empty=True)
+        row = first_of_no_number(self.columns[name], empty=True)
         if row is not None:
-            raise InputError(f"{self.said(row, head)}: must be a number")
-        return [float(cell) for cell in self.columns[head]]
+            raise self.refusal(row, name, "must be a number")
+        return [float(cell) for cell in self.columns[name]]
 
 
 def first_of_no_number(cells: Sequence[Any], empty: bool = False) -> int | None:
@@ -76,8 +140,10 @@ def first_of_no_number(cells: Sequence[Any], empty: bool = False) -> int | None:
     """
 
     def wrong(cell: Any) -> bool:
+        if isinstance(cell, Flaw):
+            return True
         blank = cell == "" or cell != cell
-        return empty if blank else isinstance(cell, str) and not _NUMBER.fullmatch(cell)
+        return empty if blank else isinstance(cell, str) and not WRITTEN.fullmatch(cell)
 
     return next((k for k, cell in enumerate(cells) if wrong(cell)), None)
 
@@ -117,31 +183,183 @@ def _column(texts: list[str]) -> list[Any]:
     return list(texts)
 
 
-def read_beside(folder: Path, name: str, said: str, texts: Collection[str] = ()) -> Table:
-    """The table in a CSV file that an input file names, beside that file, in folder, or below.
+def read_beside(
+    folder: Path,
+    place: str | TablePlace,
+    said: str,
+    known: Known = lambda name: None,
+    texts: Collection[str] = (),
+    curve: Sequence[str] = (),
+) -> Table:
+    """The table that an input file names, in a file beside it, in folder, or below.
 
-    Columns are separated by commas, semicolons or tabs, as the heads are, or as a line ``sep=;`` before them states.
-    The decimal mark is a point or a comma. Separators in quotes are text. Lines that begin with # and lines without
-    values are skipped, and so are columns with neither head nor values. Columns with a head of texts are text, whatever
-    is in them.
+    Columns of a CSV file are separated by commas, semicolons or tabs, as the heads are, or as a line ``sep=;`` before
+    them states. The decimal mark is a point or a comma. Separators in quotes are text. Lines that begin with # and
+    lines without values are skipped, and so are columns with neither head nor values.
+
+    Args:
+        folder: of the file that names it.
+        place: the file, or file, sheet, range and so on.
+        said: begins the message of an error.
+        known: the unit of each column that the table may have, by its name. A head may state the same in another unit,
+            such as ``Stroke [m]`` for stroke_mm; the numbers are converted, and notes of the table say so.
+        texts: names of columns that are text, whatever is in them.
+        curve: names of the two columns that a curve of a keyword file stands for; none if it may be no such file.
 
     Raises:
         InputError: if there is no such file, the name leads out of the folder, it is not a table, a row is longer or
-            shorter than the heads, or a number could be read in two ways; said begins the message.
+            shorter than the heads, or a number could be read in two ways.
     """
-    path = beside(folder, name, said)
+    place = TablePlace(file=place) if isinstance(place, str) else place
+    path = beside(folder, place.file, said)
     if path is None:
-        known = close_match(name, [path.name for path in folder.glob("*.csv")])
-        raise InputError(f"{said}: there is no such file beside it{known}")
+        there = [path.name for ending in _ENDINGS for path in folder.glob(f"*{ending}")]
+        raise InputError(f"{said}: there is no such file beside it{close_match(place.file, there)}")
     try:
-        return _read(path, texts)
+        return _read(path, place, known, texts, curve)
     except InputError as error:
         raise InputError(f"{said}: {error}") from None
 
 
-def _read(file: Path, texts: Collection[str]) -> Table:
+def _read(file: Path, place: TablePlace, known: Known, texts: Collection[str], curve: Sequence[str]) -> Table:
     """The table in a file; errors do not name it."""
-    text = read_text(file, _MOST_BYTES).replace("\r", "\n")
+    content = read_bytes(file, _MOST_BYTES)
+    if is_workbook(content, file.suffix.lower()):
+        _refuse(place, "an Excel workbook", "id")
+        grid = table_in(chosen(read_workbook(content), place.sheet, known), place.range, known)
+        found = _Found(file, grid.heads, grid.rows, grid.lines, grid.sheet, grid.letters, f"{grid.box.top}")
+        return _made(found, place, known, texts)
+    text, notes = decoded(content)
+    if is_deck(text):
+        _refuse(place, "a keyword file", "sheet", "range")
+        return _of_deck(file, text, place, curve)
+    _refuse(place, "a CSV file", "sheet", "range", "id")
+    return _made(replace(_of_text(file, text), notes=notes), place, known, texts)
+
+
+def _refuse(place: TablePlace, kind: str, *keys: str) -> None:
+    if stated := [key for key in keys if getattr(place, key) is not None]:
+        raise InputError(f"is {kind}, which has no {stated[0]}: leave {stated[0]} out")
+
+
+def _of_deck(file: Path, text: str, place: TablePlace, names: Sequence[str]) -> Table:
+    """A curve of a keyword file as a table."""
+    if not names:
+        raise InputError("is a keyword file, from which only curves are read: use a CSV file or a workbook")
+    factors = factors_of(names, place.units)
+    found = curve_in(text, place.id)
+    columns = dict(zip(names, found.columns(factors), strict=True))
+    said = ", ".join(f"{name} in {unit}" for name, unit in place.units.items())
+    note = f"curve {found.id} is read{' with its scale factors and offsets' * found.scaled}: {said}"
+    return Table(file, columns, found.lines, notes=(note,))
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A table as it was found: heads, and rows as long as these."""
+
+    file: Path
+    heads: Sequence[str]
+    rows: Sequence[Sequence[Any]]  # text in text files; text, numbers and flaws on sheets
+    lines: Sequence[int]
+    sheet: str = ""
+    letters: Sequence[str] = ()
+    line: str = ""  # of the heads on a sheet
+    separator: str = ""
+    notes: tuple[str, ...] = ()
+
+
+def _made(found: _Found, place: TablePlace, known: Known, texts: Collection[str]) -> Table:
+    """The table with its columns by their names, numbers read as such, in the units of the names."""
+    _check(found)
+    heads, rows, lines = list(found.heads), list(found.rows), list(found.lines)
+    if len(rows) > 1 and _is_of_units(rows):
+        heads = [with_unit(head, unit) for head, unit in zip(heads, rows.pop(0), strict=True)]
+        del lines[0]
+    places = [f"{found.sheet}!{letter}{found.line}: " for letter in found.letters] or [""] * len(heads)
+    meant = dict(zip(heads, read_heads(heads, places, known, place.units), strict=True))
+    cells = {head: [row[k] for row in rows] for k, head in enumerate(heads)}
+    if not any(cells.get("", ())):
+        cells.pop("", None)
+    table = Table(found.file, cells, lines, found.sheet, dict(zip(heads, found.letters, strict=False)))
+    of_text = {head for head, column in meant.items() if column.name in texts}
+    if found.sheet:
+        typed = {head: _of_sheet(column, head in of_text, meant[head]) for head, column in cells.items()}
+    else:
+        typed = _typed(table, found.separator, of_text)
+    return Table(
+        found.file,
+        {meant[head].name: _converted(column, meant[head].factor) for head, column in typed.items()},
+        lines,
+        found.sheet,
+        {meant[head].name: letter for head, letter in table.letters.items()},
+        {meant[head].name: (head, column) for head, column in typed.items() if meant[head].name != head},
+        (*found.notes, *(note for head, column in meant.items() if (note := column.note(head)))),
+    )
+
+
+def _check(found: _Found) -> None:
+    """Refuse heads that stand twice, columns without one, a table without rows, and one that is too large."""
+    heads, rows = found.heads, found.rows
+    if len(heads) > _MOST_COLUMNS:
+        raise InputError(f"has {len(heads)} columns, more than {_MOST_COLUMNS}")
+    double = [head for head, count in Counter(heads).items() if head and count > 1]
+    if double:
+        raise InputError(f"has two columns {double[0][:_SHOWN]!r}")
+    if not rows:
+        raise InputError(f"{'' if heads else 'is empty: it '}must have a line of heads, and one line or more of values")
+    for k, head in enumerate(heads):
+        if not head and heads.count("") > 1 and any(row[k] != "" for row in rows):
+            raise InputError(f"column {found.letters[k] if found.letters else k + 1} has values, but no head")
+    for cell in (*heads, *(cell for row in rows for cell in row)) if found.sheet else ():
+        if isinstance(cell, str) and (hidden := HIDDEN.search(cell)):
+            raise InputError(f"{found.sheet}: has the character {hidden[0]!a} in {str(cell)[:_SHOWN]!a}")
+
+
+def _is_of_units(rows: Sequence[Sequence[Any]]) -> bool:
+    """Whether the first row is a line of units: nothing but these, each above a column of numbers."""
+    stated = {k: str(cell) for k, cell in enumerate(rows[0]) if cell != ""}
+    units = [k for k, cell in stated.items() if cell.strip("[]()-")]
+
+    def numbers(k: int) -> bool:
+        below = [row[k] for row in rows[1:] if row[k] != ""]
+        return bool(below) and all(not isinstance(cell, str) or bool(WRITTEN.fullmatch(cell)) for cell in below)
+
+    return bool(units) and all(map(is_unit, stated.values())) and all(map(numbers, units))
+
+
+def _of_sheet(cells: Sequence[Any], text: bool, meant: Column) -> list[Any]:
+    """A column of a sheet: text, or numbers with nan where a cell is empty; of what is neither, each cell as it is."""
+    if text:
+        return [cell if isinstance(cell, str) else str(cell) for cell in cells]
+    made = [_number_of(cell, meant) for cell in cells]
+    filled = [cell for cell in made if cell != ""]
+    if not filled or any(isinstance(cell, str) for cell in filled) or all(isinstance(cell, int) for cell in made):
+        return made
+    return [math.nan if cell == "" else float(cell) for cell in made]
+
+
+def _number_of(cell: Any, meant: Column) -> Any:
+    """A cell that is no text by its column; flawed if it shows something else than its value, or has it as text."""
+    if isinstance(cell, Percent):
+        if meant.known and not meant.unit and not meant.stated:
+            return float(cell)
+        return Flaw(f"{float(cell):.12g}", f"is shown in percent, as {100 * cell:.12g} %: format it as a number")
+    if isinstance(cell, str) and not isinstance(cell, Flaw) and (WRITTEN.fullmatch(cell) or GROUPED.fullmatch(cell)):
+        return Flaw(cell, "is text in the spreadsheet, not a number: enter it again in a cell formatted as number")
+    return cell
+
+
+def _converted(cells: list[Any], factor: Fraction) -> list[Any]:
+    """Numbers in another unit; empty cells and text as they are."""
+    if factor == 1:
+        return cells
+    return [cell if isinstance(cell, str) or cell != cell else exactly(cell, factor) for cell in cells]
+
+
+def _of_text(file: Path, text: str) -> _Found:
+    """The table in a text file."""
+    text = text.replace("\r", "\n")
     count = text.count("\n") + 1
     if count > _MOST_CELLS:
         raise InputError(f"has {count} lines, more than {_MOST_CELLS}")
@@ -160,12 +378,9 @@ def _read(file: Path, texts: Collection[str]) -> Table:
     heads = next(records, (0, []))[1]
     if count * len(heads) > _MOST_CELLS:
         raise InputError(f"has {count} lines under {len(heads)} heads, more than {_MOST_CELLS} cells")
-    rows, lines = _rows(heads, records, separator)
-    columns = {head: list(cells) for head, cells in zip(heads, zip(*rows, strict=True), strict=True)}
-    if not any(columns.get("", ())):
-        columns.pop("", None)
-    table = Table(file, columns, lines)
-    return replace(table, columns=_typed(table, separator, texts))
+    if len(heads) > _MOST_COLUMNS or len(set(filter(None, heads))) < len([*filter(None, heads)]):
+        return _Found(file, heads, (), (), separator=separator)  # is refused for these
+    return _Found(file, heads, *_rows(heads, records, separator), separator=separator)
 
 
 def _records(text: str, line: int, separator: str) -> Iterator[tuple[int, list[str]]]:
@@ -191,11 +406,6 @@ def _rows(
     heads: Sequence[str], records: Iterator[tuple[int, list[str]]], separator: str
 ) -> tuple[list[list[str]], list[int]]:
     """The rows, each as long as the heads, and their lines."""
-    if len(heads) > _MOST_COLUMNS:
-        raise InputError(f"has {len(heads)} columns, more than {_MOST_COLUMNS}")
-    double = [head for head, count in Counter(heads).items() if head and count > 1]
-    if double:
-        raise InputError(f"has two columns {double[0][:_SHOWN]!r}")
     rows: list[list[str]] = []
     lines: list[int] = []
     for line, row in records:
@@ -208,11 +418,6 @@ def _rows(
             raise InputError(said + ": numbers with decimal commas need semicolons or tabs between them" * comma)
         rows.append(row)
         lines.append(line)
-    if not rows:
-        raise InputError(f"{'' if heads else 'is empty: it '}must have a line of heads, and one line or more of values")
-    for k, head in enumerate(heads):
-        if not head and heads.count("") > 1 and any(row[k] for row in rows):
-            raise InputError(f"column {k + 1} has values, but no head")
     return rows, lines
 
 
@@ -228,7 +433,7 @@ def _typed(table: Table, separator: str, texts: Collection[str]) -> dict[str, li
     for head, cells in numeric.items():
         for row, cell in enumerate(cells):
             mark = "." if "." in cell else "," if "," in cell else ""
-            if cell and not _NUMBER.fullmatch(cell):
+            if cell and not WRITTEN.fullmatch(cell):
                 raise InputError(f"{table.said(row, head)}: has marks between thousands: {_CURE}")
             if mark:
                 marked.setdefault(mark, (row, head))
@@ -247,8 +452,8 @@ def _typed(table: Table, separator: str, texts: Collection[str]) -> dict[str, li
 
 def _are_numbers(cells: Sequence[str]) -> bool:
     """Whether a column has numbers, and no words: thousands set apart are no words."""
-    others = [cell for cell in cells if not _NUMBER.fullmatch(cell)]
-    return len(others) < len(cells) and all(not cell or _GROUPED.fullmatch(cell) for cell in others)
+    others = [cell for cell in cells if not WRITTEN.fullmatch(cell)]
+    return len(others) < len(cells) and all(not cell or GROUPED.fullmatch(cell) for cell in others)
 
 
 def _numbers(table: Table, head: str) -> list[int] | list[float]:

@@ -35,6 +35,28 @@ def read_text(path: Path, most_bytes: int) -> str:
         raise InputError(f"is not UTF-8 text (line {line}): save it as UTF-8") from None
 
 
+def decoded(content: bytes) -> tuple[str, tuple[str, ...]]:
+    """The text of a table in UTF-8, UTF-16 with its mark (Excel's Unicode text), or Windows-1252; and notes on it.
+
+    Latin-1 is part of Windows-1252, as far as it is text.
+
+    Raises:
+        InputError: if it is in none of them.
+    """
+    wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    try:
+        return content.decode("utf-16" if wide else "utf-8-sig").replace("\r\n", "\n"), ()
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+    try:
+        if not wide:
+            note = f"is not UTF-8 (line {line}): its letters are read as Windows-1252, of which Latin-1 is a part"
+            return content.decode("cp1252").replace("\r\n", "\n"), (note,)
+    except UnicodeDecodeError:
+        pass
+    raise InputError(f"is not UTF-{'16' if wide else '8'} text (line {line}): save it as UTF-8")
+
+
 def read_bytes(path: Path, most_bytes: int, follow: bool = True) -> bytes:
     """Read a regular file from outside; devices, pipes, folders and larger files are refused.
 

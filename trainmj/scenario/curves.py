@@ -1,4 +1,4 @@
-"""Curves and tables of a scenario file: by name, as points, or in a CSV file."""
+"""Curves and tables of a scenario file: by name, as points, or in a file."""
 
 from __future__ import annotations
 
@@ -7,21 +7,27 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field
 
 from trainmj.files.parts import Either, Part
-from trainmj.files.tables import Table
+from trainmj.files.tables import Table, TablePlace
 from trainmj.scenario.ranges import Force, Orifice, Stroke
+from trainmj.units import unit_of
 
 MAX_POINTS = 2000
 
 
-class TableFile(Part):
-    """A table in a CSV file beside the scenario; what it holds takes the place of this group when that is loaded."""
+class TableFile(TablePlace):
+    """A table in a file beside the scenario; what it holds takes the place of this group when that is loaded."""
 
     columns: ClassVar[tuple[str, ...]]  # that it must have
+    others: ClassVar[tuple[str, ...]] = ()  # that it may have
     texts: ClassVar[tuple[str, ...]] = ()  # columns of text; the others are numbers
+    curve: ClassVar[bool] = True  # whether its columns are those of a curve
     row: ClassVar[str] = "point"  # what a row is
     most: ClassVar[int] = MAX_POINTS  # rows
 
-    file: str = Field(description="name of the CSV file")
+    @classmethod
+    def unit(cls, column: str) -> str | None:
+        """The unit of a column that it may have; None for others."""
+        return unit_of(column) if column in (*cls.columns, *cls.others) else None
 
     @classmethod
     def values_of(cls, table: Table) -> tuple[Any, dict[tuple[str | int, ...], int | None]]:
@@ -47,7 +53,7 @@ class Curve(Part):
 
 
 class CurveFile(TableFile):
-    """A curve in a CSV file beside the scenario, with columns stroke_mm and force_kN."""
+    """A curve in a file beside the scenario, with columns stroke_mm and force_kN, or those in other units."""
 
     columns: ClassVar = ("stroke_mm", "force_kN")
 
@@ -71,7 +77,7 @@ class Metering(Part):
 
 
 class MeteringFile(TableFile):
-    """Metering in a CSV file beside the scenario, with columns stroke_mm and orifice_kN_s2_per_m2."""
+    """Metering in a file beside the scenario, with columns stroke_mm and orifice_kN_s2_per_m2, or in other units."""
 
     columns: ClassVar = ("stroke_mm", "orifice_kN_s2_per_m2")
 

@@ -260,7 +260,7 @@ def _built(below: Source, over: Source) -> Source:
         over,
         values=values,
         origins=placed(below.origins, replaced, over.origins),
-        displaced=(*below.displaced, *displaced),
+        told=(*below.told, *over.told, *displaced),
         files=below.files | over.files,
     )
     if "title" in over.values:  # what is below it is its own

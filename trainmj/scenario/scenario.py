@@ -182,9 +182,13 @@ class Scenario(Shown, Parts):
         return _paths(name, self.parameters)
 
     @property
-    def displaced(self) -> tuple[str, ...]:
-        """What the files that build on each other gave up, because it does not go with what is stated over it."""
-        return self._source.displaced
+    def told(self) -> tuple[str, ...]:
+        """What there is to know of how its files were read, in words.
+
+        What files that build on each other gave up, because it does not go with what is stated over it, and what was
+        read in other units.
+        """
+        return self._source.told
 
     def places(self, name: str) -> list[Path]:
         """The keys and positions to which a path or parameter leads.

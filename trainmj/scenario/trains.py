@@ -110,7 +110,7 @@ class VehicleSpec(Part):
 
 
 class VehiclesFile(TableFile):
-    """Vehicles in a CSV file beside the scenario, a row each.
+    """Vehicles in a CSV file or a workbook beside the scenario, a row each.
 
     Columns are name and any of mass_t, length_m, coupler, front, rear, type, rail_friction, and of the load seats,
     share, kg; others are refused, and an empty cell states nothing.
@@ -118,6 +118,8 @@ class VehiclesFile(TableFile):
 
     columns: ClassVar = ("name",)
     texts: ClassVar = ("name", "coupler", "front", "rear", "type")
+    others: ClassVar = (*texts[1:], "mass_t", "length_m", "rail_friction", *Load.model_fields)
+    curve: ClassVar = False
     row: ClassVar = "vehicle"
     most: ClassVar = MAX_VEHICLES
 
@@ -129,12 +131,13 @@ class VehiclesFile(TableFile):
             InputError: if there is a column that is not known, or a cell is not what its column needs.
         """
         load = tuple(Load.model_fields)
-        known = (*cls.texts, "mass_t", "length_m", "rail_friction", *load)
+        known = (*cls.columns, *cls.others)
         for head, column in table.columns.items():
             if head not in known:
                 raise InputError(f"has a column {ascii(head)[:_SHOWN]}, which no vehicle has{close_match(head, known)}")
             if head not in cls.texts and (row := first_of_no_number(column)) is not None:
-                raise InputError(f"{table.said(row, head)}: must be a number, or empty")
+                raise table.refusal(row, head, "must be a number, or empty")
+            table.column(head)
         found = []
         for n in range(len(table.lines)):
             cells = {head: column[n] for head, column in table.columns.items()}
@@ -165,7 +168,7 @@ class TrainSpec(Part):
         Annotated[int, Field(ge=1, le=MAX_VEHICLES), WHOLE]
         | Annotated[list[VehicleSpec], Field(min_length=1, max_length=MAX_VEHICLES)]
         | VehiclesFile,
-        Either(said="a list of vehicles, how many, or a CSV file"),
+        Either(said="a list of vehicles, how many, or a file"),
     ] = Field(description="the vehicles from the front end, or only how many")
     mass_t: Mass | None = Field(default=None, description="mass of vehicles that state none of their own [t]")
     length_m: Length = Field(default=20.0, description="length of vehicles that state none of their own [m]")

@@ -84,7 +84,7 @@ def _print_head(console: Console, scenario: Scenario) -> None:
 
 
 def _print_notes(console: Console, scenario: Scenario, found: Iterable[str]) -> None:
-    for note in scenario.displaced:
+    for note in scenario.told:
         console.print(Text(f"Note: {note}"), soft_wrap=True)  # paths in it stay whole
     for remark in found:
         console.print(Text(f"Note: {remark}"))
