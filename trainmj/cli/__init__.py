@@ -18,6 +18,7 @@ from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
 from trainmj.cli.completing import completion
 from trainmj.cli.export import export
+from trainmj.cli.new import new
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
@@ -101,6 +102,7 @@ def main() -> None:
 
 
 for command in (
+    new,
     collision.run,
     inputs.check,
     inputs.scenarios,

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from trainmj.scenario import Scenario
 
 
+TABLES = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".xls")
+"""Endings of files that check takes for tables."""
+
 _SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner", "reliability"]
 
 
@@ -28,8 +31,8 @@ def check(file: str, changes: dict[str, Any]) -> None:
     """Check a file and print what would run.
 
     FILE is a scenario, sweep, study, targets, assessment, reliability or partner file, or the name of a shipped one,
-    such as b_type or b_type.study.yaml. Of a saved result, or the folder of a command, it says what is there and what
-    reads it. Nothing is computed.
+    such as b_type or b_type.study.yaml. It may also be a table of curves, vehicles or cases (.csv, .xlsx), a saved
+    result (.nc), or the folder of a command: then it says what is there, and what reads it. Nothing is computed.
     """
     from trainmj.cli.report import holds_results
 
@@ -37,6 +40,11 @@ def check(file: str, changes: dict[str, Any]) -> None:
         if changes:
             raise InputError(f"--set: {file} holds results, which cannot be changed")
         _say_results(file)
+        return
+    if Path(file).suffix.lower() in TABLES and Path(file).is_file():
+        if changes:
+            raise InputError(f"--set: {file} is a table, which states its own values")
+        _say_tables(Path(file))
         return
     from trainmj.files.kinds import ASSESSMENT, PARTNER, RELIABILITY, SCENARIO, STUDY, SWEEP
     from trainmj.single.screen import print_chain
@@ -111,6 +119,30 @@ def _say_results(file: str) -> None:
         return
     again = kind.cure.format(folder=source.parent) or f"trainmj report {source.parent}"
     click.echo(f"{file}: holds {kind.name} ({source.name}). Its report: {again}")
+
+
+def _say_tables(file: Path) -> None:
+    """What tables a file has, and how an input file names each."""
+    from trainmj.scenario import starter
+    from trainmj.scenario.trains import VehiclesFile
+
+    for place, table in starter.tables_in(file.parent, file):
+        n, written = len(table.lines), starter.flow(place)
+        where = f"{file}, {place.sheet}" if place.sheet else f"{file}"
+        if starter.is_curve(table):
+            u, f = table.numbers("stroke_mm"), table.numbers("force_kN")
+            said, use = f"a curve of {n} points up to {u[-1]:g} mm and {max(f):g} kN", f"curve: {written}"
+        elif starter.is_of_vehicles(table):
+            VehiclesFile.values_of(table)
+            said, use = f"{n} vehicles", f"vehicles: {written}"
+        else:
+            said, use = (
+                f"{n} rows of {', '.join(table.columns)}",
+                f"table: {written} of a sweep, or data of a targets file",
+            )
+        click.echo(f"{where}: {said}; named by {use}")
+        for note in table.notes:
+            click.echo(f"Note: {note}")
 
 
 def _run_into(file: str) -> Scenario:
