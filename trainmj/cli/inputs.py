@@ -136,10 +136,8 @@ def _say_tables(file: Path) -> None:
             VehiclesFile.values_of(table)
             said, use = f"{n} vehicles", f"vehicles: {written}"
         else:
-            said, use = (
-                f"{n} rows of {', '.join(table.columns)}",
-                f"table: {written} of a sweep, or data of a targets file",
-            )
+            said = f"{n} rows of {', '.join(table.columns)}"
+            use = f"a sweep, study, reliability or targets file as a table or data: {place.file}"
         click.echo(f"{where}: {said}; named by {use}")
         for note in table.notes:
             click.echo(f"Note: {note}")

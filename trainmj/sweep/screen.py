@@ -15,6 +15,7 @@ from trainmj.collision.quantities import columns_of, fitting
 from trainmj.errors import InputError
 from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.table import Column, Table, worded
+from trainmj.scenario import from_yaml
 from trainmj.sweep.outcome import said_of, tables_of, where_kept
 from trainmj.sweep.plan import Sweep
 from trainmj.sweep.run import SweepResult, check_responses
@@ -133,6 +134,7 @@ def tables_of_result(result: SweepResult) -> list[Table]:
     found = [] if result.outcome is None else tables_of(result.outcome)
     if not result.all_kept and result.cases <= _MOST_LOOKED_THROUGH:
         table, about = read_sweep(result.folder)
-        kept = where_kept(table, stated(about, "varied") or [])
+        limits = {} if result.outcome else from_yaml(about["scenario"]).limits
+        kept = where_kept(table, stated(about, "varied") or [], limits)
         return [*([kept] if kept else []), *found]
     return found
