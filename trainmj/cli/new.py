@@ -73,7 +73,7 @@ def new(file: Path, tables: tuple[Path, ...], front: str | None, between: str | 
     from trainmj.scenario import load, starter
 
     data = starter.read_data(file.parent, tables) if tables else None
-    asks = not yes and sys.stdin is not None and sys.stdin.isatty()
+    asks = is_asked(yes)
     left_out = {name for name in _ASKED if data and (name.endswith(("force_kN", "stroke_mm")))}
     left_out |= {"vehicles"} if data and data.vehicles else set()
     if given := [name for name in left_out if stated[name] is not None]:
@@ -100,6 +100,11 @@ def new(file: Path, tables: tuple[Path, ...], front: str | None, between: str | 
     click.echo(f"Written to {file}. What would run, and the collision:")
     click.echo(f"  trainmj check {quote(str(file))}")
     click.echo(f"  trainmj run {quote(str(file))} --out {quote(file.stem)} --report")
+
+
+def is_asked(yes: bool) -> bool:
+    """Whether there is somebody to ask."""
+    return not yes and sys.stdin is not None and sys.stdin.isatty()
 
 
 def _answer(name: str, stated: Any, asks: bool) -> Any:
