@@ -1,4 +1,4 @@
-"""What is printed of an assessment, at most 80 columns wide."""
+"""What is printed of an assessment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is printed of an identification: what would run, how it gets on, and what was found, at most 80 columns wide."""
+"""What is printed of an identification: what would run, how it gets on, and what was found."""
 
 from __future__ import annotations
 

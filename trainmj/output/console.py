@@ -1,17 +1,16 @@
-"""The terminal: tables as wide as it is, at most 80 columns where there is none, and what moves while one waits."""
+"""The terminal: tables that fit it, or 80 columns where there is none, and a progress bar."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
 
 from rich import box
 from rich import progress as bars
 from rich.align import Align
+from rich.cells import cell_len
 from rich.console import Console
-from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
@@ -20,6 +19,7 @@ from trainmj.output.waiting import hush
 
 WIDTH = 80  # where there is no terminal
 WIDEST = 200
+_BETWEEN = 2  # characters between columns
 _LONGEST_WORD = 30  # that is not broken in a column of words
 
 FAILED = "bold red"
@@ -59,7 +59,7 @@ class _Rate(bars.ProgressColumn):
         return Text("" if task.speed is None else f"{task.speed:.0f}/s")
 
 
-def console_table(table: Table) -> Grid:
+def console_table(table: Table, widths: Sequence[int]) -> Grid:
     """A table as rich prints it: numbers to the right, never broken, words to the left, broken where they must be."""
     grid = Grid(
         box=box.SIMPLE_HEAD,
@@ -69,63 +69,74 @@ def console_table(table: Table) -> Grid:
         title=table.title or None,
         title_justify="left",
         title_style="bold",
-        caption=table.note or None,
-        caption_justify="left",
     )
-    for k, column in enumerate(table.columns):
+    for column, width in zip(table.columns, widths, strict=True):
         side: Literal["left", "right"] = "left" if column.text else "right"
-        cells = [str(_cell(column.show(row[k]))) for row in table.rows]
         grid.add_column(
             Align(_head(column), side, vertical="bottom"),
             justify=side,
             no_wrap=not column.text,
             overflow="fold",
-            min_width=_least(column, cells),
+            width=width,
         )
     for row in table.rows:
         grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
     return grid
 
 
-def _least(column: Column, cells: Iterable[str]) -> int:
-    """Characters that a column needs so that no number, no head and no word of usual length is broken."""
-    texts = [*_head(column).split("\n"), *cells]
-    words = [word for text in texts for word in text.split()] if column.text else texts
-    longest = max(map(len, words), default=1)
-    return min(longest, _LONGEST_WORD) if column.text else longest
+class _Need(NamedTuple):
+    """Characters that a column needs at least, with no number, no head and no word of usual length broken; at most."""
+
+    least: int
+    most: int
+
+    @classmethod
+    def of(cls, table: Table, k: int) -> _Need:
+        column = table.columns[k]
+        cells = (str(_cell(column.show(row[k]))) for row in table.rows)
+        lines = [line for text in (_head(column), *cells) for line in text.split("\n")]
+        most = max(map(cell_len, lines))
+        longest = max((cell_len(word) for line in lines for word in line.split()), default=0)
+        return cls(min(longest, _LONGEST_WORD) if column.text else most, most)
+
+
+def _room(console: Console, columns: int) -> int:
+    """Characters for the cells of a line."""
+    return console.width - _BETWEEN * (columns - 1)
+
+
+def _widths(needs: Sequence[_Need], room: int) -> list[int]:
+    """Widths of columns that share a line; where they all need more, the widest ones give way, and break words."""
+    wanted = [need.most - need.least for need in needs]
+    spare = room - sum(need.least for need in needs)
+    if spare >= sum(wanted):
+        return [need.most for need in needs]
+    if spare >= 0:
+        return [need.least + spare * more // sum(wanted) for need, more in zip(needs, wanted, strict=True)]
+    found = [need.least for need in needs]
+    while sum(found) > max(room, len(found)):
+        found[found.index(max(found))] -= 1
+    return found
 
 
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
-    whole = console_table(replace(table, note=""))  # a note takes the whole line, however narrow the table is
-    width = _width(console, whole)
+    needs = [_Need.of(table, k) for k in range(len(table.columns))]
     words = all(column.text for column in table.columns)  # which can be broken
-    if (width.minimum if words else width.maximum) <= console.width:
-        console.print(whole)
-    else:
-        _print_parts(console, table)
-    if table.note:
-        console.print(table.note, style="italic")
-
-
-def _print_parts(console: Console, table: Table) -> None:
-    """Print the columns of a table in several ones, each as wide as a line."""
     parts = [[0]]
-    for k in range(1, len(table.columns)):
-        longer = console_table(_of_columns(table, [*parts[-1], k]))
-        if len(parts[-1]) > 1 and _width(console, longer).maximum > console.width:
+    for k in range(1, len(needs)):
+        longer = [needs[n] for n in (*parts[-1], k)]
+        takes = sum(need.least if words else need.most for need in longer)
+        if len(parts[-1]) > 1 and takes > _room(console, len(longer)):
             parts.append([0])
         parts[-1].append(k)
-    for part in parts:
-        if part is not parts[0]:
+    for n, part in enumerate(parts):
+        if n:
             console.print()
-        title = table.title if part is parts[0] else ""
-        console.print(console_table(_of_columns(table, part, title)))
-
-
-def _width(console: Console, grid: Grid) -> Measurement:
-    """Characters that a line of a table takes at least, and at most, its title and note aside."""
-    return Measurement.get(console, console.options.update(max_width=10_000), grid)
+        widths = _widths([needs[k] for k in part], _room(console, len(part)))
+        console.print(console_table(_of_columns(table, part, "" if n else table.title), widths))
+    if table.note:
+        console.print(table.note, style="italic")  # which takes the whole line, however narrow the table is
 
 
 def _of_columns(table: Table, chosen: Sequence[int], title: str = "") -> Table:

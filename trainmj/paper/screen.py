@@ -1,4 +1,4 @@
-"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima; at most 80 columns.
+"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima.
 
 And what its option ``--beyond`` prints.
 """

@@ -1,4 +1,4 @@
-"""What is printed of a reliability run: what would run, and what was found, at most 80 columns wide."""
+"""What is printed of a reliability run: what would run, and what was found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is printed of one collision: tables of at most 80 columns, units in their heads."""
+"""What is printed of one collision: tables with units in their heads."""
 
 from __future__ import annotations
 

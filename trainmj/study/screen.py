@@ -1,4 +1,4 @@
-"""What is printed of a study: what would run, its progress, and the closing summary, at most 80 columns wide."""
+"""What is printed of a study: what would run, its progress, and the closing summary."""
 
 from __future__ import annotations
 

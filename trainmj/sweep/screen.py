@@ -98,7 +98,7 @@ def print_sweep(result: SweepResult) -> None:
     first, *others = said_of_result(result)
     console.print(Text(first, style="bold" if result.all_kept else FAILED))
     for text in others:
-        console.print(Text(text))
+        console.print(Text(text), soft_wrap=not console.is_terminal)
     for table in tables_of_result(result):
         console.print()
         print_table(console, table)
@@ -114,7 +114,7 @@ def said_of_result(result: SweepResult) -> Iterator[str]:
     passed = (
         f"Limits passed in {result.past_limits} of {cases}" if result.past_limits else f"No limit passed in {cases}"
     )
-    yield f"{', '.join([passed, *useless])}."
+    yield f"{'; '.join([passed, *useless])}."
     there = result.cases - result.computed
     if result.computed:
         rate = f"{result.seconds:.1f} s, {result.computed / result.seconds:.0f} collisions a second"

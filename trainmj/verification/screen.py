@@ -1,4 +1,4 @@
-"""What ``trainmj verify`` prints: one table for each group, at most 80 columns."""
+"""What ``trainmj verify`` prints: one table for each group."""
 
 from __future__ import annotations
 
