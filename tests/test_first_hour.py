@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -206,6 +208,7 @@ def completed(line: str) -> list[str]:
         ("trainmj sweep b_type --out x --vary devices.front.sti", ["devices.front.stiffness_kN_per_mm=1000"], []),
         ("trainmj reliability b_type_as_built --set ma", ["mass_t=33"], []),
         ("trainmj check nosuch --set ", [], ["mass_t=33"]),
+        ("trainmj new a.yaml --partner w", ["wagon_80t"], ["b_type"]),
         ("trainmj report ", ["mine"], ["other"]),
         ("trainmj run m", ["mine"], ["other"]),
     ],
@@ -252,6 +255,26 @@ def test_completion_imports_nothing_heavy(python):
     count, *heavy = done.stdout.split()
     assert int(count) > 10, done.stderr
     assert not heavy
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(sys.platform == "win32", reason="counts the processor time of child processes")
+def test_help_and_completion_answer_at_once():
+    """Breaks if help takes more than 0.15 s of the processor, or a completion more than 0.3 s; the best of five."""
+    import resource
+
+    script = Path(sys.executable).with_name("trainmj")
+
+    def spent(*words: str, **env: str) -> float:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run([script, *words], env=os.environ | env, capture_output=True, check=False)
+        now = resource.getrusage(resource.RUSAGE_CHILDREN)
+        assert done.stdout
+        return now.ru_utime - before.ru_utime + now.ru_stime - before.ru_stime
+
+    line = {"_TRAINMJ_COMPLETE": "bash_complete", "COMP_WORDS": "trainmj run b_type --set ", "COMP_CWORD": "4"}
+    assert min(spent("--help") for _ in range(5)) <= 0.15
+    assert min(spent(**line) for _ in range(5)) <= 0.3
 
 
 # something moves

@@ -3,17 +3,34 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from builders import values
+from studies import run as run_study
+from studies import small
 
 import trainmj
 from trainmj.scenario import Scenario
 
 LIMITS = {"TS_mm": 5, "TAMA_g": 400}
 TITLE = "<b>A & B</b>"
+SOUGHT = {
+    "scenario": "b_type",
+    "set": {"simulation.step_ms": 0.5},
+    "parameters": {"mass": {"sets": "mass_t", "bounds": [28, 36]}},
+    "targets": {"TS": {"response": "TS_mm", "tolerance": "1 %"}},
+    "data": {
+        "tests": {
+            "rows": [{"V": 20, "TS": 900}, {"V": 22, "TS": 1080}],
+            "cases": {"V": "speed_km_h"},
+            "values": {"TS": "TS"},
+        }
+    },
+    "method": {"seed": 1, "explore": {"trials": 8}, "refine": {"iterations": 2}},
+}
 
 
 @pytest.fixture(scope="module")
@@ -159,3 +176,26 @@ def test_the_report_of_a_result_in_memory(result, tmp_path, monkeypatch):
     assert "trainmj run scenario.yaml --out again --report" in page
     assert "trainmj report" not in page
     assert trainmj.write_report(result, "other.html") == Path("other.html")
+
+
+@pytest.mark.thorough
+def test_what_long_work_found_is_shown_too(tmp_path):
+    """Breaks if a study, an identification, a reliability run, an assessment or a verification shows as nothing."""
+    plan = trainmj.load_reliability("b_type_as_built", {"simulation.step_ms": 0.5})
+    plan = replace(plan, spec=plan.spec.model_copy(update={"runs": 8, "rare": None, "sensitivity": None}))
+    sought = trainmj.targets_of(SOUGHT)
+    found = {
+        "StudyResult": run_study(small(), tmp_path / "study"),
+        "ReliabilityResult": trainmj.run_reliability(plan, tmp_path / "reliability", figures=()),
+        "Found": trainmj.identify(sought, tmp_path / "found", figures=()),
+        "Assessment": trainmj.assess("en15227_c1", "en15227", "C-I"),
+    }
+    for name, thing in found.items():
+        assert repr(thing).startswith(f"<{name} ")
+        assert len(repr(thing)) < 300
+        html = thing._repr_html_()
+        assert "<table>" in html
+        assert "<script" not in html
+        assert len(html) < 100_000
+    for thing, figure in ((found["Found"], "residuals"), (found["ReliabilityResult"], "convergence")):
+        assert thing.plot(figure)._repr_png_()[0].startswith(b"\x89PNG")

@@ -101,7 +101,9 @@ NAMES = ["run", "vertical", "check", "check vertical", "sweep plan", "sweep", "a
 NAMES += ["targets", "reliability plan", "reliability"]
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.thorough] * n.endswith("vertical")) for n in NAMES])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.thorough] * n.endswith("vertical")) for n in NAMES]
+)
 def test_tables_fit_every_terminal_with_whole_numbers_and_heads(name, screens, seen):
     assert list(screens) == NAMES
     for width in WIDTHS:

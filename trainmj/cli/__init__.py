@@ -5,6 +5,7 @@ Heavy imports come late, inside the commands, so that help answers at once.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -83,7 +84,9 @@ def _told() -> Iterator[None]:
     try:
         yield
     except TrainmjError as error:
-        click.echo(f"Error: {printable(str(error))}", err=True)
+        coloured = not os.environ.get("NO_COLOR")  # and only on a terminal
+        click.echo(click.style("Error:", fg="red", bold=True) if coloured else "Error:", err=True, nl=False)
+        click.echo(f" {printable(str(error))}", err=True)
         sys.exit(2)
     except KeyboardInterrupt:
         click.echo("Stopped.", err=True)

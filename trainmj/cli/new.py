@@ -10,8 +10,10 @@ from typing import Any
 
 import click
 
+from trainmj.cli.completing import offers
 from trainmj.cli.options import F
 from trainmj.errors import InputError
+from trainmj.files.kinds import PARTNER
 
 _ASKED: dict[str, tuple[str, Any, Any]] = {
     "vehicles": ("How many vehicles has the train", click.IntRange(1, 100), 4),
@@ -30,7 +32,9 @@ _ASKED: dict[str, tuple[str, Any, Any]] = {
 def _option(name: str, said: str) -> Callable[[F], F]:
     _, kind, default = _ASKED[name]
     shown = f"{said} [default: {default:g}]" if isinstance(default, float | int) else f"{said} [default: {default}]"
-    return click.option(f"--{name.replace('_', '-').lower()}", name, type=kind, help=shown, metavar="VALUE")
+    offered = offers(PARTNER) if name == "partner" else None
+    words = f"--{name.replace('_', '-').lower()}", name
+    return click.option(*words, type=kind, help=shown, metavar="VALUE", shell_complete=offered)
 
 
 @click.command()

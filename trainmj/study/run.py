@@ -62,7 +62,7 @@ class StudyResult(Shown):
 
     def __repr__(self) -> str:
         """Title, the chosen design, and whether it is to be trusted."""
-        chosen = ", ".join(f"{name} = {value}" for name, value in self.summary["decision"]["chosen"].items())
+        chosen = ", ".join(f"{name} = {value:.5g}" for name, value in self.summary["decision"]["chosen"].items())
         trusted = "trusted" if self.summary["trusted"] else "NOT TRUSTED"
         return f"<StudyResult {self.summary['title']}: {chosen}, {trusted}; in {self.folder}>"
 
