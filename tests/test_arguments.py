@@ -139,7 +139,18 @@ def test_cases_whose_columns_contradict_each_other_are_refused(scenario):
         ("trainmj.identify(scenario, 'out')", "needs an Identification, .*targets_of"),
         ("trainmj.run_sweep(trainmj.grid_of(scenario, {'collision.gap_mm': 5}), None)", "needs the path of a folder"),
         ("trainmj.read_table(result)", "needs the path of a folder.*not Result: its save writes it to a file"),
-        ("trainmj.write_report(result)", "needs the path of a folder.*not Result: its save writes it to a file"),
+        ("trainmj.write_report(scenario)", "needs the path of a folder.*not Scenario"),
+        ("trainmj.run(pd.DataFrame())", "needs a Scenario, .*not DataFrame: trainmj.load"),
+        ("trainmj.run(summary)", "needs a Scenario, .*not Summary"),
+        ("trainmj.summarise(summary)", "needs a Result, .*not Summary: trainmj.run computes one"),
+        ("trainmj.summarise(pd.DataFrame())", "needs a Result, .*not DataFrame"),
+        ("trainmj.channels(summary)", "needs a Result, .*not Summary"),
+        ("trainmj.write_report(summary)", "needs the path of a folder.*not Summary: .*Result"),
+        ("trainmj.write_report(pd.DataFrame())", "needs the path of a folder.*not DataFrame"),
+        ("trainmj.assess(result, 'en15227')", "needs a Scenario, .*not Result"),
+        ("trainmj.assess(scenario, scenario)", "needs a Standard, .*not Scenario"),
+        ("trainmj.run('b_type', 20)", "needs a dict of values by key or path, not int"),
+        ("trainmj.run('b_type', pd.DataFrame())", "needs a dict of values by key or path, not DataFrame"),
         ("trainmj.load_result(scenario)", "needs the path of a folder"),
     ],
 )
@@ -147,8 +158,9 @@ def test_what_cannot_be_meant_is_a_type_error_that_says_what_is_needed(
     scenario, result, call, said, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
+    things = {"scenario": scenario, "result": result, "summary": trainmj.summarise(result)}
     with pytest.raises(TypeError, match=said):
-        eval(call, {"trainmj": trainmj, "scenario": scenario, "result": result})
+        eval(call, {"trainmj": trainmj, "pd": pd, **things})
     assert not list(tmp_path.iterdir())
 
 

@@ -322,7 +322,7 @@ def test_a_file_of_another_kind_is_named_in_one_message(tmp_path, command, kind)
         ("my.yaml", "scenario: b_type\nvary: {mas_t: '30,33'}\n", "did you mean 'mass_t'"),
         ("my.study.yaml", "scenario: b_type\nfactors: {M: {sets: mass_t, bounds: [3, 1]}}\n", "3 is not below 1"),
         ("my.yaml", "title: \xe9\n", "is not UTF-8 text (line 1): save it as UTF-8"),
-        ("result.nc", "", "is a saved result, for trainmj run, report and render"),
+        ("result.nc", "", "is not a readable NetCDF file"),
     ],
 )
 def test_check_says_what_is_wrong_with_every_kind_of_file(tmp_path, name, text, said):

@@ -19,6 +19,22 @@ def test_every_example_is_in_the_docs():
         assert not folder.is_dir() or f"examples/{folder.name}/" in shown, folder.name
 
 
+def test_notebook(tmp_path):
+    """Breaks if a cell of the notebook that ships fails, or shows a thing as bare text."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    book = nbformat.read(EXAMPLES / "notebook" / "collision.ipynb", as_version=4)
+    code = [cell for cell in book.cells if cell.cell_type == "code"]
+    assert not any(cell.outputs or cell.execution_count for cell in code), "outputs are not kept in git"
+    NotebookClient(book, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shown = [set(output["data"]) for cell in code for output in cell.outputs if output.output_type == "execute_result"]
+    assert len(shown) == len(code)
+    assert sum("text/html" in kinds for kinds in shown) == 4
+    assert sum("image/png" in kinds for kinds in shown) == 1
+    assert (tmp_path / "collision.html").is_file()
+
+
 def test_paper_case(python):
     done = python(str(EXAMPLES / "paper_case" / "compare.py"))
     assert done.returncode == 0, done.stderr

@@ -58,6 +58,7 @@ ORDER = (
     ("single", "sweep", "study", "identification", "assessment", "reliability", "view"),
     ("exchange", "explore", "comparison", "paper"),
     ("verification",),
+    ("notebook",),
     ("cli",),
 )
 """The rooms of the package, lowest first: each imports from itself and from those below, never from a neighbour."""

@@ -4,8 +4,7 @@
 
     import trainmj
 
-    scenario = trainmj.load("b_type", {"empty_stroke_mm": 35})
-    result = trainmj.run(scenario)
+    result = trainmj.run("b_type", empty_stroke_mm=35)
     print(trainmj.summarise(result).TS_mm)
 
 Everything public is listed here; a name's module is imported when the name is first used.

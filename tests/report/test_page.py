@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from trainmj.errors import OutputError
 from trainmj.output.blocks import Card
-from trainmj.output.console import console_table, new_console, print_table
+from trainmj.output.console import new_console, print_table
 from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, layout_of, line, numbers, shade
 from trainmj.output.table import Column, Table, failed, judged, passed
@@ -146,7 +146,7 @@ def test_a_table_on_a_page_is_set_as_print():
 def test_the_same_table_on_a_terminal_is_plain():
     console = new_console()
     with console.capture() as said:
-        console.print(console_table(TABLE))
+        print_table(console, TABLE)
     lines = [" ".join(line.split()) for line in said.get().splitlines()]
     assert lines[:4] == ["Strokes", "largest", "stroke", "Interface mm limit"]
     assert lines[5:7] == ["S1-M1 -618.3 OVER", "M1-M2 - pass"]

@@ -13,6 +13,7 @@ from trainmj.assessment.plan import Case, Standard, leading, limits_of, speed_of
 from trainmj.collision.chain import Chain
 from trainmj.collision.limits import Criterion, reported
 from trainmj.collision.summary import Summary
+from trainmj.files.shown import Shown
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ _NO_LIMIT = "no limit is stated of what was computed"
 
 
 @dataclass(frozen=True, eq=False)
-class Assessment:
+class Assessment(Shown):
     """What became of a train under a standard.
 
     Attributes:

@@ -17,6 +17,7 @@ from trainmj.files.arguments import given
 from trainmj.files.kinds import ASSESSMENT
 from trainmj.files.provenance import Provenance, entry_of, lost
 from trainmj.files.resources import find_file
+from trainmj.files.shown import Shown
 from trainmj.files.source import Path as Place
 from trainmj.files.source import Problem, Source, dotted
 from trainmj.files.yaml import read_yaml
@@ -25,7 +26,7 @@ from trainmj.scenario.trains import TrainSpec
 
 
 @dataclass(frozen=True, eq=False)
-class Standard:
+class Standard(Shown):
     """What a train must pass: an assessment file that has been checked.
 
     Attributes:
@@ -37,6 +38,10 @@ class Standard:
     spec: AssessmentFile = field(repr=False)
     name: str
     source: Source = field(repr=False)
+
+    def __repr__(self) -> str:
+        """Title and the collision scenarios."""
+        return f"<Standard {self.spec.title}: {', '.join(self.spec.scenarios)}>"
 
     @property
     def files(self) -> frozenset[Path]:

@@ -1,4 +1,4 @@
-"""What is printed of an assessment, at most 80 columns wide."""
+"""What is printed of an assessment."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from rich.text import Text
 from trainmj.assessment import tables
 from trainmj.assessment.found import Assessment
 from trainmj.assessment.plan import Standard
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.sources import sources_table
 
 
@@ -20,7 +20,7 @@ def print_assessment(assessment: Assessment) -> None:
     if spec.edition:
         console.print(Text(f"Edition: {spec.edition}"))
     verdict = tables.verdict(assessment)
-    console.print(Text(verdict.text.capitalize(), style="bold reverse" if verdict.kind == "fail" else "bold"))
+    console.print(Text(verdict.text.capitalize(), style=FAILED if verdict.kind == "fail" else "bold"))
     for sentence in assessment.failed:
         console.print(Text(f"- {sentence}"))
     for made in (tables.criteria, tables.cases, tables.remarks, tables.not_computed):

@@ -5,6 +5,7 @@ Heavy imports come late, inside the commands, so that help answers at once.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -17,13 +18,14 @@ import click
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
 from trainmj.cli.compare import compare
+from trainmj.cli.completing import completion
 from trainmj.cli.export import export
+from trainmj.cli.new import new
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
 from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
-from trainmj.output.style import without_settings
 
 
 @contextmanager
@@ -63,7 +65,6 @@ class _Group(click.Group):
 
     def main(self, *args: Any, **options: Any) -> Any:
         streams.prepare()
-        without_settings()
         return super().main(*args, **options)
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
@@ -71,6 +72,9 @@ class _Group(click.Group):
             return super().make_context(*args, **options)
 
     def invoke(self, ctx: click.Context) -> Any:
+        from trainmj.output.style import without_settings
+
+        without_settings()
         with _ends_as_interrupted(), _told():
             return super().invoke(ctx)
 
@@ -81,7 +85,9 @@ def _told() -> Iterator[None]:
     try:
         yield
     except TrainmjError as error:
-        click.echo(f"Error: {printable(str(error))}", err=True)
+        coloured = not os.environ.get("NO_COLOR")  # and only on a terminal
+        click.echo(click.style("Error:", fg="red", bold=True) if coloured else "Error:", err=True, nl=False)
+        click.echo(f" {printable(str(error))}", err=True)
         sys.exit(2)
     except KeyboardInterrupt:
         click.echo("Stopped.", err=True)
@@ -100,6 +106,7 @@ def main() -> None:
 
 
 for command in (
+    new,
     collision.run,
     inputs.check,
     inputs.scenarios,
@@ -116,5 +123,6 @@ for command in (
     export,
     references.verify,
     references.paper,
+    completion,
 ):
     main.add_command(command)

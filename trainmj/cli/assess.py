@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from shlex import quote
@@ -11,20 +10,21 @@ from typing import Any
 import click
 
 import trainmj
-from trainmj.cli.options import set_again, takes_changes, takes_json, takes_threads
+from trainmj.cli.completing import offers
+from trainmj.cli.options import say, say_json, set_again, takes_changes, takes_json, takes_threads, takes_time
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import filling
-from trainmj.files.written import finite
+from trainmj.files.kinds import ASSESSMENT, SCENARIO
 
 
 @click.command()
-@click.argument("train")
+@click.argument("train", shell_complete=offers(SCENARIO))
 @takes_changes
 @click.option(
     "--standard",
     required=True,
     metavar="FILE",
+    shell_complete=offers(ASSESSMENT),
     help="Assessment file, or the name of one that ships, such as en15227.",
 )
 @click.option("--category", metavar="NAME", help="Category of the train in the file, such as C-II.")
@@ -38,6 +38,7 @@ from trainmj.files.written import finite
 @takes_threads
 @takes_report
 @takes_json
+@takes_time
 def assess(
     train: str,
     changes: dict[str, Any],
@@ -64,6 +65,8 @@ def assess(
     loaded, asked = trainmj.load(train, changes), trainmj.load_assessment(standard)
     from trainmj.assessment import screen
     from trainmj.assessment.folder import OWN, write_assessment
+    from trainmj.files.folder import filling
+    from trainmj.files.written import finite
     from trainmj.output.page import REPORT
 
     if out is not None:
@@ -72,11 +75,11 @@ def assess(
     if out is not None:
         write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), with_report)
     if as_json:
-        click.echo(json.dumps(finite(found.as_dict()), indent=2))
+        say_json(finite(found.as_dict()))
     else:
         screen.print_assessment(found)
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     if not found.passed:
         sys.exit(1)
 

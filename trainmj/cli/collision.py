@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,10 +9,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import parts_of, takes_fail_on_limit, takes_figures, takes_json, takes_scenario
+from trainmj.cli.options import (
+    parts_of,
+    say,
+    say_json,
+    takes_fail_on_limit,
+    takes_figures,
+    takes_json,
+    takes_scenario,
+    takes_time,
+)
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import filling
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
@@ -49,6 +56,7 @@ if TYPE_CHECKING:
 )
 @takes_fail_on_limit
 @takes_json
+@takes_time
 def run(
     scenario: str,
     changes: dict[str, Any],
@@ -87,6 +95,7 @@ def run(
     from trainmj.collision.bracket import rows_of
     from trainmj.collision.margin import SLIP
     from trainmj.collision.status import PAST_LIMITS
+    from trainmj.files.folder import filling
     from trainmj.output.page import REPORT
     from trainmj.single import screen
     from trainmj.single.beside import Beside
@@ -112,16 +121,16 @@ def run(
     if as_json:
         more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
         more |= beside.rows()
-        click.echo(json.dumps(summary.as_dict() | more, indent=2))
+        say_json(summary.as_dict() | more)
     else:
         screen.print_summary(result, summary)
         screen.print_beside(result.chain, beside)
         if steps is not None:
             screen.print_convergence(steps)
         if again is not None:
-            click.echo(str(again))
+            say(str(again))
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     past_limits = fail_on_limit and (summary.status.kind in PAST_LIMITS or beside.past_limits)
     if summary.status.unusable or differs or drifts or past_limits:

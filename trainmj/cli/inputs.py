@@ -3,30 +3,49 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 import trainmj
+from trainmj.cli.completing import offers
 from trainmj.cli.options import kind_of_input, takes_changes
 from trainmj.errors import InputError
+from trainmj.files.kinds import KINDS
 
 if TYPE_CHECKING:
     from trainmj.scenario import Scenario
 
 
+TABLES = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".xls")
+"""Endings of files that check takes for tables."""
+
 _SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner", "reliability"]
 
 
 @click.command()
-@click.argument("file")
+@click.argument("file", shell_complete=offers(*KINDS, results=True))
 @takes_changes
 def check(file: str, changes: dict[str, Any]) -> None:
-    """Check an input file and print what would run.
+    """Check a file and print what would run.
 
     FILE is a scenario, sweep, study, targets, assessment, reliability or partner file, or the name of a shipped one,
-    such as b_type or b_type.study.yaml. Nothing is computed.
+    such as b_type or b_type.study.yaml. It may also be a table of curves, vehicles or cases (.csv, .xlsx), a saved
+    result (.nc), or the folder of a command: then it says what is there, and what reads it. Nothing is computed.
     """
+    from trainmj.cli.report import holds_results
+
+    if holds_results(file):
+        if changes:
+            raise InputError(f"--set: {file} holds results, which cannot be changed")
+        _say_results(file)
+        return
+    if Path(file).suffix.lower() in TABLES and Path(file).is_file():
+        if changes:
+            raise InputError(f"--set: {file} is a table, which states its own values")
+        _say_tables(Path(file))
+        return
     from trainmj.files.kinds import ASSESSMENT, PARTNER, RELIABILITY, SCENARIO, STUDY, SWEEP
     from trainmj.single.screen import print_chain
 
@@ -85,6 +104,45 @@ def check(file: str, changes: dict[str, Any]) -> None:
             of_reliability.print_tolerances(trainmj.load_reliability(file, changes))
 
 
+def _say_results(file: str) -> None:
+    """What results there are, whole or not, and what reads them."""
+    from trainmj.cli.report import what_is_at
+    from trainmj.collision.limits import in_short
+
+    kind, source = what_is_at(Path(file))
+    if source.suffix == ".nc":
+        result = trainmj.load_result(source)  # whole: a checksum covers every byte
+        summary = trainmj.summarise(result)
+        said = f"{file}: is a saved result, whole.\n{result.scenario.heading}\n{result.scenario.subject}\n"
+        said += f"{in_short(summary.limits)}\nStatus: {summary.status}\n"
+        click.echo(f"{said}Read by: trainmj report, render, run (which computes it again and compares), export")
+        return
+    again = kind.cure.format(folder=source.parent) or f"trainmj report {source.parent}"
+    click.echo(f"{file}: holds {kind.name} ({source.name}). Its report: {again}")
+
+
+def _say_tables(file: Path) -> None:
+    """What tables a file has, and how an input file names each."""
+    from trainmj.scenario import starter
+    from trainmj.scenario.trains import VehiclesFile
+
+    for place, table in starter.tables_in(file.parent, file):
+        n, written = len(table.lines), starter.flow(place)
+        where = f"{file}, {place.sheet}" if place.sheet else f"{file}"
+        if starter.is_curve(table):
+            u, f = table.numbers("stroke_mm"), table.numbers("force_kN")
+            said, use = f"a curve of {n} points up to {u[-1]:g} mm and {max(f):g} kN", f"curve: {written}"
+        elif starter.is_of_vehicles(table):
+            VehiclesFile.values_of(table)
+            said, use = f"{n} vehicles", f"vehicles: {written}"
+        else:
+            said = f"{n} rows of {', '.join(table.columns)}"
+            use = f"a sweep, study, reliability or targets file as a table or data: {place.file}"
+        click.echo(f"{where}: {said}; named by {use}")
+        for note in table.notes:
+            click.echo(f"Note: {note}")
+
+
 def _run_into(file: str) -> Scenario:
     """The scenario in which a shipped train runs into the partner of a file."""
     from trainmj.files.kinds import PARTNER
@@ -106,14 +164,14 @@ def scenarios() -> None:
     use it by its name.
     """
     from trainmj.files.resources import shipped_files, shipped_folder
-    from trainmj.output.console import console_table, new_console
+    from trainmj.output.console import new_console, print_table
     from trainmj.output.table import Column, Table
     from trainmj.scenario import shipped
 
     columns = [Column(head, text=True) for head in ("Name", "What it is", "Parameters")]
     found = {name: trainmj.load(name) for name in shipped()}
     rows = [(name, scenario.title, "\n".join(scenario.parameters)) for name, scenario in found.items()]
-    new_console().print(console_table(Table(columns, rows)))
+    print_table(new_console(), Table(columns, rows))
     click.echo()
     for what, ending, use in (
         ("Partners", ".partner.yaml", "trainmj run TRAIN --set collision.partner=NAME"),

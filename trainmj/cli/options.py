@@ -6,13 +6,16 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
+from trainmj.cli.completing import offers, settings
 from trainmj.errors import InputError
+from trainmj.files.kinds import SCENARIO
 from trainmj.files.text import allowed, allowing
 
 if TYPE_CHECKING:
@@ -93,6 +96,32 @@ def _together(*options: Callable[[F], F]) -> Callable[[F], F]:
     return decorate
 
 
+def takes_time(function: F) -> F:
+    """A command that may take long: something moves on a terminal until it shows something of its own."""
+
+    @wraps(function)
+    def shown(*args: Any, **options: Any) -> Any:
+        from trainmj.output.waiting import waiting
+
+        with waiting(str(click.get_current_context().info_name)):
+            return function(*args, **options)
+
+    return cast(F, shown)
+
+
+def say(text: str, err: bool = False) -> None:
+    """Print a line, after what moves has gone."""
+    from trainmj.output.waiting import hush
+
+    hush()
+    click.echo(text, err=err)
+
+
+def say_json(values: Any) -> None:
+    """Print one JSON object."""
+    say(json.dumps(values, indent=2))
+
+
 takes_allowed = click.option(
     "--allow-folder",
     multiple=True,
@@ -111,6 +140,7 @@ takes_changes = _together(
         multiple=True,
         metavar="PATH=VALUE",
         callback=_changes,
+        shell_complete=settings,
         help="Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50); null takes it "
         "back. May be repeated.",
     ),
@@ -118,7 +148,7 @@ takes_changes = _together(
 )
 """The option --set, given as a dict of changes, and --allow-folder."""
 
-takes_scenario = _together(click.argument("scenario"), takes_changes)
+takes_scenario = _together(click.argument("scenario", shell_complete=offers(SCENARIO, results=True)), takes_changes)
 """The argument SCENARIO and the option --set."""
 
 takes_threads = click.option(
@@ -181,7 +211,7 @@ def going_on(out: Path, fresh: bool, stop: Callable[[], None]) -> Iterator[None]
     except KeyboardInterrupt:
         stop()
         command = "the same command without --fresh" if fresh else "the same command"
-        click.echo(f"Stopped. What was finished is in {out}; {command} goes on.", err=True)
+        say(f"Stopped. What was finished is in {out}; {command} goes on.", err=True)
         sys.exit(130)
     finally:
         stop()

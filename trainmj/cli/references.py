@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,9 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import takes_formats, takes_json, takes_threads
-from trainmj.files.folder import filling
-from trainmj.files.written import replacing
+from trainmj.cli.options import say, say_json, takes_formats, takes_json, takes_threads, takes_time
 
 if TYPE_CHECKING:
     from trainmj.output.style import Format
@@ -22,6 +19,7 @@ if TYPE_CHECKING:
 @click.command()
 @takes_json
 @click.option("--page", type=click.Path(path_type=Path, dir_okay=False), help="HTML page to write as well.")
+@takes_time
 def verify(as_json: bool, page: Path | None) -> None:
     """Compute collisions whose outcome is known.
 
@@ -31,25 +29,25 @@ def verify(as_json: bool, page: Path | None) -> None:
 
     Exit code: 0 if every check passes, 1 if one fails, 2 if the page cannot be written.
     """
-    from rich.console import Console
+    from trainmj.files.written import replacing
+    from trainmj.output.waiting import tell
 
     with replacing(page) if page is not None else nullcontext() as part:
         if part is not None:
             part.touch()  # refuses a page that cannot be written before the work
-        with Console(stderr=True).status("") as status:
-            found = trainmj.verify(lambda title: status.update(f"{title} ..."))
+        found = trainmj.verify(lambda title: tell(f"verify: {title}"))
         if page is not None and part is not None:
             from trainmj.verification.page import page_of
 
             part.write_text(page_of(found, f"trainmj verify --page {page.name}").html(), encoding="utf-8")
     if as_json:
-        click.echo(json.dumps(found.as_dict(), indent=2))
+        say_json(found.as_dict())
     else:
         from trainmj.verification.screen import print_verification
 
         print_verification(found)
         if page is not None:
-            click.echo(f"The page is {page}")
+            say(f"The page is {page}")
     if not found.passed:
         sys.exit(1)
 
@@ -60,6 +58,7 @@ def verify(as_json: bool, page: Path | None) -> None:
 @takes_threads
 @takes_formats
 @takes_json
+@takes_time
 def paper(out: Path | None, beyond: bool, threads: int, figures: tuple[Format, ...], as_json: bool) -> None:
     """Reproduce the paper that the B-type train comes from.
 
@@ -71,6 +70,7 @@ def paper(out: Path | None, beyond: bool, threads: int, figures: tuple[Format, .
 
     Exit code: 0 when done, however many bars are missed (the first line counts them); 2 if something cannot be written.
     """
+    from trainmj.files.folder import filling
     from trainmj.paper import BEYOND, PAGE, output
 
     if out is not None:
@@ -88,8 +88,8 @@ def paper(out: Path | None, beyond: bool, threads: int, figures: tuple[Format, .
     if out is not None:
         write(found, out, figures)
     if as_json:
-        click.echo(json.dumps(summary(found), indent=2))
+        say_json(summary(found))
         return
     show(found)
     if out is not None:
-        click.echo(f"\nWritten to {out}; the page is {out / page}")
+        say(f"\nWritten to {out}; the page is {out / page}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -12,14 +11,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
+from trainmj.cli.completing import offers
 from trainmj.cli.options import (
     going_on,
     kind_of_input,
+    say,
+    say_json,
     set_again,
     takes_changes,
     takes_figures,
     takes_folder,
     takes_json,
+    takes_time,
 )
 from trainmj.cli.report import takes_report
 from trainmj.cli.tasks import engine_at, takes_dask
@@ -31,7 +34,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("file")
+@click.argument("file", shell_complete=offers(SCENARIO, RELIABILITY))
 @takes_changes
 @click.option("--runs", type=click.IntRange(1), metavar="N", help="Draws; more go on from those that are there.")
 @click.option("--seed", type=click.IntRange(0, 2**32 - 1), metavar="N", help="Of the random numbers.")
@@ -47,6 +50,7 @@ if TYPE_CHECKING:
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def reliability(
     file: str,
     changes: dict[str, Any],
@@ -102,11 +106,11 @@ def reliability(
     if with_report:
         page.page_of(result, _command(file, changes, stated, out)).write(out / REPORT)
     if as_json:
-        click.echo(json.dumps(result.as_dict(), indent=2))
+        say_json(result.as_dict())
     else:
         screen.print_reliability(result)
         if with_report:
-            click.echo(f"Report: {out / REPORT}")
+            say(f"Report: {out / REPORT}")
     if not screen.usable(result):
         sys.exit(1)
 
@@ -121,7 +125,7 @@ def _write_draw(plan: trainmj.Reliability, draw: int, case: str | None, out: Pat
     with filling(out, OWN, plan.files) as folder:
         written = folder / f"draw_{draw}{f'_{name}' if name else ''}.yaml"
         trainmj.save(scenario, written)
-    click.echo(f"Draw {draw}{f' in {name}' if name else ''}: trainmj run {quote(str(written))}")
+    say(f"Draw {draw}{f' in {name}' if name else ''}: trainmj run {quote(str(written))}")
 
 
 def _command(file: str, changes: dict[str, Any], stated: dict[str, int], out: Path) -> str:

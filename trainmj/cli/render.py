@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import takes_scenario
+from trainmj.cli.options import say, takes_scenario, takes_time
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def _size(context: click.Context, parameter: click.Parameter, text: str) -> tupl
 )
 @click.option("--at", type=float, metavar="SECONDS", help="Time of a still; the end if not given.")
 @click.option("--smooth/--fast", default=True, help="Smooth edges (default), or half the time.")
+@takes_time
 def render(
     scenario: str,
     changes: dict[str, Any],
@@ -65,9 +66,9 @@ def render(
             film.render(result, out, camera, slow, size, at, fps, smooth, bar)
         except KeyboardInterrupt:
             bar.stop()
-            click.echo(f"Stopped; {out} was not written.", err=True)
+            say(f"Stopped; {out} was not written.", err=True)
             sys.exit(130)
-    click.echo(f"Written to {out}")
+    say(f"Written to {out}")
 
 
 @click.command()

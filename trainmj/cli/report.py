@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import click
 
+from trainmj.cli.completing import offers
+from trainmj.cli.options import say, takes_time
 from trainmj.errors import InputError
 from trainmj.files.arguments import path_given
-from trainmj.files.folder import is_held, spare
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
+    from trainmj.collision.result import Result
     from trainmj.output.page import Page
 
 takes_report = click.option(
@@ -80,8 +82,9 @@ def _page_of_study(file: Path) -> Page:
 
 
 @click.command()
-@click.argument("results", type=click.Path(path_type=Path))
+@click.argument("results", type=click.Path(path_type=Path), shell_complete=offers(results=True))
 @click.option("--out", type=click.Path(path_type=Path), help="HTML file to write; report.html in the folder otherwise.")
+@takes_time
 def report(results: Path, out: Path | None) -> None:
     """Write the report of a run, a sweep or a study.
 
@@ -96,16 +99,17 @@ def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
     """Write a report and say where, unless silent."""
     file = write_report(results, out)
     if not silent:
-        click.echo(f"Report: {file}")
+        say(f"Report: {file}")
 
 
-def write_report(results: str | Path, out: str | Path | None = None) -> Path:
+def write_report(results: str | Path | Result, out: str | Path | None = None) -> Path:
     """Write the report of a run, a sweep or a study.
 
     Args:
         results: its folder, or a file in it: result.nc (or another saved result), results.sqlite, steps.json; or what
-            run_sweep or run_study gave.
-        out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc.
+            run, run_sweep or run_study gave.
+        out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc; of a result
+            that was not saved, report.html in the working directory.
 
     Returns:
         The file.
@@ -114,10 +118,19 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
         OutputError: if the file cannot be written.
     """
+    from trainmj.collision.result import Result
+    from trainmj.files.folder import is_held, spare
     from trainmj.output.page import REPORT
 
+    if isinstance(results, Result):
+        from trainmj.collision.summary import summarise
+        from trainmj.single.page import page_of_run
+
+        file = Path(REPORT if out is None else out)
+        page_of_run(results, summarise(results)).write(file)
+        return file
     results = path_given(results)
-    kind, source = _found(results)
+    kind, source = what_is_at(results)
     if kind.page is None:
         cure = kind.cure.format(folder=quote(str(source.parent)))
         raise InputError(f"{results}: holds {kind.name}: its report is made by {cure}")
@@ -143,7 +156,16 @@ _DAMAGED = (ArithmeticError, AttributeError, LookupError, OSError, RecursionErro
 """What is raised by values that trainmj did not write."""
 
 
-def _found(results: Path) -> tuple[Kind, Path]:
+def holds_results(file: str) -> bool:
+    """Whether a path leads to a saved result, or to a folder that has results of some kind."""
+    path = Path(file)
+    try:
+        return path.suffix == ".nc" or (path.is_dir() and any((path / kind.file).is_file() for kind in kinds()))
+    except (OSError, ValueError):
+        return False
+
+
+def what_is_at(results: Path) -> tuple[Kind, Path]:
     """What a path leads to, and the file that holds it."""
     known = kinds()
     if results.is_file():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -12,20 +11,24 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
+from trainmj.cli.completing import offers, settings
 from trainmj.cli.options import (
     going_on,
     kind_of_input,
     parts_of,
+    say_json,
     split_assignment,
     takes_allowed,
+    takes_changes,
     takes_fail_on_limit,
     takes_figures,
     takes_folder,
     takes_json,
-    takes_scenario,
+    takes_time,
 )
 from trainmj.cli.report import takes_report, write
 from trainmj.errors import InputError
+from trainmj.files.kinds import SCENARIO, STUDY, SWEEP, TARGETS
 
 if TYPE_CHECKING:
     from trainmj.cases.engine import Engine
@@ -66,12 +69,14 @@ takes_dask = click.option(
 
 
 @click.command()
-@takes_scenario
+@click.argument("scenario", shell_complete=offers(SCENARIO, SWEEP))
+@takes_changes
 @click.option(
     "--vary",
     multiple=True,
     metavar="PATH=VALUES",
     callback=_grid,
+    shell_complete=settings,
     help="Vary a value: FROM:TO:COUNT (20:50:9) or a list (30,33,36). Several make a full grid.",
 )
 @takes_folder
@@ -83,6 +88,7 @@ takes_dask = click.option(
 @click.option("--parquet", is_flag=True, help="Write results.parquet too.")
 @takes_report
 @takes_fail_on_limit
+@takes_time
 def sweep(
     scenario: str,
     changes: dict[str, Any],
@@ -106,7 +112,6 @@ def sweep(
     valid (a curve ended behind which nothing is stated, or one vehicle overrode another) or passed a limit; 2 for wrong
     input.
     """
-    from trainmj.files.kinds import SCENARIO
     from trainmj.output.console import Progress
     from trainmj.sweep.screen import print_sweep
 
@@ -136,12 +141,13 @@ def sweep(
 
 
 @click.command()
-@click.argument("study")
+@click.argument("study", shell_complete=offers(STUDY))
 @takes_allowed
 @takes_folder
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def study(
     study: str,
     out: Path,
@@ -171,7 +177,7 @@ def study(
             plan, out, threads=threads, fresh=fresh, watch=line, figures=figures, figure_width=figure_width
         )
     if as_json:
-        click.echo(json.dumps(result.summary, indent=2))
+        say_json(result.summary)
     else:
         screen.print_study(result)
     if with_report:
@@ -181,12 +187,13 @@ def study(
 
 
 @click.command()
-@click.argument("targets")
+@click.argument("targets", shell_complete=offers(TARGETS))
 @takes_allowed
 @takes_folder
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def identify(
     targets: str,
     out: Path,
@@ -227,7 +234,7 @@ def identify(
     if with_report:
         page.page_of(found, page.command_of(targets, found)).write(out / REPORT)
     if as_json:
-        click.echo(json.dumps(found.summary, indent=2))
+        say_json(found.summary)
     else:
         screen.print_found(found)
     if not found.kept:

@@ -17,12 +17,20 @@ from trainmj.scenario.lines import Ties
 ALL: tuple[Ties, ...] = ("free", "stated", "tied")
 
 
-def bracket(scenario: Scenario | str | Path, known: Summary | None = None) -> dict[Ties, Summary]:
+def bracket(
+    scenario: Scenario | str | Path,
+    known: Summary | None = None,
+    *,
+    changes: Mapping[str, Any] | None = None,
+    **parameters: Any,
+) -> dict[Ties, Summary]:
     """Compute a collision with each of the ties that its scenario states under ``bracket``, or with all three.
 
     Args:
         scenario: in the vertical plane, or the path of its file.
         known: the numbers of the scenario as it stands, if they are there already.
+        changes: values of the scenario to change, by path or parameter.
+        parameters: the same, as keywords.
 
     Returns:
         The numbers by ties, in the order in which the scenario states them.
@@ -30,7 +38,7 @@ def bracket(scenario: Scenario | str | Path, known: Summary | None = None) -> di
     Raises:
         InputError: if it is not in the vertical plane, or states no tie that ``tied`` could make stronger.
     """
-    scenario = scenario_given(scenario)
+    scenario = scenario_given(scenario, changes, parameters)
     if scenario.plane != "vertical":
         raise InputError("bracket: ties have an effect in the vertical plane only: state plane: vertical")
     asked = scenario.bracket or ALL

@@ -14,6 +14,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, matching, no_number
 from trainmj.collision.summary import Summary
 from trainmj.errors import InputError
+from trainmj.files.shown import Shown
 from trainmj.files.written import finite
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.units import MS
@@ -48,7 +49,7 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Convergence:
+class Convergence(Shown):
     """What halving the step has shown.
 
     Attributes:
@@ -66,6 +67,11 @@ class Convergence:
     values: Mapping[str, tuple[float, ...]]
     estimates: Mapping[str, Estimate]
     settled: bool
+
+    def __repr__(self) -> str:
+        """Whether it settled, and the limits: it holds a whole summary for each step."""
+        said = ", ".join(f"{name} {one.value:.6g}" for name, one in self.estimates.items())
+        return f"<Convergence {'settled' if self.settled else 'NOT SETTLED'} at {self.step_ms[-1]:g} ms: {said}>"
 
     @property
     def stroke_changes_mm(self) -> list[float]:
@@ -100,18 +106,26 @@ class Convergence:
         return plain
 
 
-def converge(scenario: Scenario | str | Path, responses: Sequence[str] = CRITERIA) -> Convergence:
+def converge(
+    scenario: Scenario | str | Path,
+    responses: Sequence[str] = CRITERIA,
+    *,
+    changes: Mapping[str, Any] | None = None,
+    **parameters: Any,
+) -> Convergence:
     """Halve the step of a collision until its responses settle, or seven times.
 
     Args:
         scenario: what to collide, or the path of its file; the first step is its own.
         responses: what is to settle, as names of columns or patterns such as ``"peak_device_*"``.
+        changes: values of the scenario to change, by path or parameter.
+        parameters: the same, as keywords.
 
     Raises:
         InputError: if its own step is too large, or so small that it cannot be halved three times; or if no response
             has a name that is asked for.
     """
-    scenario = scenario_given(scenario)
+    scenario = scenario_given(scenario, changes, parameters)
     first = line_up(scenario)
     columns = matching(responses, columns_of(first))
     for column in columns.values():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -71,7 +71,13 @@ class Margin:
         return plain
 
 
-def margins(scenario: Scenario | str | Path, slip_mm: float = SLIP) -> tuple[Margin, ...]:
+def margins(
+    scenario: Scenario | str | Path,
+    slip_mm: float = SLIP,
+    *,
+    changes: Mapping[str, Any] | None = None,
+    **parameters: Any,
+) -> tuple[Margin, ...]:
     """The capacity that ties need, as a factor on what is stated, for each interface whose faces engage.
 
     Ties hold if no face of the interface slides off the other and engaged faces slip no more than stated. The factor is
@@ -81,6 +87,8 @@ def margins(scenario: Scenario | str | Path, slip_mm: float = SLIP) -> tuple[Mar
     Args:
         scenario: in the vertical plane with its ties as stated, or the path of its file.
         slip_mm: slip of engaged faces up to which they hold.
+        changes: values of the scenario to change, by path or parameter.
+        parameters: the same, as keywords.
 
     Returns:
         A margin for each interface under test whose faces engage, from the front backwards.
@@ -88,7 +96,7 @@ def margins(scenario: Scenario | str | Path, slip_mm: float = SLIP) -> tuple[Mar
     Raises:
         InputError: if the scenario is not in the vertical plane, ties are not as stated, or the slip is no length.
     """
-    scenario = scenario_given(scenario)
+    scenario = scenario_given(scenario, changes, parameters)
     if scenario.plane != "vertical":
         raise InputError("margin: ties have an effect in the vertical plane only: state plane: vertical")
     if scenario.ties != "stated":

@@ -28,6 +28,7 @@ from trainmj.collision.quantities import names_of_parts
 from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
+from trainmj.files.shown import Drawn
 from trainmj.files.text import printable, read_bytes
 from trainmj.files.written import write_bytes
 from trainmj.scenario import Scenario, from_yaml, to_yaml
@@ -90,7 +91,7 @@ SHOWN = {name: h for name, h in HISTORIES.items() if h.shown} | {
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class Result(Drawn):
     """One collision, computed.
 
     Attributes:
@@ -145,6 +146,13 @@ class Result:
     wheel_rise: Array
     dof: Array
     versions: dict[str, str]
+
+    def __repr__(self) -> str:
+        """Title and how it ended: a result holds every number."""
+        from trainmj.collision.summary import summarise  # which builds on results
+
+        summary = summarise(self)
+        return f"<Result {self.scenario.heading}: {summary.status}, {summary.duration_s:.3f} s>"
 
     @property
     def step_ms(self) -> float:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,8 +26,8 @@ from trainmj.scenario import Scenario, scenario_given
 LAW_NOT_CALLED = "the device law was not called: something replaced MuJoCo's passive callback"
 
 
-def run(scenario: Scenario | str | Path) -> Result:
-    """Compute one collision.
+def run(scenario: Scenario | str | Path, changes: Mapping[str, Any] | None = None, **parameters: Any) -> Result:
+    """Compute one collision: ``run("b_type")``, ``run("b_type", speed_km_h=20)``.
 
     The run ends when no device carries force and none comes closer, or all vehicles stand, and bodies that give have
     swung on for a while; or at the time limit. Where a step has passed a peak of a curve unseen, it is computed again
@@ -33,17 +35,19 @@ def run(scenario: Scenario | str | Path) -> Result:
 
     Args:
         scenario: what to collide: a scenario, the path of its file, or the name of one that ships.
+        changes: values to change, by path or parameter, as in :meth:`trainmj.Scenario.with_values`.
+        parameters: the same, as keywords.
 
     Returns:
         Histories at the recorded times and the tally of every step.
 
     Raises:
-        InputError: if the file breaks a rule, or the step is too large for the stiffest device and the lightest
-            vehicle.
+        InputError: if the file or a change breaks a rule, or the step is too large for the stiffest device and the
+            lightest vehicle.
         TypeError: if it is something else.
         EngineError: if the running MuJoCo cannot carry the device law, or something replaced it.
     """
-    scenario = scenario_given(scenario)
+    scenario = scenario_given(scenario, changes, parameters)
     chain = line_up(scenario)
     result = _run(scenario, chain)
     measured = Measured(chain, result.tally, result.time, result.velocity)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
-from trainmj.collision.limits import Criterion, of_responses, of_stages
+from trainmj.collision.limits import Criterion, in_short, of_responses, of_stages
 from trainmj.collision.line import Line
 from trainmj.collision.measured import UNSTABLE, Measured, Side
 from trainmj.collision.quantities import (
@@ -49,13 +49,18 @@ from trainmj.collision.records import (
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status, not_valid
+from trainmj.files.arguments import chosen_of
+from trainmj.files.shown import Shown
 from trainmj.files.written import finite
 from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, MM, G
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 
 @dataclass(frozen=True)
-class Summary(Numbers):
+class Summary(Shown, Numbers):
     """All numbers of a collision in engineering units.
 
     Its own numbers are those of :data:`trainmj.collision.quantities.TRAIN` and ``COLLISION``: ``TS_mm``, ``TAMA_g``,
@@ -96,6 +101,37 @@ class Summary(Numbers):
         found = [(i, stage) for i in self.interfaces if i.judged for stage in i.stages if stage.collapsed]
         bodies = [said for vehicle in self.vehicles if vehicle.judged for _, said in _collapsed(vehicle)]
         return [_crushed(_place(*one), one[1]) for one in found] + bodies
+
+    def __repr__(self) -> str:
+        """Status, criteria and limits: a summary holds every number."""
+        of = {q.name: q for q in TRAIN if q.name in self.values}
+        said = ", ".join(f"{q.heading} {q.text(self.values[name])} {q.unit}".rstrip() for name, q in of.items())
+        return f"<Summary {self.status}; {said}. {in_short(self.limits)}>"
+
+    def to_frame(self, of: str = "responses") -> pd.DataFrame:
+        """The numbers as a table.
+
+        Args:
+            of: what has a row each: "responses", "interfaces", "stages", "vehicles" or "limits". Responses come with
+                value, unit and title, in the order of ``columns``; all others with units in the heads.
+
+        Raises:
+            InputError: if there is no such table.
+        """
+        import pandas as pd
+
+        rows: dict[str, list[dict[str, Any]]] = {
+            "responses": [
+                {"response": name, "value": value, "unit": self.columns[name].unit, "title": self.columns[name].title}
+                for name, value in self.responses.items()
+            ],
+            "interfaces": [i.as_row() for i in self.interfaces],
+            "stages": [{"interface": i.name, "device": i.device, **vars(s)} for i in self.interfaces for s in i.stages],
+            "vehicles": [v.as_row() for v in self.vehicles],
+            "limits": [criterion.as_dict() for criterion in self.limits],
+        }
+        frame = pd.DataFrame(chosen_of(rows, of, "table"))
+        return frame.set_index(frame.columns[0]) if len(frame) else frame
 
     def row(self) -> dict[str, Any]:
         """Status, reason and every response by the name of its column."""

@@ -7,6 +7,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypeVar
 
+from trainmj.errors import InputError, close_match
+
 T = TypeVar("T")
 
 _MADE_BY = {
@@ -48,6 +50,19 @@ def group_given(thing: Any) -> Mapping[str, Any]:
     raise TypeError(f"needs a dict of values by key or path, not {type(thing).__name__}: {readers}")
 
 
+def changes_given(changes: Any, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Changes by path or parameter, and further ones that were given as keywords.
+
+    Raises:
+        InputError: if one is given both ways.
+        TypeError: if changes are no dict.
+    """
+    found = dict(group_given({} if changes is None else changes))
+    if twice := sorted(found.keys() & parameters.keys()):
+        raise InputError(f"{twice[0]}: is given twice, in a dict and as a keyword: leave one of them out")
+    return {**found, **parameters}
+
+
 def path_given(thing: Any) -> Path:
     """An argument that must be the path of results; what left its files in a folder stands for that.
 
@@ -58,8 +73,8 @@ def path_given(thing: Any) -> Path:
     if isinstance(found, (str, PathLike)):
         return Path(found)
     needed = "the path of a folder or of a file in it, or what run_sweep, run_study, run_reliability or identify gave"
-    cure = ": its save writes it to a file" if type(thing).__name__ == "Result" else ""
-    raise TypeError(f"needs {needed}, not {type(thing).__name__}{cure}")
+    cure = {"Result": ": its save writes it to a file", "Summary": ": the Result that it was made of has more"}
+    raise TypeError(f"needs {needed}, not {type(thing).__name__}{cure.get(type(thing).__name__, '')}")
 
 
 def file_given(thing: Any) -> Path:
@@ -72,6 +87,17 @@ def file_given(thing: Any) -> Path:
         return Path(thing)
     makers = "Scenario.from_values, sweep_of, study_of, reliability_of and targets_of take plain values"
     raise TypeError(f"needs the path of a file, or the name of a shipped one, not {type(thing).__name__}: {makers}")
+
+
+def chosen_of(known: Mapping[str, T], name: str, what: str) -> T:
+    """What a name stands for.
+
+    Raises:
+        InputError: if there is none of that name; what says of which kind, such as "table".
+    """
+    if name in known:
+        return known[name]
+    raise InputError(f"{name}: there is no such {what} here{close_match(str(name), known)}")
 
 
 def listed(names: Any) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from trainmj.errors import EngineError, InputError, close_match
 from trainmj.files.arguments import file_given
 from trainmj.files.kinds import KINDS, SCENARIO, Kind, kind_of
-from trainmj.files.yaml import read_yaml
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -57,6 +56,8 @@ def kind_at(file: str) -> Kind:
     Raises:
         InputError: if there is a file that cannot be read as YAML.
     """
+    from trainmj.files.yaml import read_yaml  # late: names alone are found without it
+
     try:
         there = Path(file).is_file()
     except (OSError, ValueError):

@@ -12,6 +12,7 @@ import numpy as np
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.identity import identity
+from trainmj.files.shown import Drawn
 from trainmj.files.written import finite
 from trainmj.files.yaml import as_yaml
 from trainmj.identification.file import Amount, absolute
@@ -60,7 +61,7 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Found:
+class Found(Drawn):
     """What an identification found.
 
     Attributes:
@@ -84,6 +85,11 @@ class Found:
     simulated: int
     there: int
     seconds: float
+
+    def __repr__(self) -> str:
+        """Title, the values found, and whether the bars are kept."""
+        kept = "bars kept" if self.kept else "BARS NOT KEPT"
+        return f"<Found {self.plan.title}: misfit {self.known.chi2:.3g}, {kept}; in {self.folder}>"
 
     @cached_property
     def scenario(self) -> Scenario:

@@ -19,6 +19,7 @@ from trainmj.collision.quantities import columns_of, in_place_of, no_number
 from trainmj.errors import InputError
 from trainmj.files.kinds import TARGETS
 from trainmj.files.resources import find_file
+from trainmj.files.shown import Shown
 from trainmj.files.source import Problem, Source, source_of
 from trainmj.files.text import Folders, allowing
 from trainmj.files.yaml import read_yaml
@@ -125,7 +126,7 @@ class Simulated(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Identification:
+class Identification(Shown):
     """A checked targets file.
 
     Attributes:
@@ -145,6 +146,10 @@ class Identification:
     fitted: Sample
     held_out: Sample
     source: Source = field(repr=False)
+
+    def __repr__(self) -> str:
+        """Title, and how much is sought."""
+        return f"<Identification {self.title}: {len(self.unknowns.names)} values from {len(self.targets)} targets>"
 
     @cached_property
     def start(self) -> Scenario:

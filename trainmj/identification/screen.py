@@ -1,4 +1,4 @@
-"""What is printed of an identification: what would run, how it gets on, and what was found, at most 80 columns wide."""
+"""What is printed of an identification: what would run, how it gets on, and what was found."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from trainmj.identification.plan import Identification
 from trainmj.identification.search import Progress
 from trainmj.identification.uncertainty import MEANING, Uncertainty
 from trainmj.output.console import new_console, print_table
+from trainmj.output.waiting import hush
 
 _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement", "finish": "iterations of the finish"}
 _MOST_LINES = 8
@@ -29,6 +30,7 @@ class Screen(Status):
         self._began = time.monotonic()
         self._trials = 0
         super().__init__(self._said, console=Console(stderr=True, highlight=False))
+        hush()
         if sys.stderr.isatty():
             self.start()
 

@@ -1,23 +1,29 @@
-"""The terminal: tables at most 80 columns wide, and a progress bar."""
+"""The terminal: tables that fit it, or 80 columns where there is none, and a progress bar."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from rich import box
 from rich import progress as bars
 from rich.align import Align
+from rich.cells import cell_len
 from rich.console import Console
-from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
 from trainmj.output.table import Column, Table, Verdict
+from trainmj.output.waiting import hush
 
-WIDTH = 80
+WIDTH = 80  # where there is no terminal
+WIDEST = 200
+_BETWEEN = 2  # characters between columns
+_LONGEST_WORD = 30  # that is not broken in a column of words
+
+FAILED = "bold red"
+"""What is not passed, beside the word for it."""
 
 
 class Progress(bars.Progress):
@@ -36,6 +42,11 @@ class Progress(bars.Progress):
         )
         self._task = self.add_task("", total=total)
 
+    def start(self) -> None:
+        """Show the bar."""
+        hush()
+        super().start()
+
     def __call__(self, finished: int) -> None:
         """Show how many are finished."""
         self.update(self._task, completed=finished)
@@ -48,7 +59,7 @@ class _Rate(bars.ProgressColumn):
         return Text("" if task.speed is None else f"{task.speed:.0f}/s")
 
 
-def console_table(table: Table) -> Grid:
+def console_table(table: Table, widths: Sequence[int]) -> Grid:
     """A table as rich prints it: numbers to the right, never broken, words to the left, broken where they must be."""
     grid = Grid(
         box=box.SIMPLE_HEAD,
@@ -58,48 +69,74 @@ def console_table(table: Table) -> Grid:
         title=table.title or None,
         title_justify="left",
         title_style="bold",
-        caption=table.note or None,
-        caption_justify="left",
     )
-    for column in table.columns:
+    for column, width in zip(table.columns, widths, strict=True):
         side: Literal["left", "right"] = "left" if column.text else "right"
         grid.add_column(
-            Align(_head(column), side, vertical="bottom"), justify=side, no_wrap=not column.text, overflow="fold"
+            Align(_head(column), side, vertical="bottom"),
+            justify=side,
+            no_wrap=not column.text,
+            overflow="fold",
+            width=width,
         )
     for row in table.rows:
         grid.add_row(*(_cell(column.show(value)) for column, value in zip(table.columns, row, strict=True)))
     return grid
 
 
+class _Need(NamedTuple):
+    """Characters that a column needs at least, with no number, no head and no word of usual length broken; at most."""
+
+    least: int
+    most: int
+
+    @classmethod
+    def of(cls, table: Table, k: int) -> _Need:
+        column = table.columns[k]
+        cells = (str(_cell(column.show(row[k]))) for row in table.rows)
+        lines = [line for text in (_head(column), *cells) for line in text.split("\n")]
+        most = max(map(cell_len, lines))
+        longest = max((cell_len(word) for line in lines for word in line.split()), default=0)
+        return cls(min(longest, _LONGEST_WORD) if column.text else most, most)
+
+
+def _room(console: Console, columns: int) -> int:
+    """Characters for the cells of a line."""
+    return console.width - _BETWEEN * (columns - 1)
+
+
+def _widths(needs: Sequence[_Need], room: int) -> list[int]:
+    """Widths of columns that share a line; where they all need more, the widest ones give way, and break words."""
+    wanted = [need.most - need.least for need in needs]
+    spare = room - sum(need.least for need in needs)
+    if spare >= sum(wanted):
+        return [need.most for need in needs]
+    if spare >= 0:
+        return [need.least + spare * more // sum(wanted) for need, more in zip(needs, wanted, strict=True)]
+    found = [need.least for need in needs]
+    while sum(found) > max(room, len(found)):
+        found[found.index(max(found))] -= 1
+    return found
+
+
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
-    whole = console_table(replace(table, note=""))  # a note takes the whole line, however narrow the table is
-    if _width(console, whole) <= console.width or all(column.text for column in table.columns):  # words can be broken
-        console.print(whole)
-    else:
-        _print_parts(console, table)
-    if table.note:
-        console.print(table.note, style="italic")
-
-
-def _print_parts(console: Console, table: Table) -> None:
-    """Print the columns of a table in several ones, each as wide as a line."""
+    needs = [_Need.of(table, k) for k in range(len(table.columns))]
+    words = all(column.text for column in table.columns)  # which can be broken
     parts = [[0]]
-    for k in range(1, len(table.columns)):
-        longer = console_table(_of_columns(table, [*parts[-1], k]))
-        if len(parts[-1]) > 1 and _width(console, longer) > console.width:
+    for k in range(1, len(needs)):
+        longer = [needs[n] for n in (*parts[-1], k)]
+        takes = sum(need.least if words else need.most for need in longer)
+        if len(parts[-1]) > 1 and takes > _room(console, len(longer)):
             parts.append([0])
         parts[-1].append(k)
-    for part in parts:
-        if part is not parts[0]:
+    for n, part in enumerate(parts):
+        if n:
             console.print()
-        title = table.title if part is parts[0] else ""
-        console.print(console_table(_of_columns(table, part, title)))
-
-
-def _width(console: Console, grid: Grid) -> int:
-    """Characters that a line of a table takes, its title and note aside."""
-    return Measurement.get(console, console.options.update(max_width=10_000), grid).maximum
+        widths = _widths([needs[k] for k in part], _room(console, len(part)))
+        console.print(console_table(_of_columns(table, part, "" if n else table.title), widths))
+    if table.note:
+        console.print(table.note, style="italic")  # which takes the whole line, however narrow the table is
 
 
 def _of_columns(table: Table, chosen: Sequence[int], title: str = "") -> Table:
@@ -114,13 +151,13 @@ def _head(column: Column) -> str:
 
 def _cell(shown: object) -> Text:
     if isinstance(shown, Verdict):
-        return Text(shown.text.upper(), style="bold reverse") if shown.kind == "fail" else Text(shown.text)
+        return Text(shown.text.upper(), style=FAILED) if shown.kind == "fail" else Text(shown.text)
     return Text(str(shown))
 
 
 def new_console() -> Console:
-    """A console at most 80 columns wide."""
+    """A console as wide as the terminal, up to 200 columns; 80 where there is none. What moved is gone then."""
+    hush()
     console = Console(highlight=False, emoji=False, markup=False)
-    if console.width > WIDTH or not console.is_terminal:
-        console.width = WIDTH
+    console.width = min(console.width, WIDEST) if console.is_terminal else WIDTH
     return console

@@ -82,7 +82,11 @@ class Page:
             scripts = [_plotly(), (_TEMPLATES / "plots.js").read_text(encoding="utf-8"), *scripts]
         style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8"))
         marked = [Markup(script) for script in scripts]
-        html: str = _template().render(page=self, style=style, scripts=marked, policy=_policy(scripts))
+        html: str = (
+            environment()
+            .get_template("page.html")
+            .render(page=self, style=style, scripts=marked, policy=_policy(scripts))
+        )
         return html.encode(errors="backslashreplace").decode()  # the name of a folder need not be UTF-8
 
     def write(self, file: str | Path) -> None:
@@ -96,7 +100,8 @@ class Page:
 
 
 @cache
-def _template() -> Any:
+def environment() -> Any:
+    """What fills the templates: text is escaped, markup is not."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     loader = FileSystemLoader(_TEMPLATES)
@@ -104,7 +109,7 @@ def _template() -> Any:
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.tests["verdict"] = lambda value: isinstance(value, Verdict)
-    return environment.get_template("page.html")
+    return environment
 
 
 def _policy(scripts: Sequence[str]) -> str:

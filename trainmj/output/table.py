@@ -91,7 +91,7 @@ def worded(*names: str) -> list[Column]:
 
 @dataclass(frozen=True)
 class Table:
-    """A table, for :meth:`trainmj.output.blocks.Section.table` or :func:`trainmj.output.console.console_table`.
+    """A table, for :meth:`trainmj.output.blocks.Section.table` or :func:`trainmj.output.console.print_table`.
 
     Attributes:
         columns: heads, units and digits.

@@ -1,4 +1,4 @@
-"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima; at most 80 columns.
+"""What ``trainmj paper`` prints: bars missed, verdicts, laws that do not hold, defects, optima.
 
 And what its option ``--beyond`` prints.
 """
@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 from rich.text import Text
 
-from trainmj.output.console import console_table, new_console
+from trainmj.output.console import new_console, print_table
 from trainmj.output.table import Table
 from trainmj.paper.beyond import Beyond
 from trainmj.paper.laws_beyond import RULES
@@ -62,7 +62,7 @@ def _table(console: Console, table: Table, title: str, at: Iterable[int]) -> Non
     """The columns of a table that fit the terminal."""
     console.print()
     rows = [[row[k] for k in at] for row in table.rows]
-    console.print(console_table(Table([table.columns[k] for k in at], rows, title)))
+    print_table(console, Table([table.columns[k] for k in at], rows, title))
 
 
 def _list(console: Console, title: str, items: Iterable[str]) -> None:

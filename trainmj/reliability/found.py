@@ -19,6 +19,7 @@ from trainmj.collision.status import PAST_LIMITS, UNUSABLE
 from trainmj.doe.arrays import FloatArray
 from trainmj.doe.draws import replicates_of
 from trainmj.doe.probability import Estimate, Rare, mean_interval, proportion, quantile_interval
+from trainmj.files.shown import Drawn
 from trainmj.files.written import finite
 from trainmj.reliability.file import ANY
 from trainmj.reliability.plan import Reliability
@@ -167,7 +168,7 @@ class Index:
 
 
 @dataclass(frozen=True, eq=False)
-class ReliabilityResult:
+class ReliabilityResult(Drawn):
     """What a reliability run found.
 
     Attributes:

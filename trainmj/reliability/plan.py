@@ -24,6 +24,7 @@ from trainmj.files.arguments import given
 from trainmj.files.kinds import RELIABILITY, SCENARIO
 from trainmj.files.provenance import lost
 from trainmj.files.resources import find_file, kind_at
+from trainmj.files.shown import Shown
 from trainmj.files.source import Source, source_of
 from trainmj.files.text import Folders, allowing
 from trainmj.files.yaml import read_yaml
@@ -35,7 +36,7 @@ CHUNK = 2048
 
 
 @dataclass(frozen=True, eq=False)
-class Reliability:
+class Reliability(Shown):
     """What is asked: scenarios by load case, what scatters in them, and the keys of the file.
 
     Attributes:
@@ -53,6 +54,10 @@ class Reliability:
     read: frozenset[Path] = field(default=frozenset(), repr=False)
     scatter: Together = field(init=False, repr=False)
     chains: Mapping[str, Chain] = field(init=False, repr=False)  # of the trains as designed
+
+    def __repr__(self) -> str:
+        """Title and what scatters."""
+        return f"<Reliability {self.title}: {self.spec.runs} draws of {len(self.scatter.names)} things that scatter>"
 
     def __post_init__(self) -> None:
         """Check everything that needs no collision."""

@@ -1,4 +1,4 @@
-"""What is printed of a reliability run: what would run, and what was found, at most 80 columns wide."""
+"""What is printed of a reliability run: what would run, and what was found."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def print_reliability(result: ReliabilityResult) -> None:
             print_table(console, table)
     console.print()
     there = "all were there" if not result.computed else f"{result.computed} collisions computed now"
-    console.print(f"{there.capitalize()}, {result.seconds:.1f} s; written to {result.folder}", soft_wrap=True)
+    console.print(f"{there.capitalize()}, {result.seconds:.1f} s")
+    console.print(f"Written to {result.folder}", soft_wrap=True)
 
 
 def in_short(result: ReliabilityResult) -> str:

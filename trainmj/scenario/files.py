@@ -8,7 +8,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.arguments import given
+from trainmj.files.arguments import changes_given, given
 from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source, dotted, giving_way, has_key, inside, placed, put, type_at
@@ -32,13 +32,15 @@ def load(
     changes: Mapping[str, Any] | None = None,
     *,
     allow_folder: Folders = (),
+    **parameters: Any,
 ) -> Scenario:
-    """Read a scenario file, or one that ships with trainmj by its name.
+    """Read a scenario file, or one that ships with trainmj by its name: ``load("b_type", speed_km_h=20)``.
 
     Args:
         file: path of a YAML file, or a name from :func:`shipped`.
         changes: values to change, by path or parameter, as in :meth:`Scenario.with_values`.
         allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
+        parameters: the same, as keywords.
 
     Returns:
         The checked scenario.
@@ -49,6 +51,7 @@ def load(
     with allowing(allow_folder):
         scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
         scenario.refuse(_lost(scenario))
+        changes = changes_given(changes, parameters)
         return scenario.with_values(changes) if changes else scenario
 
 
@@ -57,14 +60,19 @@ def shipped() -> dict[str, FilePath]:
     return shipped_files(SCENARIO.ending)
 
 
-def scenario_given(scenario: Scenario | str | FilePath) -> Scenario:
-    """A scenario, or the one that the path of a file or the name of a shipped one leads to.
+def scenario_given(
+    scenario: Scenario | str | FilePath,
+    changes: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+) -> Scenario:
+    """A scenario, or the one that the path of a file or the name of a shipped one leads to, with changes.
 
     Raises:
-        InputError: if the file cannot be read or breaks a rule.
+        InputError: if the file cannot be read or breaks a rule, or a change does.
         TypeError: if it is something else.
     """
-    return given(scenario, Scenario, load)
+    found, changes = given(scenario, Scenario, load), changes_given(changes, parameters or {})
+    return found.with_values(changes) if changes else found
 
 
 def save(scenario: Scenario | str | FilePath, file: str | FilePath) -> None:

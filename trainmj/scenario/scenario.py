@@ -14,8 +14,9 @@ from typing import Any, Self
 from pydantic import PrivateAttr
 
 from trainmj.errors import InputError, close_match
-from trainmj.files.arguments import group_given
+from trainmj.files.arguments import changes_given
 from trainmj.files.provenance import outdated
+from trainmj.files.shown import Shown
 from trainmj.files.source import (
     Path,
     Problem,
@@ -49,7 +50,7 @@ _PARTNER = ("collision", "partner")
 _BUILT = "as_built"
 
 
-class Scenario(Parts):
+class Scenario(Shown, Parts):
     """A scenario whose names all exist and whose values can all be simulated."""
 
     _source: Source = PrivateAttr(default_factory=lambda: _NOWHERE)  # a default would be copied for every case
@@ -88,18 +89,24 @@ class Scenario(Parts):
         """The plain values this scenario was made from; a copy."""
         return copy.deepcopy(dict(self._source.values))
 
-    def with_values(self, changes: Mapping[str, Any]) -> Self:
-        """A copy with some values changed.
+    def __repr__(self) -> str:
+        """Title, changes, and what collides: a scenario holds every value."""
+        return f"<Scenario {self.heading}: {self.subject}>"
+
+    def with_values(self, changes: Mapping[str, Any] | None = None, **parameters: Any) -> Self:
+        """A copy with some values changed: ``with_values(mass_t=30)``, ``with_values({"collision.gap_mm": 5})``.
 
         Args:
             changes: new values by path (``"devices.front.stiffness_kN_per_mm"``) or parameter (``"mass_t"``); None
                 takes a value back, so that its default applies.
+            parameters: the same for names without points, as keywords.
 
         Raises:
             InputError: if a path leads nowhere, the changed scenario breaks a rule, or another vehicle or device would
                 be at a place under as_built.
         """
-        found = self.from_source(changed(self._source, self.parameters, group_given(changes)))
+        changes = changes_given(changes, parameters)
+        found = self.from_source(changed(self._source, self.parameters, changes))
         if self.as_built and not any(_keys(path)[0] == _BUILT for name in changes for path in self.paths(name)):
             before, now = in_place(self, self.as_built), in_place(found, self.as_built)
             if other := next((at.place for at, then in zip(before, now, strict=True) if at != then), None):

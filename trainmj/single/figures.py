@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from trainmj.collision.chain import n_own_sides, order_of_vehicles
 from trainmj.collision.occupants import Flight
 from trainmj.collision.result import SHOWN, Result
-from trainmj.collision.summary import Summary
+from trainmj.collision.summary import Summary, summarise
 from trainmj.output.style import Width, grid, styled
 from trainmj.single.bodies import ALONG, along
 from trainmj.single.plane import drawn, lifting_wheelsets, marks_of_steps, worst_wheelsets
@@ -28,6 +29,19 @@ OF_INTERFACES = {"stroke": "Stroke", "force": "Force", "energy": "Absorbed energ
 
 BODIES = {"body_shortening": "Shortening", "body_plastic": "Plastic shortening"}
 """Those of bodies."""
+
+
+def drawings(result: Result, width: Width = "page", summary: Summary | None = None) -> dict[str, Callable[[], Figure]]:
+    """The figures that there are of a collision, by the names of their files."""
+    chain = result.chain
+    found: dict[str, Callable[[], Figure]] = {"collision": partial(collision, result, width)}
+    if chain.plane:
+        found["plane"] = lambda: plane(result, summary or summarise(result), width)
+    if chain.members:
+        found["bodies"] = partial(bodies, result, width)
+    if chain.free_flights:
+        found["occupants"] = partial(occupants, result, width)
+    return found
 
 
 def collision(result: Result, width: Width = "page") -> Figure:

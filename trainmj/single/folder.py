@@ -78,13 +78,8 @@ def write_run(
         for name, table in (tables | {name: pd.DataFrame(rows) for name, rows in more.items()}).items():
             if len(table):
                 table.to_csv(stage / f"{name}.csv", index=False, float_format=NUMBER)
-        save(figures.collision(result, width), stage / "collision", formats)
-        if result.chain.plane and formats:
-            save(figures.plane(result, summary, width), stage / "plane", formats)
-        if result.chain.members:
-            save(figures.bodies(result, width), stage / "bodies", formats)
-        if result.chain.free_flights and formats:
-            save(figures.occupants(result, width), stage / "occupants", formats)
+        for name, draw in figures.drawings(result, width, summary).items() if formats else ():
+            save(draw(), stage / name, formats)
         (stage / SUMMARY).write_text(json.dumps(summary.as_dict() | more, indent=2), encoding="utf-8")
 
 

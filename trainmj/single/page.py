@@ -39,13 +39,13 @@ def page_of_file(file: Path) -> Page:
     return page_of_run(result, summarise(result), file, beside_of(file))
 
 
-def page_of_run(result: Result, summary: Summary, file: Path, beside: Beside | None = None) -> Page:
+def page_of_run(result: Result, summary: Summary, file: Path | None = None, beside: Beside | None = None) -> Page:
     """The report of one collision.
 
     Args:
         result: of the collision.
         summary: of the result.
-        file: in which it is or will be, for the commands that make it again.
+        file: in which it is or will be, for the commands that make it again; None if it is in memory only.
         beside: what was computed beside it.
 
     Raises:
@@ -87,13 +87,15 @@ def page_of_run(result: Result, summary: Summary, file: Path, beside: Beside | N
     return page
 
 
-def _commands(file: Path) -> str:
+def _commands(file: Path | None) -> str:
+    again = (
+        "the collision again: save the scenario above as scenario.yaml\ntrainmj run scenario.yaml --out again --report"
+    )
+    if file is None:
+        return f"# {again}"
     folder = file.resolve().parent.name
     results = folder if file.name == "result.nc" else f"{folder}/{file.name}"
-    return (
-        f"trainmj report {quote(results)}\n\n# the collision again: save the scenario above as scenario.yaml\n"
-        f"trainmj run scenario.yaml --out again --report"
-    )
+    return f"trainmj report {quote(results)}\n\n# {again}"
 
 
 def _add_outcome(section: Section, summary: Summary) -> None:

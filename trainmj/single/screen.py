@@ -1,4 +1,4 @@
-"""What is printed of one collision: tables of at most 80 columns, units in their heads."""
+"""What is printed of one collision: tables with units in their heads."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.limits import in_short
 from trainmj.collision.quantities import of_train
 from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import Summary
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.sources import sources_table
 from trainmj.output.text_plot import Line, text_plot
 from trainmj.scenario import Scenario
@@ -34,6 +35,8 @@ def print_summary(result: Result, summary: Summary) -> None:
     """Status, criteria, interfaces, vehicles, bodies, energy and checks of one collision."""
     console = new_console()
     _print_head(console, result.scenario)
+    kept = all(criterion.kept for criterion in summary.limits)
+    console.print(Text(in_short(summary.limits), style="" if kept else FAILED))
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
     _print_not_valid(console, summary)
     mark = f" ({summary.not_valid})" if summary.not_valid else ""
@@ -70,7 +73,7 @@ def _print_not_valid(console: Console, summary: Summary) -> None:
         console.print(
             Text(
                 f"{summary.not_valid.replace('not valid', 'NOT VALID')}: {tables.why_not_valid(summary)}",
-                style="bold reverse",
+                style=FAILED,
             )
         )
 
@@ -105,14 +108,15 @@ def print_convergence(convergence: Convergence) -> None:
 
 
 def _print_curves(console: Console, scenario: Scenario, chain: Chain) -> None:
-    """Force over stroke of the first devices, two side by side."""
+    """Force over stroke of the first devices, two side by side where there is room."""
     users = devices.users(chain, scenario.as_built)
     console.print()
     console.print("Force (kN) over stroke (mm): * loading and . unloading at rest; + and - at a rate", style="bold")
     plots = [Text(_curve(chain, name, users[name])) for name in list(users)[:_MOST_CURVES]]
-    for pair in zip(plots[::2], [*plots[1::2], *[Text()] * (len(plots) % 2)], strict=True):
+    beside = 2 if console.width >= 2 * _CURVE_WIDTH + 2 else 1
+    for n in range(0, len(plots), beside):
         grid = Grid.grid(padding=(0, 2, 0, 0))
-        grid.add_row(*pair)
+        grid.add_row(*plots[n : n + beside])
         console.print(grid, soft_wrap=True)
     left_out = list(users)[_MOST_CURVES:]
     if left_out:

@@ -18,6 +18,7 @@ from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError
 from trainmj.files.kinds import STUDY
 from trainmj.files.resources import find_file
+from trainmj.files.shown import Shown
 from trainmj.files.source import Source, source_of
 from trainmj.files.tables import read_beside
 from trainmj.files.text import Folders, allowing
@@ -82,7 +83,7 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(Shown):
     """A checked study.
 
     Attributes:
@@ -106,6 +107,11 @@ class Study:
     source: Source = field(repr=False)
     given: Sequence[Sequence[float]] = field(default=(), repr=False)
     margins: Mapping[str, float] = field(default_factory=dict, repr=False)
+
+    def __repr__(self) -> str:
+        """Title, factors and objectives."""
+        goals = ", ".join(self.spec.objectives)
+        return f"<Study {self.title}: {', '.join(factor.name for factor in self.space.factors)} for {goals}>"
 
     @property
     def title(self) -> str:

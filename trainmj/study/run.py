@@ -12,6 +12,7 @@ from trainmj.cases.store import KEY, Store
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, remove_own
+from trainmj.files.shown import Shown
 from trainmj.files.written import remove
 from trainmj.output.style import Format, Width, formats_given
 from trainmj.scenario import to_yaml
@@ -38,7 +39,7 @@ OWN = f"{OF_STEPS}|{_NOT_OF_STEPS}"
 
 
 @dataclass(frozen=True)
-class StudyResult:
+class StudyResult(Shown):
     """A finished study.
 
     Attributes:
@@ -58,6 +59,12 @@ class StudyResult:
     computed: tuple[str, ...]
     simulated: int
     changes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        """Title, the chosen design, and whether it is to be trusted."""
+        chosen = ", ".join(f"{name} = {value:.5g}" for name, value in self.summary["decision"]["chosen"].items())
+        trusted = "trusted" if self.summary["trusted"] else "NOT TRUSTED"
+        return f"<StudyResult {self.summary['title']}: {chosen}, {trusted}; in {self.folder}>"
 
 
 class Watch:

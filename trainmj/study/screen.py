@@ -1,4 +1,4 @@
-"""What is printed of a study: what would run, its progress, and the closing summary, at most 80 columns wide."""
+"""What is printed of a study: what would run, its progress, and the closing summary."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.status import Status
 from rich.text import Text
 
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.table import Table, Verdict
+from trainmj.output.waiting import hush
 from trainmj.study import tables
 from trainmj.study.file import LatinHypercube, SobolSequence
 from trainmj.study.folder import Step
@@ -35,6 +36,8 @@ class Screen(Watch):
 
     def changed(self, changes: Sequence[str]) -> None:
         """Print what has changed, which explains why steps are done again."""
+        if changes:
+            hush()
         for change in changes:
             self._console.print(f"Changed: {change}", markup=False, soft_wrap=True)
 
@@ -42,6 +45,7 @@ class Screen(Watch):
         """Show the step."""
         self._step = step
         if self._shown:
+            hush()
             self._status.update(step)
             self._status.start()
 
@@ -95,9 +99,11 @@ def print_study(result: StudyResult) -> None:
             console.print(note, markup=False)
 
     console.print(Text(summary["title"], style="bold"))
+    for said in (tables.verdict(summary), tables.limits_in_short(summary)):
+        console.print(Text(f"{said.text[:1].upper()}{said.text[1:]}", style=FAILED if said.kind == "fail" else ""))
     for name, value in tables.design(summary).items():
-        said = value.text if isinstance(value, Verdict) else value
-        console.print(f"{name}: {said}", markup=False)
+        text = value.text if isinstance(value, Verdict) else value
+        console.print(f"{name}: {text}", markup=False)
 
     def show_search(found: tables.Summary) -> None:
         show(tables.surrogates(found))
@@ -109,7 +115,7 @@ def print_study(result: StudyResult) -> None:
             show(tables.remarks(found))
         verdict = tables.verdict(found)
         console.print()
-        console.print(Text(f"Verdict: {verdict.text}", style="bold red" if verdict.kind == "fail" else "bold"))
+        console.print(Text(f"Verdict: {verdict.text}", style=FAILED if verdict.kind == "fail" else "bold"))
 
     show_search(summary)
     if "robust" in summary:

@@ -88,6 +88,17 @@ def verdict(summary: Summary) -> Verdict:
     return warned(f"verified by simulation, with {counted}") if warnings else passed("verified by simulation")
 
 
+def limits_in_short(summary: Summary) -> Verdict:
+    """How many limits the chosen design passes when it is simulated, and which."""
+    rows = [row for row in summary["check"]["rows"] if row["kept"] is not None]
+    over = [f"{row['response']} ({number(row['simulated'])}, {row['limit']})" for row in rows if not row["kept"]]
+    if not rows:
+        return Verdict("none", "No limit is stated.")
+    if over:
+        return failed(f"{len(over)} of {len(rows)} limits passed: {', '.join(over)}.")
+    return passed(f"All {len(rows)} limits are kept." if len(rows) > 1 else "The limit is kept.")
+
+
 def design(summary: Summary) -> dict[str, Any]:
     """How the design was made, how well it fills the space, and how its simulations went."""
     made, done = summary["design"], summary["simulations"]

@@ -6,9 +6,11 @@ common: the values that are varied.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from itertools import groupby
+from typing import TYPE_CHECKING, Any
 
 from trainmj.cases.engine import Computed
 from trainmj.collision.limits import Criterion
@@ -127,6 +129,58 @@ def outcome_of(table: pd.DataFrame, titles: Mapping[str, str], planned: int) -> 
     together = together[together["size"] == len(titles)]
     passed = tuple(int(case) for case in together.index[together["all"]])
     return Outcome(tuple(map(ending, titles)), tuple(governing), len(together), passed)
+
+
+def where_kept(table: pd.DataFrame, varied: Sequence[str], limits: Mapping[str, float]) -> Table | None:
+    """From where to where cases pass no limit, over the value that is varied most, for each of the other values.
+
+    Args:
+        table: of a sweep, as :func:`trainmj.read_table` gives it, finished or not.
+        varied: names of what is varied.
+        limits: of the scenario, by quantity or column; those of columns are held beside what was found.
+
+    Returns:
+        A row for each range of neighbouring cases whose numbers may be used and that passed no limit; None if no
+        numbers are varied, or not all of their combinations are there.
+    """
+    different = {name: table[name].nunique() for name in varied if name in table}
+    numbers = [name for name in different if table[name].dtype.kind in "fiu" and different[name] > 1]
+    if not numbers or math.prod(different.values()) != len(table):
+        return None
+    along = max(numbers, key=lambda name: different[name])
+    others = [name for name in different if name != along and different[name] > 1]
+    limited = [name for name in limits if name in table]
+    kept = ~table["status"].isin((*UNUSABLE, *PAST_LIMITS))
+    usable = ~table["status"].isin(UNUSABLE)
+    rows: list[tuple[Any, ...]] = []
+    for values, part in table.groupby(others, sort=False) if others else [((), table)]:
+        part = part.sort_values(along)
+        good, at = kept[part.index].tolist(), part[along].tolist()
+        runs = [list(run) for of, run in groupby(range(len(at)), key=good.__getitem__) if of]
+        for run in runs or [[]]:
+            cases = part.iloc[run] if run else part[usable[part.index]]
+            ends = [at[k] for k in (run[0] - 1, run[-1] + 1) if 0 <= k < len(at)] if run else []
+            across = _from_to(cases[along]) if run else "nowhere"
+            found = (_from_to(cases[name]) for name in limited)
+            rows.append((*map(_said, values), across, len(run), ", ".join(map(_said, ends)) or "-", *found))
+    more = len(rows) - _MOST_RANGES
+    heads = [*worded(*others, along), Column("cases"), *worded("no longer at")]
+    heads += worded(*(f"{name}, of {limits[name]:g}" for name in limited))
+    note = "What is between two cases was not computed." + (f" And {more} more ranges." if more > 0 else "")
+    return Table(heads, rows[:_MOST_RANGES], "Where limits are kept", note)
+
+
+def _said(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float | int) else str(value)
+
+
+def _from_to(values: pd.Series) -> str:
+    """The least and the largest of some numbers."""
+    ends = dict.fromkeys((_said(float(values.min())), _said(float(values.max()))))
+    return " to ".join(ends) if values.notna().any() else "-"
+
+
+_MOST_RANGES = 20  # that are listed
 
 
 def tables_of(outcome: Outcome) -> list[Table]:

@@ -21,6 +21,7 @@ from trainmj.errors import InputError
 from trainmj.files.arguments import given, group_given, listed
 from trainmj.files.kinds import SWEEP
 from trainmj.files.resources import find_file
+from trainmj.files.shown import Shown
 from trainmj.files.source import Source, plain, source_of
 from trainmj.files.tables import Table, TablePlace, read_beside
 from trainmj.files.text import FORMULA, HIDDEN, Folders, allowing
@@ -42,7 +43,7 @@ _SHORT = 60  # characters of values that are kept in full
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Shown):
     """A scenario and its numbered cases.
 
     Attributes:
@@ -97,6 +98,12 @@ class Sweep:
         late = [n for n in self.histories if n >= len(self)]
         if late:
             raise InputError(f"histories: there is no case {late[0]}; the last is {len(self) - 1}")
+
+    def __repr__(self) -> str:
+        """How many cases, of what, and what varies."""
+        cases = f"{len(self)} case{'s' if len(self) > 1 else ''}"
+        varied = ", ".join(name for block in self.crossed for name in block)
+        return f"<Sweep {cases} of {self.scenario.heading}: {varied}>"
 
     def __len__(self) -> int:
         """How many cases there are."""

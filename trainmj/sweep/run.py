@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trainmj.cases.engine import Case, Computed, Engine, Local, Row
 from trainmj.cases.origin import Origin, stated
@@ -26,11 +26,15 @@ from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, own_files, remove_own
+from trainmj.files.shown import Shown
 from trainmj.files.text import printable
 from trainmj.files.written import remove
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.sweep.outcome import USED, Outcome, outcome_of, with_uses
 from trainmj.sweep.plan import LOAD_CASES, Sweep, load_sweep
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _MADE_OF_IT = r"results\.(csv|parquet)|report\.html"
 OWN = rf"results\.sqlite(-\w+)?|{_MADE_OF_IT}|case_\d+\.(nc|html)"
@@ -41,7 +45,7 @@ _MOST_LOOKED_AT = 1000  # cases, for a response that those before do not have
 
 
 @dataclass(frozen=True)
-class SweepResult:
+class SweepResult(Shown):
     """What a sweep did.
 
     Attributes:
@@ -69,6 +73,24 @@ class SweepResult:
     first_past_limits: str
     seconds: float
     outcome: Outcome | None = None
+
+    def __repr__(self) -> str:
+        """How the cases ended, and where they are."""
+        return f"<SweepResult {self.cases} cases, {self.ends}; in {self.folder}>"
+
+    @property
+    def ends(self) -> str:
+        """How many cases failed, are not valid or passed a limit."""
+        return f"{self.failed} failed, {self.not_valid} not valid, {self.past_limits} past a limit"
+
+    @property
+    def all_kept(self) -> bool:
+        """Whether every case has usable numbers and passed no limit."""
+        return not (self.failed or self.not_valid or self.past_limits)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row for each case: its values, status, reason and responses, as :func:`trainmj.read_table` reads it."""
+        return read_table(self.folder)
 
 
 def run_sweep(

@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich.text import Text
 
+from trainmj.cases.origin import stated
+from trainmj.cases.reader import read_sweep
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.quantities import columns_of, fitting
 from trainmj.errors import InputError
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import FAILED, new_console, print_table
 from trainmj.output.table import Column, Table, worded
-from trainmj.sweep.outcome import said_of, tables_of
+from trainmj.scenario import from_yaml
+from trainmj.sweep.outcome import said_of, tables_of, where_kept
 from trainmj.sweep.plan import Sweep
 from trainmj.sweep.run import SweepResult, check_responses
 
 _TRIED = 1000  # cases that are checked
 _LISTED = 40  # characters of values that are listed
 _MOST_LISTED = 8  # of them
+_MOST_LOOKED_THROUGH = 5000  # cases, for where limits are kept
 
 
 def print_plan(sweep: Sweep) -> None:
@@ -27,10 +31,8 @@ def print_plan(sweep: Sweep) -> None:
     check_responses(sweep)
     console = new_console()
     console.print(Text(f"Sweep: {len(sweep)} case{'s' * (len(sweep) > 1)}", style="bold"))
-    if sweep.load_cases:
-        print_table(console, _load_cases(sweep))
-    if sweep.blocks:
-        print_table(console, _varied(sweep))
+    for table in tables_of_plan(sweep):
+        print_table(console, table)
     tried = min(len(sweep), _TRIED)
     refused: list[str] = []
     columns: dict[str, Response] = {}
@@ -51,6 +53,12 @@ def print_plan(sweep: Sweep) -> None:
     else:
         said = f"{'All' if tried == len(sweep) else f'The first {tried}'} cases keep the rules of a scenario."
     console.print(said, soft_wrap=True)
+
+
+def tables_of_plan(sweep: Sweep) -> list[Table]:
+    """The load cases of a sweep, and what it varies."""
+    tables = [_load_cases(sweep)] if sweep.load_cases else []
+    return [*tables, _varied(sweep)] if sweep.blocks else tables
 
 
 def _load_cases(sweep: Sweep) -> Table:
@@ -87,24 +95,48 @@ def _listed(values: Sequence[Any]) -> str:
 
 
 def print_sweep(result: SweepResult) -> None:
-    """How many cases there are, how many failed, are not valid or passed a limit, and the first of these."""
+    """How the cases ended, which are the first that failed or passed a limit, and where limits are kept."""
+    console = new_console()
+    first, *others = said_of_result(result)
+    console.print(Text(first, style="bold" if result.all_kept else FAILED))
+    for text in others:
+        console.print(Text(text), soft_wrap=not console.is_terminal)
+    for table in tables_of_result(result):
+        console.print()
+        print_table(console, table)
+    if result.outcome is not None:
+        console.print(f"{said_of(result.outcome)}.", soft_wrap=True)
+    console.print(f"Written to {result.folder}", soft_wrap=True)  # a path stays whole
+
+
+def said_of_result(result: SweepResult) -> Iterator[str]:
+    """How the cases ended: in how many a limit was passed; how many and where; the first of each kind."""
     cases = f"{result.cases} case{'s' if result.cases > 1 else ''}"
+    useless = [f"{n} {what}" for n, what in ((result.failed, "failed"), (result.not_valid, "not valid")) if n]
+    passed = (
+        f"Limits passed in {result.past_limits} of {cases}" if result.past_limits else f"No limit passed in {cases}"
+    )
+    yield f"{'; '.join([passed, *useless])}."
     there = result.cases - result.computed
-    ends = f"{result.failed} failed, {result.not_valid} not valid, {result.past_limits} past a limit"
     if result.computed:
         rate = f"{result.seconds:.1f} s, {result.computed / result.seconds:.0f} collisions a second"
-        said = f"{cases}{f' ({there} were there)' if there else ''}, {ends}, {rate}"
+        yield f"{cases}{f' ({there} were there)' if there else ''}, {result.ends}, {rate}"
     else:
-        said = f"All {cases} were there, {ends}"
+        yield f"All {cases} were there, {result.ends}"
     firsts = {
         "failed": result.first_failure,
         "is not valid": result.first_not_valid,
         "passed a limit": result.first_past_limits,
     }
-    lines = [f"{said}; written to {result.folder}", *(f"The first that {k}: {v}" for k, v in firsts.items() if v)]
-    console = new_console()
-    console.print("\n".join(lines), soft_wrap=True)
-    if result.outcome is not None:
-        for table in tables_of(result.outcome):
-            print_table(console, table)
-        console.print(f"{said_of(result.outcome)}.", soft_wrap=True)
+    yield from (f"The first that {k}: {v}" for k, v in firsts.items() if v)
+
+
+def tables_of_result(result: SweepResult) -> list[Table]:
+    """From where to where limits are kept, if they are not everywhere; how load cases ended, if there are any."""
+    found = [] if result.outcome is None else tables_of(result.outcome)
+    if not result.all_kept and result.cases <= _MOST_LOOKED_THROUGH:
+        table, about = read_sweep(result.folder)
+        limits = {} if result.outcome else from_yaml(about["scenario"]).limits
+        kept = where_kept(table, stated(about, "varied") or [], limits)
+        return [*([kept] if kept else []), *found]
+    return found

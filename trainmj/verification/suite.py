@@ -10,6 +10,7 @@ from typing import Any
 from trainmj.collision.identity import identity
 from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
+from trainmj.files.shown import Shown
 from trainmj.verification import (
     bodies,
     closed_forms,
@@ -84,11 +85,16 @@ GROUPS = (
 
 
 @dataclass(frozen=True)
-class Verification:
+class Verification(Shown):
     """What the suite found."""
 
     groups: tuple[tuple[Group, tuple[Check, ...]], ...]  # each with its checks
     seconds: float  # of computing
+
+    def __repr__(self) -> str:
+        """How many checks pass."""
+        n, failed = len(self.checks), ", ".join(f"{check.case}, {check.what}" for check in self.failed)
+        return f"<Verification {n} checks: {f'FAILED: {failed}' if failed else 'all pass'}>"
 
     @property
     def checks(self) -> list[Check]:
