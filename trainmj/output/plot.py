@@ -15,7 +15,7 @@ from trainmj.units import label
 Trace = dict[str, Any]
 """One line, or one set of points, as plotly.js takes it."""
 
-GREY = "#7a808a"
+GREY, INK = "#7a808a", "#22262e"
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """A scale of colours, from low to high."""
 
@@ -31,7 +31,7 @@ _AXIS = {
 }
 _LAYOUT: dict[str, Any] = {
     "autosize": True,
-    "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#22262e"},
+    "font": {"family": "system-ui, sans-serif", "size": 12, "color": INK},
     "colorway": list(PALETTE),
     "paper_bgcolor": "#ffffff",
     "plot_bgcolor": "#ffffff",
@@ -63,7 +63,7 @@ def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any
 def shaded(start: float, end: float, said: str) -> dict[str, Any]:
     """Entries of a layout that shade a plot from a value of x to another one, and say why."""
     part = {"x0": float(f"{start:.7g}"), "x1": float(f"{end:.7g}"), "y0": 0, "y1": 1, "yref": "paper"}
-    look = {"type": "rect", "fillcolor": "#22262e", "opacity": 0.12, "layer": "below", "line": {"width": 0}}
+    look = {"type": "rect", "fillcolor": INK, "opacity": 0.12, "layer": "below", "line": {"width": 0}}
     named = {"text": plain(said), "textposition": "top left", "font": {"size": 11}}
     return {"shapes": [part | look | {"label": named}]}
 

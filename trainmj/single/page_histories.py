@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -10,9 +12,10 @@ from trainmj.collision.chain import Brake, Chain, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, shade, shaded
+from trainmj.output.plot import GREY, INK, VIRIDIS, Trace, axes, dots, line, shade, shaded
 from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from trainmj.single.figures import BODIES, OF_INTERFACES, flight_of
+from trainmj.single.marks import Mark, marks
 from trainmj.units import KJ, KM_H, MM, MS
 
 MOST_LINES = 8
@@ -20,6 +23,7 @@ MOST_LINES = 8
 
 _MOST_SAMPLES = 1000  # of a line over time; more are thinned
 _DARK = "#404040"
+_DASHES = ("dash", "dot", "dashdot")
 _MOVING = ("#08306b", "#7fb5de")
 _PARTNER = ("#8c3a00", "#f5a65b")
 
@@ -34,11 +38,13 @@ def add_histories(section: Section, result: Result) -> None:
         "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        plot_over_time(section, result, axis + more, vehicle_lines(result, name, step), axis, SHOWN[name].shown)
+        traces = [*vehicle_lines(result, name, step), *mark_lines(result, marks(result, name), SHOWN[name].shown)]
+        plot_over_time(section, result, axis + more, traces, axis, SHOWN[name].shown)
     for name, title in OF_INTERFACES.items():
         traces = interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
+        traces += mark_lines(result, marks(result, name), SHOWN[name].shown)
         plot_over_time(section, result, title, traces, title, SHOWN[name].shown, " ".join(notes))
     for name, axis in BODIES.items() if chain.members else ():
         lines = vehicle_lines(result, name, step)
@@ -94,6 +100,18 @@ def plot_over_time(
     shade_ = shaded(result.tally.valid_until, float(result.time[-1]), "not valid") if result.not_valid else {}
     layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, **shade_)
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
+
+
+def mark_lines(result: Result, found: Iterable[Mark], unit: str) -> list[Trace]:
+    """A line across a plot over time for each limit, dashed each in its way, on both sides of 0 if it holds there."""
+    end = float(result.time[-1])
+    traces = []
+    for mark, dash in zip(found, cycle(_DASHES)):
+        x, y = [0.0, end], [mark.value] * 2
+        if mark.both:
+            x, y = [*x, np.nan, *x], [*y, np.nan, *(-v for v in y)]
+        traces.append(line(mark.name, x, y, unit, INK, 1.0, line={"dash": dash}))
+    return traces
 
 
 def thinning(result: Result) -> int:
