@@ -80,7 +80,8 @@ class Section:
         """A table, whose cells may be markup too; a folded one opens with a click on its title."""
         rows = [[_cell(c.show(v), v) for c, v in zip(table.columns, row, strict=True)] for row in table.rows]
         label = table.title or self.title
-        self._add("table", half, table=table, label=label, rows=rows, folded=folded)
+        judged = [any(isinstance(row[k], Verdict) for row in rows) for k in range(len(table.columns))]
+        self._add("table", half, table=table, label=label, rows=rows, judged=judged, folded=folded)
 
     def bars(self, bars: Sequence[Bar], title: str, unit: str, note: str = "", half: bool = False) -> None:
         """Amounts as bars of one scale, from 0 on, each with its limit as a mark, its numbers and its verdict."""

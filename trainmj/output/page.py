@@ -50,6 +50,7 @@ from trainmj.output.table import Verdict
 REPORT = "report.html"
 """The name of a page beside the results that it shows."""
 
+_SMALL = "font: 8pt system-ui, sans-serif; color: #5a616d;"  # what stands above and below a printed page
 _LONGEST = 90  # characters of the title below a printed page
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 
@@ -108,8 +109,11 @@ class Page:
             "top-right": " · ".join(filter(None, (cover.revision and f"revision {cover.revision}", cover.date))),
             "bottom-left": self.title if len(self.title) <= _LONGEST else f"{self.title[: _LONGEST - 3]}...",
         }
-        boxes = "".join(f"@{place} {{ content: {_css_text(text)}; }}\n" for place, text in above.items() if text)
-        return f"@page {{\n{boxes}}}\n"
+        boxes = "".join(
+            f"@{place} {{ content: {_css_text(text)}; {_SMALL} }}\n" for place, text in above.items() if text
+        )
+        number = f'@bottom-right {{ content: counter(page) " of " counter(pages); {_SMALL} }}'
+        return f"@page {{\n{boxes}{number}\n}}\n"
 
     def write(self, file: str | Path) -> None:
         """Write the page, whole or not at all.
@@ -135,7 +139,7 @@ def _template() -> Any:
 
 def _css_text(text: str) -> str:
     """Text as a string of a style sheet, which can end neither the string nor the sheet."""
-    return '"' + "".join(c if c.isascii() and c.isalnum() or c == " " else f"\\{ord(c):x} " for c in text) + '"'
+    return '"' + "".join(c if (c.isascii() and c.isalnum()) or c == " " else f"\\{ord(c):x} " for c in text) + '"'
 
 
 def _policy(scripts: Sequence[str]) -> str:

@@ -111,6 +111,9 @@ def page_of(reproduction: Reproduction, figures: Mapping[str, Figure], command: 
         command,
         identity(),
     )
+    missed = len(reproduction.missed)
+    said = f"{outcome(reproduction).rstrip(':.')}; {holding(reproduction)} laws in words hold."
+    page.verdict = judged(not missed, said, said)
     _result(page.section("Result"), reproduction)
     section = page.section("Verdicts")
     for table in verdict_tables(reproduction):

@@ -125,7 +125,9 @@ class Parts(Part, title="scenario file"):
 
     title: Title = Field(default="", description="one line that heads every output")
     notes: Notes = Field(default="", description="such as where the numbers come from")
-    report: Cover = Field(default=Cover(), description="what heads its reports: project, client, author, revision, date")
+    report: Cover = Field(
+        default=Cover(), description="what heads its reports: project, client, author, revision, date"
+    )
     changed: Annotated[list[str], Field(max_length=MAX_NAMES)] = Field(
         default_factory=list,
         description="values that were changed after the title was written, by parameter or path; every output shows "

@@ -51,7 +51,9 @@ def collision(result: Result, width: Width = "page") -> Figure:
         strokes = result.shown("stroke")
         pulled = [float(strokes[side].min()) for i in chain.interfaces if i.draws for side in i.sides]
         axes[1].set_ylim(bottom=min([0.0, *(1.1 * least for least in pulled)] if pulled else [0.0, apart]))
-        named = _named(axes[1].lines[: len(joints)], _MOST_INTERFACES - 2 * front.unequal_sides)  # the partner's name is a long one
+        named = _named(
+            axes[1].lines[: len(joints)], _MOST_INTERFACES - 2 * front.unequal_sides
+        )  # the partner's name is a long one
         half = (len(named) + 1) // 2
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
         for axis in axes:
@@ -197,7 +199,7 @@ def _across(axes: Axes, found: Sequence[Mark]) -> None:
         for value in (mark.value, -mark.value) if mark.both else (mark.value,):
             axes.axhline(value, color="0.35", linewidth=0.8, linestyle=dash)
         at, side = (0.99, "right") if n % 2 == 0 else (0.02, "left")
-        look = {"color": "0.3", "fontsize": "x-small", "va": "bottom", "ha": side}
+        look: dict[str, Any] = {"color": "0.3", "fontsize": "x-small", "va": "bottom", "ha": side}
         axes.text(at, mark.value, mark.name, transform=axes.get_yaxis_transform(), **look)
 
 

@@ -73,9 +73,9 @@ def _forces(result: Result) -> list[tuple[str, float]]:
     """At which force a car body gives way: one behind a device, or one that is a chain of masses itself."""
     ends = {device.name: result.scenario.devices[device.name].end() for device in _own_devices(result.chain)}
     found = [
-        (f"car body behind {name} gives way", float(end.collapse_force_kN))
+        (f"car body behind {name} gives way", end.collapse_force_kN)
         for name, end in ends.items()
-        if end is not None and end.kind == "car_body"
+        if end is not None and end.collapse_force_kN is not None
     ]
     bodies = (v.body for v in result.chain.vehicles[: result.chain.n_moving])
     forces = {body.collapse for body in bodies if body is not None and np.isfinite(body.collapse)}

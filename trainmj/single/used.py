@@ -36,7 +36,9 @@ def add_used(section: Section, chain: Chain, summary: Summary) -> None:
 def _shown(chain: Chain, summary: Summary) -> Iterator[tuple[InterfaceMetrics, Device]]:
     """The interfaces of the moving train nearest to the impact, and all under test that pass a limit."""
     for n, (interface, (k, side)) in enumerate(zip(summary.interfaces, places_of_sides(chain), strict=True)):
-        past = interface.judged and (interface.beyond_curve or any(s.exhausted or s.collapsed for s in interface.stages))
+        past = interface.judged and (
+            interface.beyond_curve or any(s.exhausted or s.collapsed for s in interface.stages)
+        )
         if n < min(_MOST, n_own_sides(chain)) or past:
             yield interface, chain.interfaces[k].devices[side]
 

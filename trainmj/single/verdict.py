@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from trainmj.collision.status import FAILED, Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Verdict, failed, passed, warned
@@ -25,8 +27,8 @@ def verdict(summary: Summary) -> Verdict:
     }.get(kind, "" if summary.over else " The time limit cut the collision off before it was over.")
     if past:
         worst = past[0]
-        by = f", {against(worst.used - 100.0, 0.0, -2)} % over" if worst.used > 100.0 else ""
-        which = f"{len(past)} of {len(limits)} limits are passed, by most" if limits[1:] else "The limit is passed:"
+        by = _over(worst.used)
+        which = f"{len(past)} of {len(limits)} limits are passed, by most:" if limits[1:] else "The limit is passed:"
         return failed(f"{which} {worst.said}{by}.{f' A car body gave way: {gave}.' if gave else ''}{cut}")
     if gave:
         return failed(f"A car body gave way: {gave}.{cut}")
@@ -34,9 +36,16 @@ def verdict(summary: Summary) -> Verdict:
         said = f"No limit is stated, so that none is judged.{cut}"
         return warned(said) if cut else Verdict("none", said)
     nearest = limits[0]
-    which = f"All {len(limits)} limits are kept; the nearest is" if limits[1:] else "The limit is kept:"
+    which = f"All {len(limits)} limits are kept; nearest:" if limits[1:] else "The limit is kept:"
     said = f"{which} {nearest.said}, {against(nearest.used, 100.0, 0)} % used.{cut}"
     return (warned if cut else passed)(said)
+
+
+def _over(used: float) -> str:
+    """By how much a limit is passed of which so many % are used; nothing of a value that is no number."""
+    if not 100.0 < used < math.inf:
+        return ""
+    return f", {used - 100.0:.2g} % over" if used < 199.5 else f", {used / 100.0:.3g} times the limit"
 
 
 def _sentence(text: str) -> str:
