@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 _MOST_VEHICLES, _MOST_INTERFACES = 6, 8  # of one side, that are all named; of more the first ones and the last
+_WIDEST = 44  # characters of a line of the name of a limit
 
 OF_INTERFACES = {"stroke": "Stroke", "force": "Force", "energy": "Absorbed energy"}
 """Histories of interfaces that are drawn, and their titles."""
@@ -197,10 +199,13 @@ def _across(axes: Axes, found: Sequence[Mark]) -> None:
     """A line across a panel for each limit, named on it; the names of neighbours stand apart."""
     for n, (mark, dash) in enumerate(zip(found, cycle(("--", ":", "-.")))):
         for value in (mark.value, -mark.value) if mark.both else (mark.value,):
-            axes.axhline(value, color="0.35", linewidth=0.8, linestyle=dash)
+            axes.axhline(value, color="0.35", linewidth=0.8, linestyle=dash, label="_limit")
         at, side = (0.99, "right") if n % 2 == 0 else (0.02, "left")
         look: dict[str, Any] = {"color": "0.3", "fontsize": "x-small", "va": "bottom", "ha": side}
-        axes.text(at, mark.value, mark.name, transform=axes.get_yaxis_transform(), **look)
+        text = axes.text(
+            at, mark.value, "\n".join(wrap(mark.name, _WIDEST)), transform=axes.get_yaxis_transform(), **look
+        )
+        text.set_in_layout(False)
 
 
 def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range, str, float, float]) -> None:

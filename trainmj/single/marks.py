@@ -10,6 +10,8 @@ from trainmj.collision.chain import Chain, n_own_sides, places_of_sides
 from trainmj.collision.device import Device
 from trainmj.collision.quantities import columns_of, of_sides
 from trainmj.collision.result import Result
+from trainmj.scenario.devices import DEVICE
+from trainmj.single.plane import listed
 from trainmj.units import KN, MM
 
 _LIMITED = {
@@ -39,14 +41,20 @@ def marks(result: Result, history: str) -> list[Mark]:
     Of devices those of the moving train; equal limits are one mark.
     """
     of_devices = {"stroke": _strokes, "force": _forces}.get(history)
-    found: dict[float, list[str]] = {}
-    for name, value in _stated(result.chain, history) + (of_devices(result) if of_devices else []):
-        names = found.setdefault(value, [])
-        names += [] if name in names else [name]
-    return [Mark(", ".join(names), value, history in _OF_BOTH_SIGNS) for value, names in sorted(found.items())]
+    found: dict[tuple[float, str], list[str]] = {}
+    for value, what, name in _stated(result.chain, history) + (of_devices(result) if of_devices else []):
+        found.setdefault((value, what), []).append(name)
+    return [
+        Mark(f"{what} {listed(names)}".rstrip(), value, history in _OF_BOTH_SIGNS)
+        for (value, what), names in sorted(found.items())
+    ]
 
 
-def _stated(chain: Chain, history: str) -> list[tuple[str, float]]:
+_Found = list[tuple[float, str, str]]
+"""Values, what is limited by them, and of what."""
+
+
+def _stated(chain: Chain, history: str) -> _Found:
     columns = columns_of(chain)
     found = []
     for name, limit in chain.limits.items():
@@ -55,31 +63,35 @@ def _stated(chain: Chain, history: str) -> list[tuple[str, float]]:
         of_stage = column is not None and column.place[0] == 1 and column.place[-1] >= len(of_sides(chain))
         if quantity in _LIMITED.get(history, ()) and not of_stage:
             title = quantity.rpartition("_")[0].replace("_", " ") if column is None else column.title
-            found.append((f"limit of {title}", float(limit)))
+            found.append((float(limit), "limit of", title))
     return found
 
 
-def _strokes(result: Result) -> list[tuple[str, float]]:
+def _strokes(result: Result) -> _Found:
     """Where a stage reaches its limit, as the stroke of its device; not where it ends before."""
     return [
-        (f"limit of {device.name}{f' {stage.name}' if device.stages[1:] else ''}", (stage.start + stage.limit) / MM)
+        (
+            round((stage.start + stage.limit) / MM, 9),
+            "limit of",
+            device.name if stage.name == DEVICE else f"{device.name} {stage.name}",
+        )
         for device in _own_devices(result.chain)
         for stage in device.stages
         if np.isfinite(stage.limit) and stage.start + stage.limit < stage.end
     ]
 
 
-def _forces(result: Result) -> list[tuple[str, float]]:
+def _forces(result: Result) -> _Found:
     """At which force a car body gives way: one behind a device, or one that is a chain of masses itself."""
     ends = {device.name: result.scenario.devices[device.name].end() for device in _own_devices(result.chain)}
     found = [
-        (f"car body behind {name} gives way", end.collapse_force_kN)
+        (end.collapse_force_kN, "car body gives way behind", name)
         for name, end in ends.items()
         if end is not None and end.collapse_force_kN is not None
     ]
     bodies = (v.body for v in result.chain.vehicles[: result.chain.n_moving])
     forces = {body.collapse for body in bodies if body is not None and np.isfinite(body.collapse)}
-    return found + [("car body gives way", force / KN) for force in sorted(forces)]
+    return found + [(force / KN, "car body gives way", "") for force in sorted(forces)]
 
 
 def _own_devices(chain: Chain) -> list[Device]:

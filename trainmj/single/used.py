@@ -13,6 +13,7 @@ from trainmj.collision.records import InterfaceMetrics, StageUse
 from trainmj.collision.summary import Summary
 from trainmj.output.blocks import Bar, Section
 from trainmj.output.table import Verdict, failed, judged
+from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, readable
 
 _MOST = 8  # interfaces, those nearest to the impact; others only if they pass a limit
@@ -47,7 +48,7 @@ def _strokes(interface: InterfaceMetrics, not_valid: str) -> Iterator[Bar]:
     """Each stage of a device with its limit; without a car body that nothing reached."""
     stages = [s for s in interface.stages if s.name != CAR_BODY or s.stroke_mm > 0.0]
     for stage in stages:
-        name = f"{interface.name} {stage.name if stages[1:] else interface.device}"
+        name = f"{interface.name} {interface.device if stage.name == DEVICE else stage.name}"
         said = STAGE.text(stage.stroke_mm, stage.limit_mm)
         if stage.limit_mm is not None:
             said += f" of {stage.limit_mm:.12g}"
