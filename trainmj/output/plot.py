@@ -68,6 +68,13 @@ def shaded(start: float, end: float, said: str) -> dict[str, Any]:
     return {"shapes": [part | look | {"label": named}]}
 
 
+def upright(x: float, said: str) -> dict[str, Any]:
+    """A shape of a layout: a line up a whole plot at a value of x, such as a limit, named beside it."""
+    look = {"type": "line", "y0": 0, "y1": 1, "yref": "paper", "line": {"color": INK, "width": 1, "dash": "dash"}}
+    named = {"text": plain(said), "textposition": "end", "textangle": -90, "font": {"size": 11}, "yanchor": "bottom"}
+    return look | {"x0": float(f"{x:.7g}"), "x1": float(f"{x:.7g}"), "label": named}
+
+
 def line(
     name: str,
     x: npt.ArrayLike,

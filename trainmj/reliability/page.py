@@ -57,9 +57,9 @@ def _verdict(result: ReliabilityResult) -> Verdict:
     whole, governing = result.any, result.governing
     if governing is None:
         return Verdict("none", "No limit is stated, so that none is judged.")
-    said = f"A limit is passed by {tables.share(whole.estimate.value)} of the trains as built"
-    said += f" ({tables.interval(whole.estimate)}); {titled(governing)} governs"
-    return Verdict("none", f"{said}, {tables.share(governing.estimate.value)}.")
+    level, share = 100 * result.plan.spec.level, tables.share(whole.estimate.value)
+    said = f"A limit is passed with a probability of {share} ({level:g} % interval {tables.interval(whole.estimate)})"
+    return Verdict("none", f"{said}; {titled(governing)} governs with {tables.share(governing.estimate.value)}.")
 
 
 def _cards(result: ReliabilityResult) -> list[Card]:
