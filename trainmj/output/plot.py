@@ -19,6 +19,7 @@ GREY, INK = "#7a808a", "#22262e"
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """A scale of colours, from low to high."""
 
+_ON_A_LINE = 44  # letters in a line of the name of a limit, so that it fits a plot on a phone
 _LONGEST = 18  # letters in a line of the title of a vertical axis, so that it fits a plot on paper
 
 _AXIS = {
@@ -55,8 +56,8 @@ def layout_of(layout: Mapping[str, Any]) -> dict[str, Any]:
 
 def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any]:
     """A layout with names and units, which may be empty, on both axes, and with further entries."""
-    upright = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
-    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": upright}}}
+    title = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
+    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": title}}}
     return _merged(named, more)
 
 
@@ -68,11 +69,33 @@ def shaded(start: float, end: float, said: str) -> dict[str, Any]:
     return {"shapes": [part | look | {"label": named}]}
 
 
-def upright(x: float, said: str) -> dict[str, Any]:
-    """A shape of a layout: a line up a whole plot at a value of x, such as a limit, named beside it."""
-    look = {"type": "line", "y0": 0, "y1": 1, "yref": "paper", "line": {"color": INK, "width": 1, "dash": "dash"}}
-    named = {"text": plain(said), "textposition": "end", "textangle": -90, "font": {"size": 11}, "yanchor": "bottom"}
-    return look | {"x0": float(f"{x:.7g}"), "x1": float(f"{x:.7g}"), "label": named}
+def across(y: float, said: str, dash: str = "dash") -> dict[str, Any]:
+    """A shape of a layout: a line across a whole plot at a value of y, such as a limit, named on it."""
+    named = {"text": _in_lines(said, _ON_A_LINE), "textposition": "end", "yanchor": "bottom", "font": {"size": 11}}
+    return _ruled(dash) | {"x0": 0, "x1": 1, "xref": "paper", "y0": _near(y), "y1": _near(y), "label": named}
+
+
+def upright(x: float, dash: str = "dash") -> dict[str, Any]:
+    """The same up a plot at a value of x, without a name."""
+    return _ruled(dash) | {"y0": 0, "y1": 1, "yref": "paper", "x0": _near(x), "x1": _near(x)}
+
+
+def named_upright(x: float, said: str) -> dict[str, Any]:
+    """An annotation of a layout: the name of such a line, along it from the top."""
+    named = {"text": plain(said), "textangle": -90, "showarrow": False, "font": {"size": 11}}
+    return named | {"x": _near(x), "xanchor": "right", "y": 1, "yref": "paper", "yanchor": "top"}
+
+
+def _ruled(dash: str) -> dict[str, Any]:
+    return {"type": "line", "line": {"color": INK, "width": 1, "dash": dash}}
+
+
+def _near(value: float) -> float:
+    return float(f"{value:.7g}")
+
+
+def _in_lines(text: str, longest: int) -> str:
+    return "<br>".join(map(plain, wrap(text, longest, break_long_words=False)))
 
 
 def line(

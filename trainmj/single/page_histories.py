@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from itertools import cycle
 from typing import Any
 
@@ -12,7 +12,7 @@ from trainmj.collision.chain import Brake, Chain, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, INK, VIRIDIS, Trace, axes, dots, line, shade, shaded
+from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, shade, shaded
 from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from trainmj.single.figures import BODIES, OF_INTERFACES, flight_of
 from trainmj.single.marks import Mark, marks
@@ -38,14 +38,14 @@ def add_histories(section: Section, result: Result) -> None:
         "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        traces = [*vehicle_lines(result, name, step), *mark_lines(result, marks(result, name), SHOWN[name].shown)]
-        plot_over_time(section, result, axis + more, traces, axis, SHOWN[name].shown)
+        unit, lines = SHOWN[name].shown, vehicle_lines(result, name, step)
+        plot_over_time(section, result, axis + more, lines, axis, unit, marked=marks(result, name))
     for name, title in OF_INTERFACES.items():
         traces = interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        traces += mark_lines(result, marks(result, name), SHOWN[name].shown)
-        plot_over_time(section, result, title, traces, title, SHOWN[name].shown, " ".join(notes))
+        said, unit = " ".join(notes), SHOWN[name].shown
+        plot_over_time(section, result, title, traces, title, unit, said, marks(result, name))
     for name, axis in BODIES.items() if chain.members else ():
         lines = vehicle_lines(result, name, step)
         if any(any(one["y"]) for one in lines):
@@ -95,23 +95,19 @@ def plot_over_time(
     axis: str,
     unit: str,
     note: str = "",
+    marked: Sequence[Mark] = (),
 ) -> None:
-    """A plot over time, all lines read out at once; shaded where not valid."""
-    shade_ = shaded(result.tally.valid_until, float(result.time[-1]), "not valid") if result.not_valid else {}
-    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, **shade_)
+    """A plot over time, all lines read out at once, limits as lines across it; shaded where not valid."""
+    shapes = shaded(result.tally.valid_until, float(result.time[-1]), "not valid")["shapes"] if result.not_valid else []
+    values = []
+    for mark, dash in zip(marked, cycle(_DASHES)):
+        shapes.append(across(mark.value, mark.name, dash))
+        shapes += [across(-mark.value, "", dash)] if mark.both else []
+        values += [1.12 * mark.value, *([-1.05 * mark.value] if mark.both else [])]  # with room for the name
+    seen = {"autorangeoptions": {"include": values}} if values else {}
+    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, yaxis=seen)
+    layout |= {"shapes": shapes} if shapes else {}
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
-
-
-def mark_lines(result: Result, found: Iterable[Mark], unit: str) -> list[Trace]:
-    """A line across a plot over time for each limit, dashed each in its way, on both sides of 0 if it holds there."""
-    end = float(result.time[-1])
-    traces = []
-    for mark, dash in zip(found, cycle(_DASHES)):
-        x, y = [0.0, end], [mark.value] * 2
-        if mark.both:
-            x, y = [*x, np.nan, *x], [*y, np.nan, *(-v for v in y)]
-        traces.append(line(mark.name, x, y, unit, INK, 1.0, line={"dash": dash}))
-    return traces
 
 
 def thinning(result: Result) -> int:

@@ -13,7 +13,6 @@ from trainmj.single import plane, tables_plane
 from trainmj.single.marks import Mark, marks
 from trainmj.single.page_histories import (
     interface_lines,
-    mark_lines,
     nearest,
     plot_over_time,
     thinning,
@@ -28,21 +27,20 @@ def add_plane(section: Section, result: Result, summary: Summary) -> None:
     section.text(plane.ruling(result, summary))
     chain, step = result.chain, thinning(result)
     steps = interface_lines(result, "step", step, nearest(chain, len(chain.interfaces)))
-    compared = (Mark(name, mm, both=True) for name, mm in plane.marks_of_steps(result, summary).items())
-    steps += mark_lines(result, compared, SHOWN["step"].shown)
+    compared = [Mark(name, mm, both=True) for name, mm in plane.marks_of_steps(result, summary).items()]
     note = "Positive where the end on the left is higher. Faces bear while they are engaged only."
-    plot_over_time(section, result, "Steps between ends", steps, "Step", SHOWN["step"].shown, note)
+    plot_over_time(section, result, "Steps between ends", steps, "Step", SHOWN["step"].shown, note, compared)
     pitch = vehicle_lines(result, "pitch", step)
     note = "Positive with the end that faces the impact up."
-    pitch += mark_lines(result, marks(result, "pitch"), SHOWN["pitch"].shown)
-    plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note)
+    plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note, marks(result, "pitch"))
     note = "Loads over those at rest, up to where a wheelset lifts: one that lands bounces, with many times its load."
     worst = _wheelsets(result, "load", plane.worst_wheelsets(summary), step)
     plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "", note)
     if lifting := plane.lifting_wheelsets(summary):
         lifts = _wheelsets(result, "lift", lifting, step)
-        lifts += mark_lines(result, marks(result, "lift"), SHOWN["lift"].shown)
-        plot_over_time(section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown)
+        plot_over_time(
+            section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown, "", marks(result, "lift")
+        )
     section.table(tables_plane.wheelsets(summary), folded=True)
 
 
