@@ -254,13 +254,6 @@ class TestSweep:
 
 
 class TestStudy:
-    def test_says_the_time_steps_of_what_it_compares(self, study_folder):
-        """Breaks if numbers of another step than that of the scenario stand beside it without a word."""
-        said = text_of(study_folder / "report.html")
-        assert (
-            "As it stands: the scenario at a step of 0.5 ms. Simulated: the chosen design at a step of 0.5 ms." in said
-        )
-
     def test_correlation_has_the_colours_of_every_picture(self, study_folder):
         """Breaks if the same sign has one colour on a page and another one in a figure."""
         from trainmj.output.style import BLUE, ORANGE, diverging, styled

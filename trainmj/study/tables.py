@@ -353,11 +353,11 @@ def _design(summary: Summary, design: Mapping[str, Any]) -> str:
 
 def _with(changes: Mapping[str, Any]) -> str:
     """What a simulation of the study changes beside its factors."""
-    said = ", ".join(f"{path} = {value}" for path, value in changes.items() if path != "simulation.step_ms")
+    said = ", ".join(f"{path} = {value}" for path, value in changes.items())
     return f" with {said}" if said else ""
 
 
 def _step(found: Mapping[str, Any]) -> str:
-    """The time step of what was simulated, of several load cases each."""
+    """The time step of what was simulated, of several load cases each; nothing if it is said among the changes."""
     steps = " and ".join(f"{step:g}" for step in found.get("step_ms", ()))
-    return f" at a step of {steps} ms" if steps else ""
+    return f" at a step of {steps} ms" if steps and "simulation.step_ms" not in found.get("set", {}) else ""
