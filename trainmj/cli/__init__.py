@@ -16,6 +16,7 @@ import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
+from trainmj.cli.explore import explore
 from trainmj.cli.export import export
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
@@ -109,6 +110,7 @@ for command in (
     assess,
     reliability,
     report,
+    explore,
     render,
     view,
     export,

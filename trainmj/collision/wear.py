@@ -39,15 +39,16 @@ class Worn:
         """Untouched; the paths are the ways through it that act."""
         self._paths = [_Pressed(path) for path in paths]
         self.energy = np.zeros(len(device.stages))
-        self._stroke = 0.0
+        self._absorbed = self._stroke = 0.0
 
     def update(self, stroke: float, energy: float) -> None:
         """Follow a sample: stroke [m] and absorbed energy [J]; the stage that has been reached takes what is new."""
         self._stroke = stroke
         engaged = [one for one in self._paths if one.path.start <= max(0.0, stroke)]
         engaged[-1].press(stroke)
-        reached = sum(used > 0.0 for used in self.used[1:])
-        self.energy[reached] += max(0.0, energy - self.energy.sum())
+        if energy > self._absorbed:
+            self.energy[sum(used > 0.0 for used in self.used[1:])] += energy - self._absorbed
+            self._absorbed = energy
 
     @property
     def used(self) -> list[float]:
@@ -74,6 +75,7 @@ class _Pressed:
         """Not pressed yet."""
         self.path = path
         self.most = 0.0  # largest stroke of the device on this path [m]
+        self.permanent = 0.0  # stroke of the device that remains without force [m]
         self._block = alone(Element((path.law,))).tolist()
 
     def press(self, stroke: float) -> None:
@@ -81,14 +83,8 @@ class _Pressed:
         if stroke > self.most:
             self.most = stroke
             advance(self._block, 0, stroke - self.path.start, 0.0, 0.0, 0.0)
-
-    @property
-    def permanent(self) -> float:
-        """Stroke of the device that remains without force [m]."""
-        if self.most == 0.0:
-            return 0.0
-        state = self._block[ELEMENT.STATE_0], self._block[ELEMENT.STATE_1]
-        return self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
+            state = self._block[ELEMENT.STATE_0], self._block[ELEMENT.STATE_1]
+            self.permanent = self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
 
 
 class _Strut:

@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.util import find_spec
@@ -42,7 +42,7 @@ from markupsafe import Markup
 
 from trainmj.errors import EngineError
 from trainmj.files.written import replacing
-from trainmj.output.blocks import Section
+from trainmj.output.blocks import Block, Section
 from trainmj.output.table import Verdict
 
 REPORT = "report.html"
@@ -59,6 +59,8 @@ class Page:
         title: of the page and its window.
         subtitle: a line below it.
         command: that makes the page again, in the footer.
+        style: CSS that is laid over that of all pages.
+        connect: addresses that its scripts may connect to; none by default.
         versions: of what computed the numbers, in the footer.
     """
 
@@ -67,6 +69,8 @@ class Page:
     command: str = ""
     versions: Mapping[str, str] = field(default_factory=dict)
     sections: list[Section] = field(default_factory=list)
+    style: str = ""
+    connect: str = ""
 
     def section(self, title: str) -> Section:
         """Begin a section."""
@@ -80,9 +84,9 @@ class Page:
         scripts = list(dict.fromkeys(block.script for block in blocks if block.script))
         if any(block.kind == "plot" for block in blocks):
             scripts = [_plotly(), (_TEMPLATES / "plots.js").read_text(encoding="utf-8"), *scripts]
-        style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8"))
+        style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8") + self.style)
         marked = [Markup(script) for script in scripts]
-        html: str = _template().render(page=self, style=style, scripts=marked, policy=_policy(scripts))
+        html: str = _template().render(page=self, style=style, scripts=marked, policy=_policy(scripts, self.connect))
         return html.encode(errors="backslashreplace").decode()  # the name of a folder need not be UTF-8
 
     def write(self, file: str | Path) -> None:
@@ -93,6 +97,12 @@ class Page:
         """
         with replacing(file) as part:
             part.write_text(self.html(), encoding="utf-8", newline="\n")
+
+
+def fragment(blocks: Iterable[Block]) -> Markup:
+    """Blocks as a page shows them, for a page that is open."""
+    show = _template().environment.get_template("blocks.html").module
+    return Markup(show.blocks(list(blocks), {name: getattr(show, name) for name in dir(show)}))
 
 
 @cache
@@ -107,13 +117,13 @@ def _template() -> Any:
     return environment.get_template("page.html")
 
 
-def _policy(scripts: Sequence[str]) -> str:
-    """A Content-Security-Policy: no request to anywhere, no script but these."""
+def _policy(scripts: Sequence[str], connect: str) -> str:
+    """A Content-Security-Policy: no request to anywhere but what scripts may connect to, no script but these."""
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     return (
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; "
-        "base-uri 'none'; form-action 'none'"
+        f"base-uri 'none'; form-action 'none'{f'; connect-src {connect}' if connect else ''}"
     )
 
 

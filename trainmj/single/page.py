@@ -59,6 +59,13 @@ def page_of_run(result: Result, summary: Summary, file: Path, beside: Beside | N
         command=_commands(file),
         versions=result.versions,
     )
+    add_sections(page, result, summary, beside)
+    _add_scenario(page.section("Scenario"), result)
+    return page
+
+
+def add_sections(page: Page, result: Result, summary: Summary, beside: Beside | None = None) -> None:
+    """Put all that is shown of a collision, but its scenario, into a page, a section for each subject."""
     outcome = page.section("Outcome")
     _add_outcome(outcome, summary)
     for table in () if beside is None else beside.tables(result.chain):
@@ -83,8 +90,6 @@ def page_of_run(result: Result, summary: Summary, file: Path, beside: Beside | N
     section.table(tables.energy(summary))
     for remark in summary.remarks:
         section.text(remark)
-    _add_scenario(page.section("Scenario"), result)
-    return page
 
 
 def _commands(file: Path) -> str:
