@@ -6,9 +6,10 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from trainmj.explore.session import Session
+from trainmj.explore.session import Session, thinned
 from trainmj.output.blocks import Section, as_json
 from trainmj.output.page import Page
+from trainmj.single.page import ANIMATED, subjects
 
 _TEMPLATES = Path(__file__).resolve().parent / "templates"
 _LIVE = Markup('<div class="fragment"></div><div class="plots"></div>')
@@ -41,11 +42,13 @@ def html(session: Session, connect: str) -> str:
     data = Markup('{{"values":{},"file":{},"shown":{}}}').format(as_json(session.values), as_json(file), shown)
     values.raw(Markup(markup.replace("DATA", data)), plotting)
     live.sections.append(values)
-    for n, section in enumerate(seen.page.sections):
-        own = Section(section.title, section.anchor, [block for block in section.blocks if block.script])
+    for title, add in subjects(thinned(seen.result), seen.summary).items():
+        own = live.section(title)
+        if title == ANIMATED:
+            add(own)
+            own.blocks = [block for block in own.blocks if block.script]
         own.raw(_LIVE)
-        live.sections.append(own)
-        if n == 1:
+        if title == ANIMATED:
             variants = Section("Variants", "variants")
             variants.raw(_VARIANTS)
             live.sections.append(variants)

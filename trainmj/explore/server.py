@@ -163,15 +163,16 @@ class _Newest:
         self._came = Event()
 
     def put(self, message: dict[str, Any]) -> None:
-        self._waiting[str(message.get("ask"))] = message
+        if message["ask"] == "show":
+            self._waiting.pop("rest", None)  # of values that are no longer looked at
+        self._waiting[message["ask"]] = message
         self._came.set()
 
     async def take(self) -> dict[str, Any]:
         from anyio import Event
 
         await self._came.wait()
-        kind = next(iter(self._waiting))
-        message = self._waiting.pop(kind)
+        message = self._waiting.pop("show" if "show" in self._waiting else next(iter(self._waiting)))
         if not self._waiting:
             self._came = Event()
         return message
@@ -205,14 +206,24 @@ async def _live(socket: WebSocket, session: Session, turns: Any) -> None:
 
 
 def _message(text: str) -> dict[str, Any] | None:
-    """A message of the page, if it is one: {"ask": "show" or "save", "n": 3, "last": "mass_t", "changes": {...}}."""
+    """A message of the page, if it is one.
+
+    ``{"ask": "show", "n": 3, "changes": {"mass_t": 34}, "last": "mass_t", "wanted": ["Outcome"]}``, where "rest" asks
+    for more of what was shown, and "save" for the scenario.
+    """
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or found.get("ask") not in ("show", "save") or type(found.get("n")) is not int:
+    if (
+        not isinstance(found, dict)
+        or found.get("ask") not in ("show", "rest", "save")
+        or type(found.get("n")) is not int
+    ):
         return None
-    changes = found.get("changes")
+    changes, wanted = found.get("changes"), found.get("wanted", [])
+    if not isinstance(wanted, list) or not all(isinstance(title, str) for title in wanted):
+        return None
     if not isinstance(changes, dict) or not all(type(v) in (int, float, str) for v in changes.values()):
         return None
     return found
@@ -223,7 +234,7 @@ def _answered(session: Session, message: dict[str, Any]) -> str:
     try:
         if message["ask"] == "save":
             return session.saved(message["changes"])
-        return session.answer(message["changes"], str(message.get("last", "")))
+        return session.answer(message["changes"], str(message.get("last", "")), message.get("wanted"))
     except Exception as error:  # noqa: BLE001 the page says that it failed, the terminal why, and both go on
         traceback.print_exc()
         return json.dumps({"wrong": {"": f"failed: {type(error).__name__}; the terminal says more"}})

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
 from typing import Any, NamedTuple
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import HISTORIES, Result
 from trainmj.collision.simulation import run
 from trainmj.collision.status import MEANING
@@ -19,27 +19,29 @@ from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import TrainmjError
 from trainmj.explore.values import parameters_of, values_of
 from trainmj.files.text import printable
-from trainmj.output.page import Page, fragment
+from trainmj.output.blocks import Section
+from trainmj.output.page import fragment
 from trainmj.output.table import Verdict, failed
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.single.page import add_sections
+from trainmj.single.page import subjects
 from trainmj.single.tables import outcome, why_not_valid
 from trainmj.units import in_digits
 
 _SAMPLES = 180  # of a line over time, and of the animation
-_KEPT = 64  # answers that are kept for values that come again
-_MOST_CHANGES = 2000
+_KEPT = 3  # collisions, of which a page may ask for more; one of a long train has many megabytes
+_KEY = [quantity for quantity in TRAIN if quantity.key in ("TS", "TAMA")]
+NUMBERS = "numbers"
+"""What stands for every number of a collision among the titles of sections."""
 
 Values = Mapping[str, float | str]
 """Changes by path or parameter; text where somebody typed what is no number, for the message that says so."""
 
 
 class Seen(NamedTuple):
-    """A collision and what is shown of it."""
+    """A collision and its numbers."""
 
     result: Result
     summary: Summary
-    page: Page
 
 
 class Session:
@@ -72,7 +74,7 @@ class Session:
         self.base = base
         self.given = {_short(base, name): value for name, value in given.items()}
         self._command = command
-        self._kept: OrderedDict[str, str] = OrderedDict()
+        self._kept: dict[str, Seen] = {}
         self._lock = Lock()
         self.start = self._changed({})
 
@@ -91,30 +93,21 @@ class Session:
             "curves": [one.as_dict() for one in curves],
         }
 
-    def answer(self, changes: Values, last: str = "") -> str:
+    def answer(self, changes: Values, last: str = "", wanted: Collection[str] | None = None) -> str:
         """What a change of values does, as JSON.
 
         Args:
             changes: new values by path or parameter, over those that were given from the start.
             last: name of the value that was changed last, to which a message belongs that names none.
+            wanted: titles of the sections that are looked at, and NUMBERS; all by default.
 
         Returns:
             ``{"shown": {...}}``, or ``{"wrong": {name: message}}`` with the name empty where it belongs to none.
         """
-        key = json.dumps(changes, sort_keys=True)
-        with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
         try:
-            found = f'{{"shown":{self.told(self.computed(changes), changes)}}}'
+            return f'{{"shown":{self.told(self.computed(changes), changes, wanted)}}}'
         except TrainmjError as error:
             return json.dumps({"wrong": self._wrong(error, changes, last)})
-        with self._lock:
-            self._kept[key] = found
-            while len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
-        return found
 
     def saved(self, changes: Values) -> str:
         """The scenario with changes as one self-contained YAML file, as JSON like an answer: ``{"yaml": "..."}``."""
@@ -136,35 +129,45 @@ class Session:
         return {name: "\n".join(lines) for name, lines in found.items()}
 
     def computed(self, changes: Values) -> Seen:
-        """The collision with changes.
+        """The collision with changes; the last few are kept, of which more may be asked.
 
         Raises:
             InputError: if they break a rule.
         """
+        key = json.dumps(changes, sort_keys=True)
+        with self._lock:
+            if key in self._kept:
+                return self._kept[key]
         result = run(self._changed(changes))
-        summary = summarise(result)
-        page = Page("", versions=result.versions)
-        add_sections(page, thinned(result), summary)
-        return Seen(result, summary, page)
+        seen = Seen(result, summarise(result))
+        with self._lock:
+            self._kept[key] = seen
+            while len(self._kept) > _KEPT:
+                del self._kept[next(iter(self._kept))]
+        return seen
 
-    def told(self, seen: Seen, changes: Values) -> str:
-        """What is shown of a collision, as JSON."""
-        scenario, summary, page = seen.result.scenario, seen.summary, seen.page
-        told = {
+    def told(self, seen: Seen, changes: Values, wanted: Collection[str] | None = None) -> str:
+        """What is shown of a collision, as JSON; arguments as of :meth:`answer`."""
+        scenario, summary = seen.result.scenario, seen.summary
+        found = subjects(thinned(seen.result), summary)
+        told: dict[str, Any] = {
             "heading": scenario.heading,
             "subject": scenario.subject,
             "status": _status(summary),
-            "numbers": _numbers(summary),
+            "key": [
+                f"{quantity.key} {quantity.text(summary.values[quantity.name])} {quantity.unit}" for quantity in _KEY
+            ],
             "command": self._command({**self.given, **changes}),
+            "titles": list(found),
         }
-        sections = ",".join(
-            f'{{"title":{json.dumps(section.title)},'
-            f'"html":{json.dumps(str(fragment(b for b in section.blocks if b.kind != "plot" and not b.script)))},'
-            f'"plots":[{",".join(_plot(b.content) for b in section.blocks if b.kind == "plot")}],'
-            f'"animation":{next((b.data for b in section.blocks if b.data), "null")}}}'
-            for section in page.sections
-        )
-        return f'{json.dumps(told)[:-1]},"sections":[{sections}]}}'
+        if wanted is None or NUMBERS in wanted:
+            told["numbers"] = _numbers(summary)
+        sections = []
+        for title, add in found.items():
+            if wanted is None or title in wanted:
+                add(section := Section(title, ""))
+                sections.append(_section(section))
+        return f'{json.dumps(told)[:-1]},"sections":[{",".join(sections)}]}}'
 
 
 def thinned(result: Result, most: int = _SAMPLES) -> Result:
@@ -177,6 +180,15 @@ def thinned(result: Result, most: int = _SAMPLES) -> Result:
         return result
     chain: Chain = replace(result.chain, steps_per_record=result.chain.steps_per_record * step)
     return replace(result, chain=chain, **{name: getattr(result, name)[::step] for name in ("time", *HISTORIES)})
+
+
+def _section(section: Section) -> str:
+    """A section as JSON: what is fixed as HTML, and what scripts draw as data."""
+    fixed = fragment(block for block in section.blocks if block.kind != "plot" and not block.script)
+    plots = ",".join(_plot(block.content) for block in section.blocks if block.kind == "plot")
+    data = next((block.data for block in section.blocks if block.data), "null")
+    title, html = json.dumps(section.title), json.dumps(str(fixed))
+    return f'{{"title":{title},"html":{html},"plots":[{plots}],"animation":{data}}}'
 
 
 def _plot(content: Mapping[str, Any]) -> str:

@@ -5,8 +5,8 @@
   const $ = (id) => document.getElementById(id);
   const SVG = "http://www.w3.org/2000/svg", MOST_POINTS = 60, MOST_FOUND = 40, FIRST = 12;
   const PINS = [["#a8006d", [7, 3]], ["#4a4f57", [3, 3]], ["#8a5a00", [9, 3, 2, 3]], ["#00664a", [2, 2]]];
-  const changes = new Map(), asked = new Map();
-  let sent = 0, drawn = 0, wrong = {}, shown = start.shown, of = {}, pins = [], socket = null, everything = false;
+  const changes = new Map(), asked = new Map(), made = new Map(); // by title: of which answer a section is
+  let sent = 0, drawn = 0, pictures = 0, wrong = {}, shown = start.shown, of = {}, pins = [], socket = null, everything = false, pinning = false, later = 0;
   const make = (name, attributes = {}, text) => {
     const element = document.createElement(name);
     for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
@@ -21,31 +21,55 @@
 
   const open = () => {
     socket = new WebSocket(`ws://${location.host}${location.pathname}live`);
-    socket.addEventListener("open", () => { if (sent > drawn) ask(); else tell(); });
+    socket.addEventListener("open", () => { document.body.dataset.live = "yes"; if (sent > drawn) ask(); else tell(); });
     socket.addEventListener("message", (event) => answered(JSON.parse(event.data)));
     socket.addEventListener("close", () => { tell(); setTimeout(open, 1000); });
   };
-  const ask = (last = "", what = "show") => {
-    if (what === "show") asked.set(++sent, Object.fromEntries(changes));
-    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ ask: what, n: sent, last, changes: Object.fromEntries(changes) }));
+  const send = (what, n, values, more = {}) => {
+    if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ ask: what, n, changes: values, ...more }));
+  };
+  const ask = (last = "") => { // first what is looked at, then the rest
+    const values = Object.fromEntries(changes);
+    asked.set(++sent, values);
+    document.body.dataset.sent = sent; // for those who measure, as the two below
+    send("show", sent, values, { last, wanted: inView() });
     tell();
+  };
+  const rest = () => {
+    const wanted = shown.titles.filter((title) => made.get(title) !== drawn);
+    if (made.get("numbers") !== drawn) wanted.push("numbers");
+    if (wanted.length && !Object.keys(wrong).length) send("rest", drawn, of, { wanted });
   };
   const answered = (message) => {
     if (message.yaml !== undefined) return keep(message.yaml);
     if (message.n < drawn) return;
+    const values = message.n === drawn ? of : asked.get(message.n), anew = message.n > drawn;
     drawn = message.n;
-    const values = asked.get(drawn) ?? {};
     for (const n of asked.keys()) if (n <= drawn) asked.delete(n);
     wrong = message.wrong ?? {};
     if (message.shown) {
-      shown = message.shown;
+      const { sections, numbers } = message.shown, fresh = new Map(sections.map((section) => [section.title, section]));
+      for (const title of fresh.keys()) made.set(title, drawn);
+      if (numbers) made.set("numbers", drawn);
+      for (const old of shown.sections) if (!fresh.has(old.title)) fresh.set(old.title, old);
+      shown = { ...message.shown, numbers: numbers ?? shown.numbers, sections: message.shown.titles.map((title) => fresh.get(title)).filter(Boolean) };
       of = values;
-      draw();
+      draw(sections);
+      clearTimeout(later);
+      if (drawn === sent) later = setTimeout(rest, pinning ? 0 : 120);
     }
     tell();
+    if (pinning && whole()) pin();
     document.body.dataset.drawn = drawn;
+    if (!anew) return;
+    document.body.dataset.pictures = ++pictures;
     document.dispatchEvent(new CustomEvent("drawn", { detail: drawn }));
   };
+  const whole = () => drawn === sent && ["numbers", ...shown.titles].every((title) => made.get(title) === drawn);
+  const inView = () => [...document.querySelectorAll("main > section[data-title]")].filter((section) => {
+    const box = section.getBoundingClientRect();
+    return box.height && box.bottom > 0 && box.top < innerHeight;
+  }).map((section) => section.dataset.title).concat(pins.length ? ["numbers"] : []);
   const set = (name, value, given) => {
     if (value === given) changes.delete(name);
     else changes.set(name, value);
@@ -62,7 +86,10 @@
       : sent > drawn ? "Computing …" : "";
     state.classList.toggle("old", old);
     document.body.classList.toggle("old", old);
-    for (const section of document.querySelectorAll("main > section[data-title]")) section.classList.toggle("of-old", old);
+    for (const section of document.querySelectorAll("main > section[data-title]")) {
+      section.classList.toggle("of-old", old);
+      section.classList.toggle("behind", !old && made.get(section.dataset.title) !== drawn);
+    }
     for (const button of ["pin", "save", "copy"]) $(button).disabled = old;
     for (const control of controls.values()) control.tell();
     const left = Object.entries(wrong).filter(([name]) => !controls.has(name) && !inCurve(name)).map(([, text]) => text);
@@ -79,11 +106,9 @@
     return element;
   };
   const bar = (old) => {
-    const s = shown.status, found = new Map(shown.numbers.map((one) => [one.name, one]));
-    const marked = (one) => `${one.title} ${one.text} ${one.unit}${s.not_valid ? " (not valid)" : ""}`;
+    const s = shown.status;
     $("bar-status").replaceChildren(...(old ? [make("span", { id: "old" }, "OLD: ")] : []), verdict({ ...s, text: s.not_valid ? `${s.text}, ${s.not_valid}` : s.text }));
-    $("bar-numbers").textContent = [...["TS_mm", "TAMA_g"].filter((name) => found.has(name)).map((name) => marked(found.get(name))),
-      s.limits + (s.not_valid ? " (not valid)" : "")].join("   ");
+    $("bar-numbers").replaceChildren(...[...shown.key, s.limits].map((text) => make("span", {}, text + (s.not_valid ? " (not valid)" : ""))));
   };
 
   // Sliders
@@ -317,9 +342,9 @@
     $("about").before(section);
     return section;
   };
-  const draw = () => {
-    for (const section of document.querySelectorAll("main > section[data-title]")) section.hidden = !shown.sections.some((s) => s.title === section.dataset.title);
-    for (const s of shown.sections) {
+  const draw = (sections = shown.sections) => {
+    for (const section of document.querySelectorAll("main > section[data-title]")) section.hidden = !shown.titles.includes(section.dataset.title);
+    for (const s of sections) {
       const section = sectionOf(s.title), animation = section.querySelector(".animation");
       const { kind, sign, text, not_valid } = shown.status, head = section.querySelector("h2");
       head.dataset.status = kind === "pass" ? "" : `${sign} ${text}${not_valid ? `, ${not_valid}` : ""}`;
@@ -385,7 +410,9 @@
     $("compared").replaceChildren(table);
     $("all-rows").textContent = everything ? "Fewer rows" : `All ${names.length} rows`;
   };
-  const pin = () => {
+  const pin = () => { // once all of it is there
+    pinning = !whole();
+    if (pinning) return void rest();
     const used = new Set(pins.map((one) => one.name)), k = PINS.findIndex((_, n) => !used.has("ABCD"[n]));
     if (k < 0) return void ($("state").textContent = "Four variants are pinned: take one away first.");
     const [colour, dash] = PINS[k];
@@ -412,7 +439,7 @@
   document.addEventListener("pointerdown", (event) => { if (!$("more").contains(event.target)) $("found").hidden = true; });
   $("more").addEventListener("keydown", (event) => { if (event.key === "Escape") $("found").hidden = true; });
   $("pin").addEventListener("click", pin);
-  $("save").addEventListener("click", () => ask("", "save"));
+  $("save").addEventListener("click", () => send("save", sent, Object.fromEntries(changes)));
   $("all-rows").addEventListener("click", () => { everything = !everything; variants(); });
   $("copy").addEventListener("click", async () => {
     await navigator.clipboard.writeText($("command").textContent);
@@ -431,6 +458,8 @@
     wide = document.body.clientWidth;
     for (const figure of document.querySelectorAll(".line-plot")) if (figure.spec && !figure.due) lines.draw(figure, figure.spec, figure.pins);
   }).observe(document.body);
+  for (const title of ["numbers", ...shown.titles]) made.set(title, 0);
+  document.body.dataset.pictures = 0;
   open();
   curves();
   draw();
