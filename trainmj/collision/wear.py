@@ -44,10 +44,14 @@ class Worn:
     def update(self, stroke: float, energy: float) -> None:
         """Follow a sample: stroke [m] and absorbed energy [J]; the stage that has been reached takes what is new."""
         self._stroke = stroke
-        engaged = [one for one in self._paths if one.path.start <= max(0.0, stroke)]
-        engaged[-1].press(stroke)
+        depth, engaged = max(0.0, stroke), self._paths[0]
+        for one in self._paths[1:]:
+            if one.path.start <= depth:
+                engaged = one
+        engaged.press(stroke)
         if energy > self._absorbed:
-            self.energy[sum(used > 0.0 for used in self.used[1:])] += energy - self._absorbed
+            reached = sum(used > 0.0 for used in self.used[1:]) if self.energy.size > 1 else 0
+            self.energy[reached] += energy - self._absorbed
             self._absorbed = energy
 
     @property
@@ -62,7 +66,7 @@ class Worn:
     @property
     def shown(self) -> float:
         """Its stroke, the permanent set at least [m]."""
-        return max(0.0, self._stroke, *(one.permanent for one in self._paths))
+        return max(0.0, self._stroke, *[one.permanent for one in self._paths])
 
 
 class _Pressed:
@@ -142,6 +146,7 @@ class Wear:
                 self.worn[k, side] = Worn(device, interface.paths(side))
             if interface.is_shared:
                 self.worn[k, 1] = self.worn[k, 0]
+        self._own = [(k, side) for k, i in enumerate(chain.interfaces) for side in range(len(i.devices))]
         self._coupled = {k: i for k, i in enumerate(chain.interfaces) if any(e.sign < 0 for e in i.elements)}
         self._stroke = self._lowest = np.zeros(len(chain.interfaces))
         self.moved = np.zeros(len(chain.points))
@@ -156,10 +161,10 @@ class Wear:
 
     def update(self, seen: Mapping[str, Array]) -> None:
         """Follow a sample: of SEEN, the histories of a result by name, in SI."""
-        for (k, side), worn in self.worn.items():
-            name = ("left", "right")[side]
-            if side < len(self._chain.interfaces[k].devices):
-                worn.update(float(seen[f"{name}_stroke"][k]), float(seen[f"{name}_energy"][k]))
+        strokes = seen["left_stroke"].tolist(), seen["right_stroke"].tolist()
+        energies = seen["left_energy"].tolist(), seen["right_energy"].tolist()
+        for k, side in self._own:
+            self.worn[k, side].update(strokes[side][k], energies[side][k])
         self._stroke = np.array(seen["stroke"])
         for k, interface in list(self._coupled.items()):
             slack = next(element.start for element in interface.elements if element.sign < 0)

@@ -36,7 +36,7 @@ def html(session: Session, connect: str) -> str:
         (_TEMPLATES / name).read_text(encoding="utf-8")
         for name in ("explore.html", "lines.js", "explore.js", "explore.css")
     )
-    live = Page(scenario.heading, scenario.subject, versions=seen.result.versions, style=style, connect=connect)
+    live = Page(session.base.heading, scenario.subject, versions=seen.result.versions, style=style, connect=connect)
     values = Section("Values", "values")
     file = f"{session.name}_explored.yaml"
     data = Markup('{{"values":{},"file":{},"shown":{}}}').format(as_json(session.values), as_json(file), shown)

@@ -30,6 +30,18 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
+SETTINGS: dict[str, Any] = {
+    "log_level": "error",
+    "access_log": False,
+    "lifespan": "off",
+    "server_header": False,
+    "timeout_graceful_shutdown": 1,
+    "ws": "websockets-sansio",
+    "ws_max_size": _LARGEST,
+    "ws_per_message_deflate": False,  # nothing leaves the machine
+}
+"""How the server runs."""
+
 _MISSING = "trainmj explore needs a small server that is not installed: pip install 'trainmj[explore]'"
 
 
@@ -59,18 +71,7 @@ def serve(session: Session, port: int, ready: Callable[[str], None]) -> None:
     token = secrets.token_urlsafe(24)
     with listening(port) as found:
         port = found.getsockname()[1]
-        app = application(session, token, port)
-        config = uvicorn.Config(
-            app,
-            log_level="error",
-            access_log=False,
-            lifespan="off",
-            server_header=False,
-            timeout_graceful_shutdown=1,
-            ws="websockets-sansio",
-            ws_max_size=_LARGEST,
-            ws_per_message_deflate=False,  # nothing leaves the machine
-        )
+        config = uvicorn.Config(application(session, token, port), **SETTINGS)
         server = uvicorn.Server(config)
         ready(f"http://{ADDRESS}:{port}/{token}/")
         server.run(sockets=[found])
@@ -188,14 +189,14 @@ async def _live(socket: WebSocket, session: Session, turns: Any) -> None:
     async def answer() -> None:
         while True:
             message = await newest.take()
-            found = await to_thread.run_sync(_answered, session, message, limiter=turns, abandon_on_cancel=True)
+            found = await to_thread.run_sync(answered, session, message, limiter=turns, abandon_on_cancel=True)
             await socket.send_text(f'{{"n":{message["n"]},{found[1:]}')
 
     async with create_task_group() as tasks:
         tasks.start_soon(answer)
         try:
             while True:
-                message = _message(await socket.receive_text())
+                message = message_of(await socket.receive_text())
                 if message is None:
                     await socket.close(1003, "no such message")
                     break
@@ -205,7 +206,7 @@ async def _live(socket: WebSocket, session: Session, turns: Any) -> None:
         tasks.cancel_scope.cancel()
 
 
-def _message(text: str) -> dict[str, Any] | None:
+def message_of(text: str) -> dict[str, Any] | None:
     """A message of the page, if it is one.
 
     ``{"ask": "show", "n": 3, "changes": {"mass_t": 34}, "last": "mass_t", "wanted": ["Outcome"]}``, where "rest" asks
@@ -229,7 +230,7 @@ def _message(text: str) -> dict[str, Any] | None:
     return found
 
 
-def _answered(session: Session, message: dict[str, Any]) -> str:
+def answered(session: Session, message: dict[str, Any]) -> str:
     """The answer to a message, whatever happens."""
     try:
         if message["ask"] == "save":

@@ -27,7 +27,7 @@ from trainmj.single.page import subjects
 from trainmj.single.tables import outcome, why_not_valid
 from trainmj.units import in_digits
 
-_SAMPLES = 180  # of a line over time, and of the animation
+_SAMPLES = 150  # of a line over time, and of the animation
 _KEPT = 3  # collisions, of which a page may ask for more; one of a long train has many megabytes
 _KEY = [quantity for quantity in TRAIN if quantity.key in ("TS", "TAMA")]
 NUMBERS = "numbers"
@@ -151,8 +151,8 @@ class Session:
         scenario, summary = seen.result.scenario, seen.summary
         found = subjects(thinned(seen.result), summary)
         told: dict[str, Any] = {
-            "heading": scenario.heading,
             "subject": scenario.subject,
+            "changed": f"changed: {scenario.changes}" if scenario.changes else "",
             "status": _status(summary),
             "key": [
                 f"{quantity.key} {quantity.text(summary.values[quantity.name])} {quantity.unit}" for quantity in _KEY

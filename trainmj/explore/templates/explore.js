@@ -3,7 +3,7 @@
 (() => {
   const start = JSON.parse(document.getElementById("start").textContent);
   const $ = (id) => document.getElementById(id);
-  const SVG = "http://www.w3.org/2000/svg", MOST_POINTS = 60, MOST_FOUND = 40, FIRST = 12;
+  const SVG = "http://www.w3.org/2000/svg", MOST_POINTS = 60, MOST_FOUND = 40, FIRST = 12, CLOSE = 0.001; // mm between points
   const PINS = [["#a8006d", [7, 3]], ["#4a4f57", [3, 3]], ["#8a5a00", [9, 3, 2, 3]], ["#00664a", [2, 2]]];
   const changes = new Map(), asked = new Map(), made = new Map(); // by title: of which answer a section is
   let sent = 0, drawn = 0, pictures = 0, wrong = {}, shown = start.shown, of = {}, pins = [], socket = null, everything = false, pinning = false, later = 0;
@@ -116,7 +116,8 @@
   const controls = new Map();
   const control = (one, added) => {
     const row = make("div", { class: "control", "data-name": one.name }), id = `value-${one.name}`;
-    const head = make("div", { class: "head" }), label = make("label", { for: id }, added ? one.name : one.words);
+    const head = make("div", { class: "head" }), label = make("label", { for: id });
+    for (const part of added ? one.name.split(/(?<=[._])/) : [one.words]) label.append(part, make("wbr"));
     if (one.unit) label.append(" ", make("span", { class: "unit" }, one.unit));
     const field = make("input", { class: "value", id, inputmode: "decimal", autocomplete: "off" });
     const back = make("button", { type: "button", class: "back", title: "As given", "aria-label": `${one.name} as given` }, "↺");
@@ -241,9 +242,12 @@
   const move = (k, [x, y], held) => {
     const points = pointsOf(start.values.curves[curve]), p = points[k], s = held ?? scalesOf(points);
     const notch = [s.x / 400, s.y / 400].map((size) => 10 ** Math.floor(Math.log10(size)));
-    const low = k ? points[k - 1].at[0] + notch[0] : 0, high = k + 1 < points.length ? points[k + 1].at[0] - notch[0] : Infinity;
-    const wanted = [low <= high ? Math.min(high, Math.max(low, tidy(x, notch[0]))) : p.at[0], Math.max(0, tidy(y, notch[1]))];
-    wanted.forEach((value, axis) => put(p, axis, Number(value.toPrecision(10))));
+    const low = k ? points[k - 1].at[0] + CLOSE : 0, high = k + 1 < points.length ? points[k + 1].at[0] - CLOSE : Infinity;
+    [[x, low, high], [y, 0, Infinity]].forEach(([wanted, least, most], axis) => {
+      const from = held ? held.from[axis] : p.at[axis]; // which stays where it is moved the other way
+      if (Math.abs(wanted - from) < 0.6 * notch[axis]) put(p, axis, from);
+      else if (least <= most) put(p, axis, Number(Math.min(most, Math.max(least, tidy(wanted, notch[axis]))).toPrecision(10)));
+    });
     edit(held);
     ask(p.names[1]);
   };
@@ -260,14 +264,18 @@
     let held = null;
     const place = (event) => {
       const box = svg.getBoundingClientRect(), s = held;
-      return [((event.clientX - box.left - s.left) / (s.wide - s.left - s.right)) * s.x, ((s.high - s.bottom - (event.clientY - box.top)) / (s.high - s.bottom - s.top)) * s.y];
+      return [((event.clientX - box.left - s.left) / (s.wide - s.left - s.right)) * s.x, ((s.high - s.bottom - (event.clientY - box.top)) / (s.high - s.bottom - s.top)) * s.y]
+        .map((at, axis) => at - s.off[axis]);
     };
     svg.addEventListener("pointerdown", (event) => {
       const k = event.target.dataset && event.target.dataset.point;
       if (k === undefined) return;
       event.preventDefault();
       choose(Number(k));
-      held = { ...svg.scales };
+      svg.querySelector(`[data-point="${k}"]`).focus();
+      const from = pointsOf(start.values.curves[curve])[chosen].at;
+      held = { ...svg.scales, from, off: [0, 0] };
+      held.off = place(event).map((at, axis) => at - from[axis]);
       svg.setPointerCapture(event.pointerId);
     });
     svg.addEventListener("pointermove", (event) => { if (held) move(chosen, place(event), held); });
@@ -353,8 +361,7 @@
       plots(section.querySelector(".plots"), s);
       if (animation && s.animation) animation.redraw(s.animation);
     }
-    document.querySelector("h1").textContent = shown.heading;
-    document.querySelector(".subtitle").textContent = shown.subject;
+    document.querySelector(".subtitle").textContent = [shown.subject, shown.changed].filter(Boolean).join("; ");
     $("command").textContent = shown.command;
     variants();
   };
