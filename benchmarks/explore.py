@@ -74,7 +74,7 @@ async def measure(address: str, pid: int, seconds: float) -> bool:
             context = await browser.new_context(viewport={"width": 1400, "height": 900})
             page = await context.new_page()
             await page.goto(address)
-            await page.wait_for_function("document.body.dataset.live === 'yes'")
+            await page.wait_for_function("() => document.body.dataset.live === 'yes'")
             await page.evaluate(WATCH)
             pages.append(page)
         n = await pages[0].locator(".control input[type=range]").count()
