@@ -19,6 +19,7 @@ from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
 from trainmj.cli.compare import compare
 from trainmj.cli.completing import completion
+from trainmj.cli.explore import explore
 from trainmj.cli.export import export
 from trainmj.cli.new import new
 from trainmj.cli.reliability import reliability
@@ -118,6 +119,7 @@ for command in (
     reliability,
     compare,
     report,
+    explore,
     render,
     view,
     export,

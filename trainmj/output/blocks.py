@@ -50,6 +50,7 @@ class Block:
     content: Mapping[str, Any]  # arguments of the macro
     half: bool = False  # whether it takes half the width of the page, where there is room
     script: str = ""  # that makes it live
+    data: str = ""  # which that script shows, as JSON
 
 
 @dataclass
@@ -123,9 +124,12 @@ class Section:
         figure = as_json({"data": list(data), "layout": layout_of(layout) | {"height": height}})
         self._add("plot", half, figure=figure, title=title, note=note, height=height)
 
-    def raw(self, markup: Markup, script: str = "") -> None:
-        """Trusted markup, and a script that makes it live; the page holds a script once, however often it is given."""
-        self.blocks.append(Block("raw", {"markup": markup}, script=script))
+    def raw(self, markup: Markup, script: str = "", data: str = "") -> None:
+        """Trusted markup, and a script that makes it live; the page holds a script once, however often it is given.
+
+        The markup holds the data of the script too; a page that draws them anew takes them from the block.
+        """
+        self.blocks.append(Block("raw", {"markup": markup}, script=script, data=data))
 
     def _add(self, kind: str, half: bool = False, **content: Any) -> None:
         self.blocks.append(Block(kind, content, half))

@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.util import find_spec
@@ -44,7 +44,7 @@ from markupsafe import Markup
 from trainmj.errors import EngineError
 from trainmj.files.cover import Cover
 from trainmj.files.written import replacing
-from trainmj.output.blocks import Section
+from trainmj.output.blocks import Block, Section
 from trainmj.output.table import Verdict
 
 REPORT = "report.html"
@@ -63,6 +63,8 @@ class Page:
         title: of the page and its window.
         subtitle: a line below it.
         command: that makes the page again, in the footer.
+        style: CSS that is laid over that of all pages.
+        connect: addresses that its scripts may connect to; none by default.
         versions: of what computed the numbers, in the footer.
         sections: of the page, in their order.
         verdict: on the whole in one sentence, before everything else.
@@ -76,6 +78,8 @@ class Page:
     sections: list[Section] = field(default_factory=list)
     verdict: Verdict | None = None
     cover: Cover = field(default_factory=Cover)
+    style: str = ""
+    connect: str = ""
 
     def headed(self, given: Cover) -> Page:
         """The same with what a command gives for the cover, which it says again in the footer."""
@@ -96,12 +100,12 @@ class Page:
         scripts = list(dict.fromkeys(block.script for block in blocks if block.script))
         if any(block.kind == "plot" for block in blocks):
             scripts = [_plotly(), (_TEMPLATES / "plots.js").read_text(encoding="utf-8"), *scripts]
-        style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8") + self._running())
+        style = Markup((_TEMPLATES / "page.css").read_text(encoding="utf-8") + self.style + self._running())
         marked = [Markup(script) for script in scripts]
         html: str = (
             environment()
             .get_template("page.html")
-            .render(page=self, style=style, scripts=marked, policy=_policy(scripts))
+            .render(page=self, style=style, scripts=marked, policy=_policy(scripts, self.connect))
         )
         return html.encode(errors="backslashreplace").decode()  # the name of a folder need not be UTF-8
 
@@ -129,6 +133,12 @@ class Page:
             part.write_text(self.html(), encoding="utf-8", newline="\n")
 
 
+def fragment(blocks: Iterable[Block]) -> Markup:
+    """Blocks as a page shows them, for a page that is open."""
+    show = environment().get_template("blocks.html").module
+    return Markup(show.blocks(list(blocks), {name: getattr(show, name) for name in dir(show)}))
+
+
 @cache
 def environment() -> Any:
     """What fills the templates: text is escaped, markup is not."""
@@ -147,13 +157,13 @@ def _css_text(text: str) -> str:
     return '"' + "".join(c if (c.isascii() and c.isalnum()) or c == " " else f"\\{ord(c):x} " for c in text) + '"'
 
 
-def _policy(scripts: Sequence[str]) -> str:
-    """A Content-Security-Policy: no request to anywhere, no script but these."""
+def _policy(scripts: Sequence[str], connect: str) -> str:
+    """A Content-Security-Policy: no request to anywhere but what scripts may connect to, no script but these."""
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     return (
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; "
-        "base-uri 'none'; form-action 'none'"
+        f"base-uri 'none'; form-action 'none'{f'; connect-src {connect}' if connect else ''}"
     )
 
 

@@ -173,8 +173,16 @@ def plain(text: str) -> str:
 
 def numbers(values: npt.ArrayLike, digits: int = 5) -> list[float | None]:
     """Values of so many significant digits, which keeps a page small; None for those that are not finite."""
-    array = np.asarray(values, dtype=np.float64)
-    return [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in array.tolist()]
+    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    finite = np.isfinite(array)
+    size = np.abs(np.where(finite, array, 0.0))
+    power = digits - 1 - np.floor(np.log10(size, where=size > 0.0, out=np.zeros_like(size)))
+    up, down = 10.0 ** np.clip(power, 0.0, 300.0), 10.0 ** np.maximum(-power, 0.0)
+    rounded = np.rint(array / down * up, where=finite, out=np.zeros_like(array)) * down / up + 0.0  # no -0
+    listed: list[float | None] = rounded.tolist()
+    for place in np.flatnonzero(~finite):
+        listed[place] = None
+    return listed
 
 
 def _values(values: npt.ArrayLike) -> list[Any]:
@@ -201,7 +209,7 @@ def _spaced(x: npt.ArrayLike) -> dict[str, Any]:
     values = np.asarray(x, dtype=np.float64)
     if values.size > 2:
         step = (values[-1] - values[0]) / (values.size - 1)
-        if step > 0 and np.allclose(np.diff(values), step, rtol=1e-6, atol=0):
+        if step > 0 and np.abs(np.diff(values) - step).max() <= 1e-6 * step:
             return {"x0": float(f"{values[0]:.12g}"), "dx": float(f"{step:.12g}")}
     return {"x": numbers(values, 7)}
 

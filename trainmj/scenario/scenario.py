@@ -143,10 +143,14 @@ class Scenario(Shown, Parts):
     @property
     def heading(self) -> str:
         """The title, with the values that were changed since it was written, as it heads every output."""
+        return "; changed: ".join(filter(None, (self.title or "Train collision", self.changes)))
+
+    @property
+    def changes(self) -> str:
+        """The values that were changed since the title was written, in words; empty if none was."""
         said = [self._said(name) for name in self.changed[:_MOST_SAID]]
         more = len(self.changed) - len(said)
-        said += [f"and {more} more"] if more > 0 else []
-        return (self.title or "Train collision") + (f"; changed: {', '.join(said)}" if said else "")
+        return ", ".join(said + ([f"and {more} more"] if more > 0 else []))
 
     @property
     def subject(self) -> str:

@@ -1,14 +1,17 @@
 "use strict";
-document.querySelectorAll(".animation").forEach((figure) => {
+const animate = (figure, data) => { // draws anew at the time that is shown, or at the end if that is
   const SVG = "http://www.w3.org/2000/svg";
   const WIDTH = 1000, BODY = 46, RAIL = 112, MARGIN = 14, SHORTEST = 16, FAR = 90, SLEEPER = 0.6,
     TALL = 44 / 2810; // of a car body: pixels that are a millimetre of height
-  const data = JSON.parse(figure.querySelector("script").textContent);
   const find = (name) => figure.querySelector(name);
   const [button, slider, clock, rate, heights] = [".play", ".time", ".clock", ".rate", ".heights"].map(find);
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   const n = data.vehicles.length, joints = data.interfaces.length, front = data.front;
   const end = data.time[data.time.length - 1], start = data.time[0];
+  const life = new AbortController(), listening = { signal: life.signal }, was = figure.shown;
+  const first = !was ? start : was.now >= was.end ? end : Math.min(was.now, end), plays = Boolean(was && was.playing);
+  if (was) was.life.abort();
+  find(".stage").replaceChildren();
 
   // Lengths: every device as long as its largest stroke and a bit, at one scale that fills the width.
   const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
@@ -210,9 +213,9 @@ document.querySelectorAll(".animation").forEach((figure) => {
     now = time;
   };
 
-  let now = start, playing = false, last = 0, shown = 0;
+  let now = first, playing = false, last = 0, shown = 0;
   const tick = (moment) => {
-    if (!playing) return;
+    if (!playing || life.signal.aborted) return;
     now = Math.min(end, now + ((moment - last) / 1000) * Number(rate.value));
     last = moment;
     if (!calm.matches || moment - shown > 500 || now >= end) { // where motion is not wanted: a picture each half second
@@ -230,21 +233,27 @@ document.querySelectorAll(".animation").forEach((figure) => {
     last = performance.now();
     requestAnimationFrame(tick);
   };
-  button.addEventListener("click", () => play(!playing));
-  if (heights) heights.addEventListener("change", () => show(now));
+  button.addEventListener("click", () => play(!playing), listening);
+  if (heights) heights.addEventListener("change", () => show(now), listening);
   slider.addEventListener("input", () => {
     play(false);
     show(start + (slider.value / 1000) * (end - start));
-  });
+  }, listening);
   figure.addEventListener("keydown", (event) => {
     if (event.key !== " " || [button, rate, heights].includes(event.target)) return;
     event.preventDefault();
     play(!playing);
-  });
+  }, listening);
   let before = start;
-  window.addEventListener("beforeprint", () => { before = now; play(false); show(end); });
-  window.addEventListener("afterprint", () => show(before));
-  show(start);
+  window.addEventListener("beforeprint", () => { before = now; play(false); show(end); }, listening);
+  window.addEventListener("afterprint", () => show(before), listening);
+  figure.shown = { life, end, get now() { return now; }, get playing() { return playing; } };
+  show(first);
+  if (plays) play(true);
   const stage = find(".stage");
-  stage.scrollLeft = (stage.scrollWidth - stage.clientWidth) / 2;
+  if (!was) stage.scrollLeft = (stage.scrollWidth - stage.clientWidth) / 2;
+};
+document.querySelectorAll(".animation").forEach((figure) => {
+  figure.redraw = (data) => animate(figure, data);
+  figure.redraw(JSON.parse(figure.querySelector("script").textContent));
 });
