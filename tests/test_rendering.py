@@ -329,7 +329,7 @@ def told(result, size: tuple[int, int], at: float = 1e9, marks: list[str] | None
 
 
 LONG = {"trains.b_type.vehicles": 60, "simulation.time_limit_s": 0.02}
-SIZES = [(640, 360), (1280, 720), (1920, 1080), (600, 900), (720, 720), (1200, 400), (192, 108), (64, 64)]
+SIZES = [(640, 360), (360, 640), (1280, 720), (1920, 1080), (600, 900), (720, 720), (1200, 400), (192, 108), (64, 64)]
 
 
 @pytest.fixture(scope="module")

@@ -17,6 +17,7 @@ from trainmj.view.shapes import colour
 from trainmj.view.sheet import ALARM, INK, PAPER, SOFT, Sheet, cut, font
 
 _STEPS = (1, 2, 5, 10, 20, 50, 100)  # of the numbers of vehicles that are named
+_FREE = 0.3  # of the height of a scene, above and below the impact, where a plate may be wide
 _NARROW = 0.8  # of the distance between interfaces, a chip that has no room for its number
 
 
@@ -119,7 +120,7 @@ class Overlay:
         names, values = (max(f.getlength(row[c]) for row in rows) for c, f in ((0, normal), (1, strong)))
         wide = names + values + p(40)
         plate = Box(p(12), top, p(12) + wide, top + p(12) + n * p(22))
-        if plate.right > 0.5 * scene.width:
+        if plate.right > (0.5 if plate.bottom - scene.top > _FREE * scene.height else 0.97) * scene.width:
             return
         sheet.plate(plate, p(6))
         for k, (name, value) in enumerate(rows[:n]):
@@ -141,7 +142,8 @@ class Overlay:
             scene.right - plate.right - p(12), scene.bottom - plate.bottom - p(10), scene.right - p(12),
             scene.bottom - p(10),
         )  # fmt: skip
-        if plate.left < 0.5 * scene.width or plate.height > 0.4 * scene.height:
+        low = scene.bottom - plate.top < _FREE * scene.height
+        if plate.left < (0.03 if low else 0.5) * scene.width or plate.height > 0.4 * scene.height:
             return
         sheet.plate(plate, p(6))
         left, top = round(plate.left + p(12)), plate.top + p(6)
