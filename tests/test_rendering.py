@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
+from typing import get_args
 
 import mujoco
 import numpy as np
@@ -22,9 +23,11 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.summary import summarise
 from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import EngineError, InputError, OutputError
-from trainmj.scenario import Scenario, load
+from trainmj.scenario import Scenario, load, trains
+from trainmj.single import page_animation
 from trainmj.view import film, offscreen, parts
 from trainmj.view.cameras import Director, reach
+from trainmj.view.drawings import DRAWINGS
 from trainmj.view.frame import Box, Frame
 from trainmj.view.marks import Marks
 from trainmj.view.scene import visible
@@ -228,6 +231,15 @@ def test_drawings_differ(tmp_path):
     assert len(seen) == len(partners)
 
 
+def test_whatever_a_file_may_state_is_drawn():
+    """Breaks if a name that scenarios take has no drawing in films, or none in the animation of the report."""
+    stated = {*get_args(trains.Drawing), *get_args(get_args(trains.ObstacleSpec.model_fields["drawing"].annotation)[0])}
+    assert stated == set(DRAWINGS)
+    script = Path(page_animation.__file__).with_name("templates").joinpath("animation.js").read_text(encoding="utf-8")
+    for name in stated:
+        assert f"    {name}: (g, w" in script or f"drawings.{name} = " in script
+
+
 @pytest.mark.parametrize(
     ("partner", "drawings"),
     [
@@ -317,7 +329,7 @@ def told(result, size: tuple[int, int], at: float = 1e9, marks: list[str] | None
 
 
 LONG = {"trains.b_type.vehicles": 60, "simulation.time_limit_s": 0.02}
-SIZES = [(640, 360), (1280, 720), (1920, 1080), (600, 900), (720, 720), (1200, 400), (192, 108), (64, 64)]
+SIZES = [(640, 360), (360, 640), (1280, 720), (1920, 1080), (600, 900), (720, 720), (1200, 400), (192, 108), (64, 64)]
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from PIL import Image
@@ -18,6 +17,7 @@ from trainmj.view.shapes import colour
 from trainmj.view.sheet import ALARM, INK, PAPER, SOFT, Sheet, cut, font
 
 _STEPS = (1, 2, 5, 10, 20, 50, 100)  # of the numbers of vehicles that are named
+_FREE = 0.3  # of the height of a scene, above and below the impact, where a plate may be wide
 _NARROW = 0.8  # of the distance between interfaces, a chip that has no room for its number
 
 
@@ -120,7 +120,7 @@ class Overlay:
         names, values = (max(f.getlength(row[c]) for row in rows) for c, f in ((0, normal), (1, strong)))
         wide = names + values + p(40)
         plate = Box(p(12), top, p(12) + wide, top + p(12) + n * p(22))
-        if plate.right > 0.5 * scene.width:
+        if plate.right > (0.5 if plate.bottom - scene.top > _FREE * scene.height else 0.97) * scene.width:
             return
         sheet.plate(plate, p(6))
         for k, (name, value) in enumerate(rows[:n]):
@@ -142,7 +142,8 @@ class Overlay:
             scene.right - plate.right - p(12), scene.bottom - plate.bottom - p(10), scene.right - p(12),
             scene.bottom - p(10),
         )  # fmt: skip
-        if plate.left < 0.5 * scene.width or plate.height > 0.4 * scene.height:
+        low = scene.bottom - plate.top < _FREE * scene.height
+        if plate.left < (0.03 if low else 0.5) * scene.width or plate.height > 0.4 * scene.height:
             return
         sheet.plate(plate, p(6))
         left, top = round(plate.left + p(12)), plate.top + p(6)
@@ -168,26 +169,33 @@ class Overlay:
         y = 0.5 * (frame.names.top + frame.names.bottom)
         for name in _named(said.names, names, p(8)):
             sheet.put(name.text, (name.x, y), names, INK, "mm", frame.names)
-        widest = max(small.getlength(in_digits(self.full_kJ, enough(0, self.full_kJ))), small.getlength("00"))
-        places = sorted(energy.x for energy in said.energies)
-        apart = min(np.diff(places), default=float(frame.width))
+        widest = small.getlength(in_digits(self.full_kJ, enough(0, self.full_kJ))) + p(8)
+        apart = _apart([energy.x for energy in said.energies], widest)
         y = 0.5 * (frame.energies.top + frame.energies.bottom) - p(1)
-        half, thin = 0.5 * widest + p(5), max(1.0, 0.5 * min(p(12), _NARROW * apart))
-        all_told = apart > 2 * half + p(4)
+        thin = max(1.0, 0.5 * min(p(12), _NARROW * apart))
         for n, energy in enumerate(said.energies):
             red, green, blue = (255 * colour(energy.share)).astype(int).tolist()
             ink = PAPER if 0.30 * red + 0.59 * green + 0.11 * blue < 140 else INK
-            text, wide = (energy.text, half) if all_told or n == 0 else ("", thin)
-            sheet.put(text, (energy.x, y), small, ink, "mm", frame.energies, (wide, p(9), (red, green, blue)))
+            told = [energy.text] if apart >= widest + p(4) or n == 0 else []
+            for text in (*told, ""):  # a chip of its colour alone, where its number has no room
+                half = 0.5 * max(small.getlength(text), small.getlength("00")) + p(4) if text else thin
+                chip = half, p(9), (red, green, blue)
+                if sheet.put(text, (energy.x, y), small, ink, "mm", frame.energies, chip):
+                    break
 
 
 def _named(names: Sequence[Name], fount: FreeTypeFont, gap: float) -> list[Name]:
     """The heads, then those of every second, fifth, tenth ... vehicle, so many as have room."""
     widest = max(fount.getlength(name.text) for name in names) + gap
-    apart = min((abs(b.x - a.x) for a, b in pairwise(names)), default=widest)
+    apart = _apart([name.x for name in names], widest)
     step = next((step for step in _STEPS if step * apart >= widest), _STEPS[-1])
     found = [name for name in names if name.number == 1 or name.number % step == 0]
     return sorted(found, key=lambda name: name.number)
+
+
+def _apart(places: Sequence[float], alone: float) -> float:
+    """How far places usually are from each other [pixels]."""
+    return float(np.median(np.diff(sorted(places)))) if len(places) > 1 else alone
 
 
 def _fitting(line: str, fount: FreeTypeFont, room: float, least: int) -> FreeTypeFont:
