@@ -6,7 +6,7 @@ import json
 import sys
 from pathlib import Path
 from shlex import quote
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,6 +16,9 @@ from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
 from trainmj.files.folder import filling
 from trainmj.files.written import finite
+
+if TYPE_CHECKING:
+    from trainmj.files.cover import Cover
 
 
 @click.command()
@@ -46,7 +49,7 @@ def assess(
     line_speed: float | None,
     out: Path | None,
     threads: int,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Assess a train: every collision that a standard asks of it.
@@ -59,7 +62,7 @@ def assess(
     Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, a case has no
     usable numbers, or there is nothing to judge; 2 for wrong input.
     """
-    if with_report and out is None:
+    if cover is not None and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
     loaded, asked = trainmj.load(train, changes), trainmj.load_assessment(standard)
     from trainmj.assessment import screen
@@ -70,13 +73,13 @@ def assess(
         click.get_current_context().with_resource(filling(out, OWN, loaded.files | asked.files))
     found = trainmj.assess(loaded, asked, category, line_speed_km_h=line_speed, threads=threads)
     if out is not None:
-        write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), with_report)
+        write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), cover)
     if as_json:
         click.echo(json.dumps(finite(found.as_dict()), indent=2))
     else:
         screen.print_assessment(found)
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
     if not found.passed:
         sys.exit(1)
 

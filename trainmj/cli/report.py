@@ -2,25 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from datetime import date
+from functools import wraps
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import click
 
 from trainmj.errors import InputError
-from trainmj.files.arguments import path_given
+from trainmj.files.arguments import group_given, path_given
 from trainmj.files.folder import is_held, spare
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
+    from trainmj.files.cover import Cover
     from trainmj.output.page import Page
 
-takes_report = click.option(
-    "--report", "with_report", is_flag=True, help="Write report.html too: all results on one page, in one file."
-)
-"""The option --report."""
+F = TypeVar("F", bound=Callable[..., Any])
+
+_COVER = {
+    "project": "the project that it is part of",
+    "client": "whom it is for",
+    "author": "who answers for it",
+    "revision": "its revision",
+    "date": "its date as it is to be read; today takes that of the clock",
+}
+"""What heads a report, as options of commands; see :class:`trainmj.files.cover.Cover`."""
+
+
+def takes_cover(function: F) -> F:
+    """The options of what heads a report, given as the Cover ``cover``; they go before what the scenario states."""
+
+    @wraps(function)
+    def with_cover(**values: Any) -> Any:
+        return function(cover=cover_given({name: values.pop(name) for name in _COVER}), **values)
+
+    for name, said in reversed(_COVER.items()):
+        with_cover = click.option(f"--{name}", metavar="TEXT", help=f"At the head of the report: {said}.")(with_cover)
+    return cast(F, with_cover)
+
+
+def takes_report(function: F) -> F:
+    """The option --report and those of its head, given as the Cover ``cover``; None without --report."""
+
+    @wraps(function)
+    def if_asked(with_report: bool, cover: Cover, **values: Any) -> Any:
+        if not with_report and cover.stated:
+            raise InputError(f"--{next(iter(cover.stated))}: needs --report, whose page it heads")
+        return function(cover=cover if with_report else None, **values)
+
+    said = "Write report.html too: all results on one page, in one file."
+    return click.option("--report", "with_report", is_flag=True, help=said)(takes_cover(cast(F, if_asked)))
+
+
+def cover_given(values: Mapping[str, str | None]) -> Cover:
+    """What heads a report, as it is given; None stands for nothing, and the date today for that of the clock.
+
+    Raises:
+        InputError: if there is no such value, or one is more than a line.
+    """
+    from trainmj.files.cover import TODAY, Cover
+    from trainmj.files.source import source_of
+
+    stated = {name: text for name, text in group_given(values).items() if text is not None}
+    if str(stated.get("date", "")).strip().lower() == TODAY:
+        stated["date"] = date.today().isoformat()
+    return source_of(stated).checked(Cover)
 
 
 class Kind(NamedTuple):
@@ -82,41 +131,46 @@ def _page_of_study(file: Path) -> Page:
 @click.command()
 @click.argument("results", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="HTML file to write; report.html in the folder otherwise.")
-def report(results: Path, out: Path | None) -> None:
+@takes_cover
+def report(results: Path, out: Path | None, cover: Cover) -> None:
     """Write the report of a run, a sweep or a study.
 
     RESULTS is the folder that the command wrote, or one saved result in it, such as case_3.nc. The report is one HTML
     file that opens by double click and needs no network: tables, plots with zoom and read-out, and for a run the
     collision as an animation.
     """
-    write(results, out)
+    write(results, cover, out)
 
 
-def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
+def write(results: Path, cover: Cover, out: Path | None = None, silent: bool = False) -> None:
     """Write a report and say where, unless silent."""
-    file = write_report(results, out)
+    file = write_report(results, out, cover.stated)
     if not silent:
         click.echo(f"Report: {file}")
 
 
-def write_report(results: str | Path, out: str | Path | None = None) -> Path:
+def write_report(
+    results: str | Path, out: str | Path | None = None, cover: Mapping[str, str | None] | None = None
+) -> Path:
     """Write the report of a run, a sweep or a study.
 
     Args:
         results: its folder, or a file in it: result.nc (or another saved result), results.sqlite, steps.json; or what
             run_sweep or run_study gave.
         out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc.
+        cover: what heads it, before what the scenario states: project, client, author, revision, date.
 
     Returns:
         The file.
 
     Raises:
-        InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
+        InputError: if there are no results, or results of several kinds, or damaged or unfinished ones, or the cover
+            is wrong.
         OutputError: if the file cannot be written.
     """
     from trainmj.output.page import REPORT
 
-    results = path_given(results)
+    results, given = path_given(results), cover_given(cover or {})
     kind, source = _found(results)
     if kind.page is None:
         cure = kind.cure.format(folder=quote(str(source.parent)))
@@ -135,7 +189,7 @@ def write_report(results: str | Path, out: str | Path | None = None) -> Path:
         raise InputError(
             f"{source.parent}: a file here is damaged or was changed by hand ({said}): make the results again"
         ) from error
-    page.write(file)
+    page.headed(given).write(file)
     return file
 
 

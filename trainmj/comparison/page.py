@@ -28,6 +28,7 @@ def page_of(found: Comparison, command: str) -> Page:
         subtitle="A is held against B; percentages are of B",
         command=command,
         versions=versions,
+        verdict=tables.sentence(found),
     )
     outcome = page.section("Outcome")
     outcome.cards(

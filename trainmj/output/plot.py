@@ -15,10 +15,11 @@ from trainmj.units import label
 Trace = dict[str, Any]
 """One line, or one set of points, as plotly.js takes it."""
 
-GREY = "#7a808a"
+GREY, INK = "#7a808a", "#22262e"
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """A scale of colours, from low to high."""
 
+_ON_A_LINE = 44  # letters in a line of the name of a limit, so that it fits a plot on a phone
 _LONGEST = 18  # letters in a line of the title of a vertical axis, so that it fits a plot on paper
 
 _AXIS = {
@@ -31,7 +32,7 @@ _AXIS = {
 }
 _LAYOUT: dict[str, Any] = {
     "autosize": True,
-    "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#22262e"},
+    "font": {"family": "system-ui, sans-serif", "size": 12, "color": INK},
     "colorway": list(PALETTE),
     "paper_bgcolor": "#ffffff",
     "plot_bgcolor": "#ffffff",
@@ -55,17 +56,46 @@ def layout_of(layout: Mapping[str, Any]) -> dict[str, Any]:
 
 def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any]:
     """A layout with names and units, which may be empty, on both axes, and with further entries."""
-    upright = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
-    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": upright}}}
+    title = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
+    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": title}}}
     return _merged(named, more)
 
 
 def shaded(start: float, end: float, said: str) -> dict[str, Any]:
     """Entries of a layout that shade a plot from a value of x to another one, and say why."""
     part = {"x0": float(f"{start:.7g}"), "x1": float(f"{end:.7g}"), "y0": 0, "y1": 1, "yref": "paper"}
-    look = {"type": "rect", "fillcolor": "#22262e", "opacity": 0.12, "layer": "below", "line": {"width": 0}}
+    look = {"type": "rect", "fillcolor": INK, "opacity": 0.12, "layer": "below", "line": {"width": 0}}
     named = {"text": plain(said), "textposition": "top left", "font": {"size": 11}}
     return {"shapes": [part | look | {"label": named}]}
+
+
+def across(y: float, said: str, dash: str = "dash") -> dict[str, Any]:
+    """A shape of a layout: a line across a whole plot at a value of y, such as a limit, named on it."""
+    named = {"text": _in_lines(said, _ON_A_LINE), "textposition": "end", "yanchor": "bottom", "font": {"size": 11}}
+    return _ruled(dash) | {"x0": 0, "x1": 1, "xref": "paper", "y0": _near(y), "y1": _near(y), "label": named}
+
+
+def upright(x: float, dash: str = "dash") -> dict[str, Any]:
+    """The same up a plot at a value of x, without a name."""
+    return _ruled(dash) | {"y0": 0, "y1": 1, "yref": "paper", "x0": _near(x), "x1": _near(x)}
+
+
+def named_upright(x: float, said: str) -> dict[str, Any]:
+    """An annotation of a layout: the name of such a line, along it from the top."""
+    named = {"text": plain(said), "textangle": -90, "showarrow": False, "font": {"size": 11}}
+    return named | {"x": _near(x), "xanchor": "right", "y": 1, "yref": "paper", "yanchor": "top"}
+
+
+def _ruled(dash: str) -> dict[str, Any]:
+    return {"type": "line", "line": {"color": INK, "width": 1, "dash": dash}}
+
+
+def _near(value: float) -> float:
+    return float(f"{value:.7g}")
+
+
+def _in_lines(text: str, longest: int) -> str:
+    return "<br>".join(map(plain, wrap(text, longest, break_long_words=False)))
 
 
 def line(

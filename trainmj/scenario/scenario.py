@@ -41,7 +41,15 @@ from trainmj.units import unit_of
 
 _NOWHERE = Source({})
 _DIGITS = 10  # of a position: longer ones are none
-_UNSAID = ("title", "notes", "sources", "parameters", "tolerances", "changed")  # of which a title says nothing
+_UNSAID = (
+    "title",
+    "notes",
+    "report",
+    "sources",
+    "parameters",
+    "tolerances",
+    "changed",
+)  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 _LONGEST_NAME = 120  # and of its path

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from shlex import quote
 
+from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.status import MEANING
@@ -23,6 +24,8 @@ from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories, add_occupants
 from trainmj.single.page_plane import add_plane
+from trainmj.single.used import add_used
+from trainmj.single.verdict import verdict
 from trainmj.units import readable
 
 _OF_PLANE = ("largest_step", "largest_wheel_lift", "least_wheel_load")  # criteria that are cards there
@@ -58,9 +61,11 @@ def page_of_run(result: Result, summary: Summary, file: Path, beside: Beside | N
         subtitle=result.scenario.subject,
         command=_commands(file),
         versions=result.versions,
+        verdict=verdict(summary),
+        cover=result.scenario.report,
     )
     outcome = page.section("Outcome")
-    _add_outcome(outcome, summary)
+    _add_outcome(outcome, result.chain, summary)
     for table in () if beside is None else beside.tables(result.chain):
         outcome.table(table)
     add_animation(page.section("The collision"), result)
@@ -96,7 +101,7 @@ def _commands(file: Path) -> str:
     )
 
 
-def _add_outcome(section: Section, summary: Summary) -> None:
+def _add_outcome(section: Section, chain: Chain, summary: Summary) -> None:
     limits = summary.limits
     kept = sum(c.kept for c in limits)
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
@@ -145,6 +150,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     )
     if summary.status.detail:
         section.text(f"Status: {summary.status}.")
+    add_used(section, chain, summary)
     if limits:
         section.table(tables.limits(limits).marked(summary.not_valid))
         section.text(

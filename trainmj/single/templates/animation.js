@@ -123,7 +123,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
     const g = add(svg, "g", { class: "device" });
     const parts = Array.from({ length: halves }, () => ({
       box: add(g, "rect", { class: "crush", y: 84, height: 14 }), folds: add(g, "path", { class: "folds" }) }));
-    return { parts, stroke: add(svg, "text", { class: "stroke", y: 44 }), energy: add(svg, "text", { class: "energy", y: 150 }) };
+    const labels = (name, y) => parts.map((_, j) => add(svg, "text", { class: halves > 1 ? `${name} ${j ? "right" : "left"}` : name, y }));
+    return { parts, stroke: labels("stroke", 44), energy: labels("energy", 150) };
   };
   const devices = data.devices.map((sides) => device(sides.length));
 
@@ -176,11 +177,13 @@ document.querySelectorAll(".animation").forEach((figure) => {
           for (const shape of [part.box, part.folds]) shape.setAttribute("transform", raised(x, width[k], ...sides[j]));
         });
       }
-      const middle = x + width[k] / 2;
-      d.stroke.setAttribute("x", middle);
-      d.stroke.textContent = used[k].map((one) => Math.max(0, one.stroke).toFixed(0)).join(" + ");
-      d.energy.setAttribute("x", middle);
-      d.energy.textContent = used[k].map((one) => one.energy.toFixed(data.digits)).join(" + ");
+      // the numbers of a device stand over and below it; of two, each on its side of where they meet
+      const meets = x + (own.length > 1 ? (own[0] + width[k] - own[1]) / 2 : width[k] / 2);
+      used[k].forEach((one, j) => {
+        for (const text of [d.stroke[j], d.energy[j]]) text.setAttribute("x", meets + (own.length > 1 ? (j ? 5 : -5) : 0));
+        d.stroke[j].textContent = Math.max(0, one.stroke).toFixed(0);
+        d.energy[j].textContent = one.energy.toFixed(data.digits);
+      });
       x += width[k];
     };
     for (const one of cars) {
