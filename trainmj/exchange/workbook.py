@@ -100,7 +100,9 @@ def _why(summary: Summary) -> str:
 
 
 def _summary(result: Result, summary: Summary) -> Iterator[tuple[Any, ...]]:
-    """Status, criteria, what there is to know, and what computed it."""
+    """Whom it is for, status, criteria, what there is to know, and what computed it."""
+    for name, text in result.scenario.report.stated.items():
+        yield name.capitalize(), text, "", ""
     yield "Status", str(summary.status), "", "how the collision ended"
     yield "Valid", not summary.status.unusable, "", validity(summary)
     for q in (*of_train(result.chain), *COLLISION):
