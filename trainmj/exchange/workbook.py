@@ -228,7 +228,8 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
         one.alignment = Alignment(wrap_text=False, vertical="center")
     title.font, note.font = bold, Font(italic=True, color="595959")
     if unusable:
-        title.font, title.fill = Font(bold=True, size=12, color="FFFFFF"), bad
+        title.font = Font(bold=True, size=12, color="C00000")  # the text goes on over cells without its fill
+        title.fill = PatternFill("solid", fgColor="FFC7CE")
     page.append([title])
     page.append([note])
     heads = [cell(text) for text in sheet.heads]
