@@ -28,6 +28,7 @@ from trainmj.units import unit_of, words
 _MOST_ROWS, _MOST_COLUMNS, _MOST_CELLS = 1_048_576, 16_384, 3_000_000
 _LONGEST = 32_767  # characters of a cell
 _WIDEST, _NARROWEST = 60, 9  # of a column, in characters
+_FONT = "Calibri"
 _A4 = 9  # of the paper sizes that Excel knows
 _DATE = datetime(1980, 1, 1)  # of the files within, the earliest that a zip can state: equal results give equal files
 
@@ -197,7 +198,7 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
     page.row_dimensions[3].height = 45 if sheet.units else 20
     for k, width in enumerate(_widths(sheet), start=1):
         page.column_dimensions[get_column_letter(k)].width = width
-    bold, white = Font(bold=True, size=12), Font(bold=True, color="FFFFFF")
+    bold, white = Font(name=_FONT, bold=True, size=12), Font(name=_FONT, size=11, bold=True, color="FFFFFF")
     bad, good, head = (PatternFill("solid", fgColor=c) for c in ("C00000", "C6E0B4", "1F3864"))
     wrap = Alignment(wrap_text=True, vertical="center")
     top = Alignment(vertical="top", wrap_text=True) if sheet.name == "Summary" else None
@@ -220,15 +221,19 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
         if top is not None:
             made.alignment = top
         if verdict is not None and verdict.kind in ("pass", "fail"):
-            made.fill, made.font = (bad, white) if verdict.kind == "fail" else (good, Font(bold=True))
+            made.fill, made.font = (
+                (bad, white) if verdict.kind == "fail" else (good, Font(name=_FONT, size=11, bold=True))
+            )
         return made
 
     title, note = cell(mark), cell(sheet.note)
     for one in (title, note):
         one.alignment = Alignment(wrap_text=False, vertical="center")
-    title.font, note.font = bold, Font(italic=True, color="595959")
+    title.font, note.font = bold, Font(name=_FONT, size=11, italic=True, color="595959")
     if unusable:
-        title.font = Font(bold=True, size=12, color="C00000")  # the text goes on over cells without its fill
+        title.font = Font(
+            name=_FONT, bold=True, size=12, color="C00000"
+        )  # the text goes on over cells without its fill
         title.fill = PatternFill("solid", fgColor="FFC7CE")
     page.append([title])
     page.append([note])
