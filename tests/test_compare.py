@@ -92,6 +92,7 @@ def test_a_result_is_kept_against_itself(result):
     differences = ["peak_difference", "peak_time_difference_s", "mean_difference", "rms_difference"]
     assert (table[differences] == 0.0).all().all()
     assert found.kept is True
+    assert repr(found).endswith(f": {len(found.differences)} channels, all rules kept>")
     assert all(rule.kept for rule in found.rules)
     assert {rule.name for rule in found.rules} == {SEQUENCE, ENERGY, STROKE, FORCE}
 
@@ -375,6 +376,12 @@ def test_arguments_that_cannot_be_meant_are_refused(result):
         compare(5, result)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="needs a Result"):
         compare(result, None)
+    twice = pd.DataFrame([[0, 1, 1], [1, 2, 2]], columns=["t", "a", "a"])
+    with pytest.raises(InputError, match="the table: has two columns 'a'"):
+        compare(result, twice, {"velocity_M1_km_h": "a"})
+    dated = pd.DataFrame({"t": [0.0, 0.1], "a": pd.to_datetime(["2026-01-01", "2026-01-02"])})
+    with pytest.raises(InputError, match=r"a = '2026-01-01': must be a number"):
+        compare(result, dated, {"velocity_M1_km_h": "a"})
     with pytest.raises(InputError, match=r"is a result, which has no columns to name"):
         compare(result, result, {"velocity_M1_km_h": "a"})
 

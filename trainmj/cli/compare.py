@@ -17,6 +17,7 @@ from trainmj.errors import InputError
 from trainmj.files.folder import filling
 
 if TYPE_CHECKING:
+    from trainmj.files.cover import Cover
     from trainmj.output.style import Format, Width
 
 
@@ -53,7 +54,7 @@ def compare(
     out: Path | None,
     figures: tuple[Format, ...],
     figure_width: Width,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Hold a result against another one, or against a test.
@@ -66,7 +67,7 @@ def compare(
     Exit code: 0 if the rules are kept that could be judged, or none could; 1 if one is not kept, or the numbers of a
     result may not be used; 2 for wrong input.
     """
-    if with_report and out is None:
+    if cover is not None and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
     if align and offset_ms:
         raise InputError("--align: seeks the offset that --offset-ms states: leave one of them out")
@@ -93,12 +94,12 @@ def compare(
         words += ([f"--sheet {quote(sheet)}"] if sheet else []) + ([f"--range {quote(cells)}"] if cells else [])
         words += (["--align"] if align else []) + ([f"--offset-ms {offset_ms:g}"] if offset_ms else [])
         command = " ".join(["trainmj compare", quote(a), quote(b), *words, f"--out {quote(str(out))} --report"])
-        folder.write(found, out, command, figures, figure_width, with_report)
+        folder.write(found, out, command, figures, figure_width, cover)
     if as_json:
         click.echo(json.dumps(found.as_dict(), indent=2))
     else:
         print_comparison(found)
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
     if found.kept is False:
         sys.exit(1)

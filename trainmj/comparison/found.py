@@ -36,7 +36,7 @@ _WORDS = ("title", "notes", "sources", "parameters", "changed")
 _MOST_SAID = 6  # differences between two scenarios, and names of channels
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """A result held against another one, or against a test.
 
@@ -72,6 +72,11 @@ class Comparison:
         """Whether all rules are kept that could be judged; None if none could, never if numbers may not be used."""
         judged = [rule.kept for rule in self.rules if rule.kept is not None]
         return False if self.unusable else all(judged) if judged else None
+
+    def __repr__(self) -> str:
+        """In a few words."""
+        kept = {None: "no rule can be judged", True: "all rules kept", False: "not kept"}[self.kept]
+        return f"<Comparison of {self.a.name} with {self.b.name}: {len(self.differences)} channels, {kept}>"
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each channel that both have, and once more with a clock put forward: peaks, means, differences."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from trainmj.collision.identity import identity
 from trainmj.comparison import tables
 from trainmj.comparison.figures import chosen
 from trainmj.comparison.found import Comparison
@@ -22,12 +21,14 @@ _MOST_ROWS = 24
 
 def page_of(found: Comparison, command: str) -> Page:
     """The page of a comparison; the command makes it again."""
-    versions = found.a.result.versions if found.a.result else identity()
+    assert found.a.result is not None
     page = Page(
         f"{found.a.name} against {found.b.name}",
         subtitle="A is held against B; percentages are of B",
         command=command,
-        versions=versions,
+        versions=found.a.result.versions,
+        verdict=tables.sentence(found),
+        cover=found.a.result.scenario.report,
     )
     outcome = page.section("Outcome")
     outcome.cards(

@@ -154,14 +154,15 @@ def _whole(times: Array, values: Array) -> tuple[Array, Array]:
 def _read(given: Any, name: str, known: Collection[str], asked: Asked) -> _Columns:
     if not isinstance(given, Path):
         heads = [str(head) for head in given.columns]
-        meant = read_heads(heads, [""] * len(heads), _unit(known), {})
-        cells = {
-            one.name: [cell if one.factor == 1 else float(one.factor) * cell for cell in given[head].tolist()]
-            for one, head in zip(meant, given.columns, strict=True)
-        }
-        written = {
-            one.name: (head, cells[one.name]) for one, head in zip(meant, heads, strict=True) if one.name != head
-        }
+        if double := [head for n, head in enumerate(heads) if head in heads[:n]]:
+            raise InputError(f"{name}: has two columns {double[0][:60]!r}")
+        cells, written = {}, {}
+        for one, head in zip(read_heads(heads, [""] * len(heads), _unit(known), {}), heads, strict=True):
+            column = given.iloc[:, heads.index(head)]
+            values = (column if column.dtype.kind in "fiubO" else column.astype(str)).tolist()
+            cells[one.name] = [value if one.factor == 1 else float(one.factor) * value for value in values]
+            if one.name != head:
+                written[one.name] = head, values
         table = Table(Path(name), cells, range(2, len(given) + 2), written=written)
         return _of_table(table, name, known, asked.time)
     file = mme.find(given)

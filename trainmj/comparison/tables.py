@@ -26,6 +26,18 @@ def overall(found: Comparison) -> Verdict:
     return judged(found.kept, "kept", "not kept", "none could be judged")
 
 
+def sentence(found: Comparison) -> Verdict:
+    """The verdict on the whole in one sentence."""
+    wrong = [f"{rule.name} {rule.where}".rstrip() for rule in found.rules if rule.kept is False]
+    if found.unusable:
+        return judged(False, no=f"Numbers may not be used: {'; '.join(found.unusable)}.")
+    if found.kept is None:
+        return judged(None, unknown="No rule can be judged by the channels that both have.")
+    more = f" and {len(wrong) - 3} more" if len(wrong) > 3 else ""
+    kept = f"All {count(found).split()[0]} rules that can be judged are kept; no compliance is claimed."
+    return judged(found.kept, kept, f"Not kept: {', '.join(wrong[:3])}{more}.")
+
+
 def count(found: Comparison) -> str:
     """How many rules are kept: ``7 of 8``."""
     stated = [rule.kept for rule in found.rules if rule.kept is not None]

@@ -28,6 +28,8 @@ from trainmj.units import unit_of, words
 _MOST_ROWS, _MOST_COLUMNS, _MOST_CELLS = 1_048_576, 16_384, 3_000_000
 _LONGEST = 32_767  # characters of a cell
 _WIDEST, _NARROWEST = 60, 9  # of a column, in characters
+_FONT = "Calibri"
+_RED, _DARK = "C00000", "1F3864"
 _A4 = 9  # of the paper sizes that Excel knows
 _DATE = datetime(1980, 1, 1)  # of the files within, the earliest that a zip can state: equal results give equal files
 
@@ -100,7 +102,9 @@ def _why(summary: Summary) -> str:
 
 
 def _summary(result: Result, summary: Summary) -> Iterator[tuple[Any, ...]]:
-    """Status, criteria, what there is to know, and what computed it."""
+    """Whom it is for, status, criteria, what there is to know, and what computed it."""
+    for name, text in result.scenario.report.stated.items():
+        yield name.capitalize(), text, "", ""
     yield "Status", str(summary.status), "", "how the collision ended"
     yield "Valid", not summary.status.unusable, "", validity(summary)
     for q in (*of_train(result.chain), *COLLISION):
@@ -174,7 +178,6 @@ def _decimals(digits: int) -> str:
 def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
     from openpyxl.cell import WriteOnlyCell
     from openpyxl.styles import Alignment, Font, PatternFill
-    from openpyxl.utils import get_column_letter
 
     n_rows, n_columns = len(sheet.rows) + 3, len(sheet.heads)
     if n_rows > _MOST_ROWS or n_columns > _MOST_COLUMNS or n_rows * n_columns > _MOST_CELLS:
@@ -182,11 +185,56 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
             f"{sheet.name} has {n_rows} rows and {n_columns} columns, too many for a spreadsheet: take csv"
         )
     page = book.create_sheet(sheet.name)
+    _set_up(page, sheet, unusable)
+    green, red, dark, pink = (PatternFill("solid", fgColor=c) for c in ("C6E0B4", _RED, _DARK, "FFC7CE"))
+    bold, white = (Font(name=_FONT, size=11, bold=True, color=colour) for colour in ("000000", "FFFFFF"))
+    words_of_summary = Alignment(vertical="top", wrap_text=True) if sheet.name == "Summary" else None
+
+    def cell(value: Any, form: str = "General") -> Any:
+        if isinstance(value, _Shown):
+            value, form = value.value, value.form
+        verdict = value if isinstance(value, Verdict) else None
+        if verdict is not None:
+            value = verdict.text
+        if isinstance(value, str):
+            value = printable(value)[:_LONGEST]
+        elif isinstance(value, float) and not math.isfinite(value):
+            value = None
+        made = WriteOnlyCell(page, value)
+        if isinstance(value, str):
+            made.data_type = "s"  # whatever it begins with, it is no formula
+        elif value is not None:
+            made.number_format = form
+        if words_of_summary is not None:
+            made.alignment = words_of_summary
+        if verdict is not None and verdict.kind in ("pass", "fail"):
+            made.fill, made.font = (red, white) if verdict.kind == "fail" else (green, bold)
+        return made
+
+    title, note, heads = cell(mark), cell(sheet.note), [cell(text) for text in sheet.heads]
+    title.alignment = note.alignment = Alignment(vertical="center")
+    title.font = Font(name=_FONT, size=12, bold=True, color=_RED if unusable else "000000")
+    note.font = Font(name=_FONT, size=11, italic=True, color="595959")
+    if unusable:
+        title.fill = pink
+    for head in heads:
+        head.font, head.fill, head.alignment = white, dark, Alignment(wrap_text=True, vertical="center")
+    for row in ([title], [note], heads):
+        page.append(row)
+    forms = sheet.formats or ["General"] * n_columns
+    for values in sheet.rows:
+        page.append([cell(value, form) for value, form in zip(values, forms, strict=True)])
+
+
+def _set_up(page: Any, sheet: _Sheet, unusable: bool) -> None:
+    """What stays in sight, widths, filters and paper, which come before the first row."""
+    from openpyxl.utils import get_column_letter
+
     page.freeze_panes = f"{get_column_letter(sheet.frozen + 1)}4"
     page.sheet_view.showGridLines = False
-    page.sheet_properties.tabColor = "C00000" if unusable else "1F3864"
+    page.sheet_properties.tabColor = _RED if unusable else _DARK
     if sheet.units:
-        page.auto_filter.ref = f"A3:{get_column_letter(n_columns)}{n_rows}"
+        page.auto_filter.ref = f"A3:{get_column_letter(len(sheet.heads))}{len(sheet.rows) + 3}"
     page.page_setup.orientation, page.page_setup.paperSize = "landscape", _A4
     page.page_setup.fitToWidth, page.page_setup.fitToHeight = 1, 0
     page.sheet_properties.pageSetUpPr.fitToPage = True
@@ -195,47 +243,6 @@ def _add(book: Any, sheet: _Sheet, mark: str, unusable: bool) -> None:
     page.row_dimensions[3].height = 45 if sheet.units else 20
     for k, width in enumerate(_widths(sheet), start=1):
         page.column_dimensions[get_column_letter(k)].width = width
-    bold, white = Font(bold=True, size=12), Font(bold=True, color="FFFFFF")
-    bad, good, head = (PatternFill("solid", fgColor=c) for c in ("C00000", "C6E0B4", "1F3864"))
-    wrap = Alignment(wrap_text=True, vertical="center")
-    top = Alignment(vertical="top", wrap_text=True) if sheet.name == "Summary" else None
-
-    def cell(value: Any, form: str = "General") -> Any:
-        if isinstance(value, _Shown):
-            value, form = value.value, value.form
-        verdict = value if isinstance(value, Verdict) else None
-        if verdict is not None:
-            value = verdict.text
-        if isinstance(value, float) and not math.isfinite(value):
-            value = None
-        if isinstance(value, str):
-            value = printable(value)[:_LONGEST]
-        made = WriteOnlyCell(page, value)
-        if isinstance(value, str):
-            made.data_type = "s"  # whatever it begins with, it is no formula
-        elif value is not None:
-            made.number_format = form
-        if top is not None:
-            made.alignment = top
-        if verdict is not None and verdict.kind in ("pass", "fail"):
-            made.fill, made.font = (bad, white) if verdict.kind == "fail" else (good, Font(bold=True))
-        return made
-
-    title, note = cell(mark), cell(sheet.note)
-    for one in (title, note):
-        one.alignment = Alignment(wrap_text=False, vertical="center")
-    title.font, note.font = bold, Font(italic=True, color="595959")
-    if unusable:
-        title.font, title.fill = Font(bold=True, size=12, color="FFFFFF"), bad
-    page.append([title])
-    page.append([note])
-    heads = [cell(text) for text in sheet.heads]
-    for one in heads:
-        one.font, one.fill, one.alignment = white, head, wrap
-    page.append(heads)
-    forms = sheet.formats or ["General"] * n_columns
-    for row in sheet.rows:
-        page.append([cell(value, form) for value, form in zip(row, forms, strict=True)])
 
 
 def _widths(sheet: _Sheet) -> Iterator[float]:
