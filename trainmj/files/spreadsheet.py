@@ -235,7 +235,7 @@ def _sheet(sheet: Worksheet, formulas: Mapping[tuple[int, int], Any]) -> Sheet:
         merged,
         frozenset(n for n, row in sheet.row_dimensions.items() if row.hidden),
         frozenset(
-            n for one in sheet.column_dimensions.values() if one.hidden for n in range(one.min or 1, (one.max or 0) + 1)
+            n for one in sheet.column_dimensions.values() if one.hidden for n in range(one.min or 1, min(one.max or 0, 1 << 14) + 1)
         ),
     )
 
