@@ -28,6 +28,7 @@ MOST_BYTES = 50_000_000
 _MOST_CELLS = 300_000  # each takes openpyxl about 20 microseconds
 _MOST_SPANNED = 100_000  # cells in merged ranges and links, each of which it makes
 _MOST_FILES = 10_000
+_MOST_COLUMNS = 1 << 14  # that a sheet has
 _MOST_BLOCKS = 200
 _SHOWN = 30  # names and tables in a message
 _SAVE = "save it as an Excel workbook (.xlsx)"
@@ -216,7 +217,7 @@ def _sheet(sheet: Worksheet, formulas: Mapping[tuple[int, int], Any]) -> Sheet:
     cells: dict[tuple[int, int], Any] = {}
     for at, cell in _cells(sheet).items():
         value = _value(cell)
-        if value == "" and at in formulas:
+        if value == "" and at in formulas and cell.data_type != "str":  # whose value is empty text
             text = str(getattr(formulas[at], "text", formulas[at]))
             if not text.startswith("="):
                 text = f"={text}"
@@ -235,7 +236,10 @@ def _sheet(sheet: Worksheet, formulas: Mapping[tuple[int, int], Any]) -> Sheet:
         merged,
         frozenset(n for n, row in sheet.row_dimensions.items() if row.hidden),
         frozenset(
-            n for one in sheet.column_dimensions.values() if one.hidden for n in range(one.min or 1, min(one.max or 0, 1 << 14) + 1)
+            column
+            for one in sheet.column_dimensions.values()
+            if one.hidden
+            for column in range(one.min or 1, min(one.max or 0, _MOST_COLUMNS) + 1)
         ),
     )
 
@@ -259,7 +263,7 @@ def _value(cell: Cell | MergedCell) -> Any:
         if _SCALED.search(form):
             return Flaw(f"{value:.12g}", "is shown in thousands: format it as a plain number")
         return Percent(value) if "%" in form else value
-    return str(value).replace("\xa0", " ").strip()
+    return str(value).replace("\xa0", " ").replace("_x000D_", "").strip()  # a line break, as Excel writes it
 
 
 def chosen(sheets: Sequence[Sheet], name: str | None, known: Known | None) -> Sheet:
@@ -321,7 +325,7 @@ def _only(sheet: Sheet, found: Sequence[Grid], known: Known | None) -> Grid:
 def _cut(sheet: Sheet, within: str) -> Box:
     """A range as it is written, cut to what has something in it."""
     if not _RANGE.fullmatch(within):
-        raise InputError("range must be as in Excel, such as B3:C20 or B:C")
+        raise InputError("range must be cells as in B3:C20 or B:C; the sheet is stated by sheet")
     asked = _box(within)
     there = [at for at in sheet.cells if asked.top <= at[0] <= asked.bottom and asked.left <= at[1] <= asked.right]
     if not there:
@@ -333,7 +337,7 @@ def _box(cells: str) -> Box:
     from openpyxl.utils import range_boundaries
 
     left, top, right, bottom = range_boundaries(cells.upper())
-    return Box(top or 1, left or 1, bottom or 1 << 20, right or 1 << 14)
+    return Box(top or 1, left or 1, bottom or 1 << 20, right or _MOST_COLUMNS)
 
 
 def _around(cells: Iterable[tuple[int, int]]) -> Box:
