@@ -181,6 +181,9 @@ RIGHT |= {
     "a cell that is formatted as kN": (of(lambda s: setattr(s["C5"], "number_format", '_-* #,##0.00" kN"_-')), {}),
     "an unnamed index, as pandas writes it": (of(lambda s: put(s, [[0], [1], [2]], 4, 1)), {}),
     "sheets that are empty": (book(Sheet1=GOOD, Sheet2=[], Sheet3=[]), {}),
+    "what it is of, right above": (of(lambda s: None, [["mass, t", 33], ["Force", "of the head"], *GOOD]), {}),
+    "other tables without such heads": (of(lambda s: put(s, [["when", "who"], [2023, "N. N."]], 10, 2)), {}),
+    "a number among the heads": (of(lambda s: None, [[*row, 2023] for row in GOOD]), {}),
     "a break in a head": (of(lambda s: None, [["Stroke_x000D_\n[mm]", "Kraft in kN"], *GOOD[1:]]), {}),
 }
 
@@ -224,7 +227,7 @@ WRONG = {
     "a date": (cell("C5", datetime.datetime(2024, 5, 12)), {}, "coupler!C5: force_kN = '2024-05-12.*: is a date"),
     "a percentage": (cell("C5", 0.8, "0.0%"), {}, "coupler!C5: force_kN = '0.8': is shown in percent, as 80 %"),
     "thousands": (cell("C5", 800250, "#,##0.0,"), {}, "coupler!C5: force_kN = '800250': is shown in thousands"),
-    "a table on its side": (book(a=[list(column) for column in zip(*GOOD, strict=True)]), {}, "a: has no table"),
+    "a table on its side": (book(a=[list(column) for column in zip(*GOOD, strict=True)]), {}, "a!A2: stroke_mm = 'force_kN': must",
     "heads again on the next page": (of(lambda s: put(s, GOOD, 7, 2)), {}, "coupler!B7: stroke_mm = 'stroke_mm': must"),
     "units that disagree": (book(a=[HEADS, ["mm", "N"], [0, 0]]), {}, "a!B1: .* states two units, kN and N"),
     "true": (cell("C5", True), {}, "coupler!C5: force_kN = 'TRUE': is true or false, not a number"),
