@@ -227,7 +227,11 @@ WRONG = {
     "a date": (cell("C5", datetime.datetime(2024, 5, 12)), {}, "coupler!C5: force_kN = '2024-05-12.*: is a date"),
     "a percentage": (cell("C5", 0.8, "0.0%"), {}, "coupler!C5: force_kN = '0.8': is shown in percent, as 80 %"),
     "thousands": (cell("C5", 800250, "#,##0.0,"), {}, "coupler!C5: force_kN = '800250': is shown in thousands"),
-    "a table on its side": (book(a=[list(column) for column in zip(*GOOD, strict=True)]), {}, "a!A2: stroke_mm = 'force_kN': must",
+    "a table on its side": (
+        book(a=[list(column) for column in zip(*GOOD, strict=True)]),
+        {},
+        "a!A2: stroke_mm = 'force_kN': must",
+    ),
     "heads again on the next page": (of(lambda s: put(s, GOOD, 7, 2)), {}, "coupler!B7: stroke_mm = 'stroke_mm': must"),
     "units that disagree": (book(a=[HEADS, ["mm", "N"], [0, 0]]), {}, "a!B1: .* states two units, kN and N"),
     "true": (cell("C5", True), {}, "coupler!C5: force_kN = 'TRUE': is true or false, not a number"),
