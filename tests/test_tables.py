@@ -187,7 +187,7 @@ def points(folder):
 
 
 def targets(folder):
-    return observations("x", TableData(table="t.csv", cases={"D": "mass_t"}, values={"S": "M"}), folder)
+    return observations("x", TableData(table="t.csv", cases={"D": "mass_t"}, values={"S": "M"}), folder)[0]
 
 
 KINDS = [(curve, "stroke_mm", "force_kN"), (cases, "mass_t", "speed_km_h"), (points, "D", "M"), (targets, "D", "M")]

@@ -16,6 +16,7 @@ import click
 from trainmj.cli.completing import offers, settings
 from trainmj.errors import InputError
 from trainmj.files.kinds import SCENARIO
+from trainmj.files.text import allowed, allowing
 
 if TYPE_CHECKING:
     from trainmj.files.kinds import Kind
@@ -52,9 +53,15 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
 
 
 def set_again(changes: Mapping[str, Any]) -> list[str]:
-    """The words that make the same changes again."""
+    """The words that make the same changes again, and allow the same folders."""
     said = {path: value if isinstance(value, str) else json.dumps(value) for path, value in changes.items()}
-    return [f"--set {quote(f'{path}={value}')}" for path, value in said.items()]
+    folders = [f"--allow-folder {quote(str(folder))}" for folder in allowed()]
+    return [*(f"--set {quote(f'{path}={value}')}" for path, value in said.items()), *folders]
+
+
+def _allow(context: click.Context, parameter: click.Parameter, folders: tuple[str, ...]) -> None:
+    """Allow the folders of --allow-folder until the command ends."""
+    context.with_resource(allowing(folders))
 
 
 def kind_of_input(file: str) -> Kind:
@@ -115,17 +122,31 @@ def say_json(values: Any) -> None:
     say(json.dumps(values, indent=2))
 
 
-takes_changes = click.option(
-    "--set",
-    "changes",
+takes_allowed = click.option(
+    "--allow-folder",
     multiple=True,
-    metavar="PATH=VALUE",
-    callback=_changes,
-    shell_complete=settings,
-    help="Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50); null takes it "
-    "back. May be repeated.",
+    metavar="DIR",
+    expose_value=False,
+    is_eager=True,
+    callback=_allow,
+    help="Let input files name files in this folder and below, too; else only beside them and below. May be repeated.",
 )
-"""The option --set, given as a dict of changes."""
+"""The option --allow-folder, which holds while the command runs."""
+
+takes_changes = _together(
+    click.option(
+        "--set",
+        "changes",
+        multiple=True,
+        metavar="PATH=VALUE",
+        callback=_changes,
+        shell_complete=settings,
+        help="Change a value: a parameter of the scenario (mass_t=33) or a path (collision.gap_mm=50); null takes it "
+        "back. May be repeated.",
+    ),
+    takes_allowed,
+)
+"""The option --set, given as a dict of changes, and --allow-folder."""
 
 takes_scenario = _together(click.argument("scenario", shell_complete=offers(SCENARIO, results=True)), takes_changes)
 """The argument SCENARIO and the option --set."""

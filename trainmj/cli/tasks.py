@@ -18,6 +18,7 @@ from trainmj.cli.options import (
     parts_of,
     say_json,
     split_assignment,
+    takes_allowed,
     takes_changes,
     takes_fail_on_limit,
     takes_figures,
@@ -141,6 +142,7 @@ def sweep(
 
 @click.command()
 @click.argument("study", shell_complete=offers(STUDY))
+@takes_allowed
 @takes_folder
 @takes_figures
 @takes_report
@@ -186,6 +188,7 @@ def study(
 
 @click.command()
 @click.argument("targets", shell_complete=offers(TARGETS))
+@takes_allowed
 @takes_folder
 @takes_figures
 @takes_report

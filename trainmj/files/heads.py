@@ -238,6 +238,8 @@ def _read_head(text: str, place: str, name: str, unit: str, rank: int, units: di
                 f"{said}: states the unit {stated!r}, and units.{key} states {given!r}: leave it out there"
             )
         stated = given
+    if rank > 0 and way == name and unit_of(way) and factor_between(stated, unit_of(way), said) != 1:
+        raise InputError(f"{said}: states two units, {unit_of(way)} and {stated}: leave the wrong one out")
     if not stated and unit:
         raise InputError(f"{said}: states no unit: write {way} [{unit}], or state units: {{ {stem(name)}: {unit} }}")
     return Column(name, factor_between(stated, unit, said) if stated else Fraction(1), True, unit, stated)
@@ -282,7 +284,7 @@ def _is_known(unit: str) -> bool:
 
 def _spelt(unit: str) -> str:
     """A unit as it is spelt here, if it is known."""
-    text = unit.strip().replace("²", "2").replace("^", "").replace("**", "")
+    text = unit.strip().removesuffix(".").replace("²", "2").replace("^", "").replace("**", "")
     text = re.sub(r"[·⋅*]", " ", text)
     text = re.sub(r"\s*/\s*|[\s_]per[\s_](?!mille)", "/", text)
     text = re.sub(r"[\s_]+", " ", text)

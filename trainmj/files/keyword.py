@@ -68,6 +68,11 @@ def is_deck(text: str) -> bool:
     return bool(_KEYWORD.match(first))
 
 
+def curves_in(text: str) -> list[tuple[int, int]]:
+    """Number and count of points of every curve in a keyword file."""
+    return [(block.id(), len(block.cards) - 1) for block in _blocks(text)]
+
+
 def curve_in(text: str, number: int | None) -> DeckCurve:
     """The curve of a number in a keyword file, or its only one.
 

@@ -98,9 +98,9 @@ class Source:
     told: tuple[str, ...] = field(default=(), repr=False)  # what gave way to values over it or was converted, in words
     files: frozenset[FilePath] = field(default=frozenset(), repr=False)  # that the values were read from
 
-    def reading(self, *names: str) -> Source:
-        """The same with further files that were read, beside the file that names them."""
-        return replace(self, files=self.files.union(self.folder / name for name in names))
+    def reading(self, *names: str, told: Iterable[str] = ()) -> Source:
+        """The same with further files that were read, by their names, and what there is to know of how."""
+        return replace(self, files=self.files.union(self.folder / name for name in names), told=(*self.told, *told))
 
     def checked(self, model: type[Model]) -> Model:
         """The values as a model.

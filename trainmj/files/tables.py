@@ -14,16 +14,16 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Field
 
 from trainmj.errors import InputError, close_match
 from trainmj.files.heads import Column, Known, exactly, factors_of, is_unit, read_heads, with_unit
-from trainmj.files.keyword import curve_in, is_deck
+from trainmj.files.keyword import curve_in, curves_in, is_deck
 from trainmj.files.numbers import GROUPED, WRITTEN, read_number
-from trainmj.files.parts import WHOLE, Part
-from trainmj.files.spreadsheet import Flaw, Percent, chosen, is_workbook, read_workbook, table_in
+from trainmj.files.parts import WHOLE, Either, Part
+from trainmj.files.spreadsheet import Flaw, Percent, chosen, is_workbook, read_workbook, table_in, tables_on
 from trainmj.files.text import HIDDEN, beside, decoded, read_bytes
 
 if TYPE_CHECKING:
@@ -64,6 +64,9 @@ class TablePlace(Part):
     )
 
 
+OneTable = Annotated[str | TablePlace, Either(said="the name of a file, or a group with file, sheet and range")]
+
+
 @dataclass(frozen=True)
 class Table:
     """A table that somebody else wrote.
@@ -86,6 +89,12 @@ class Table:
     letters: Mapping[str, str] = field(default_factory=dict)
     written: Mapping[str, tuple[str, list[Any]]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    @property
+    def note(self) -> str:
+        """How it was read, if there is something to know, in a line that names it."""
+        named = f"{self.file.name}, {self.sheet}" if self.sheet else self.file.name
+        return f"{named}: {'; '.join(self.notes)}" if self.notes else ""
 
     def place(self, row: int, column: str = "") -> str:
         """Where a row or a cell is: ``line 7``, or ``coupler!C7`` on a sheet; the first row is 0 here."""
@@ -219,6 +228,50 @@ def read_beside(
         return _read(path, place, known, texts, curve)
     except InputError as error:
         raise InputError(f"{said}: {error}") from None
+
+
+class Listed(NamedTuple):
+    """A table of a file, as :func:`tables_in` lists it."""
+
+    place: TablePlace  # reads it: by sheet and range, or the id of a curve
+    heads: list[str]  # as they are written, with the units below them; none of a curve in a keyword file
+    rows: int
+    hidden: bool = False  # whether its sheet is
+
+
+def tables_in(file: Path) -> list[Listed]:
+    """The tables of a CSV file or a workbook, sheet by sheet, or the curves of a keyword file.
+
+    Raises:
+        InputError: if it is none of these, or damaged.
+    """
+    try:
+        content = read_bytes(file, _MOST_BYTES)
+        if is_workbook(content, file.suffix.lower()):
+            return [
+                Listed(
+                    TablePlace(file=file.name, sheet=grid.sheet, range=str(grid.box)),
+                    *_headed(grid.heads, grid.rows),
+                    hidden=sheet.hidden,
+                )
+                for sheet in read_workbook(content)
+                for grid in tables_on(sheet)
+            ]
+        text, _ = decoded(content)
+        if is_deck(text):
+            return [Listed(TablePlace(file=file.name, id=n), [], points) for n, points in curves_in(text)]
+        found = _of_text(file, text)
+        _check(found)
+        return [Listed(TablePlace(file=file.name), *_headed(found.heads, found.rows))]
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
+def _headed(heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> tuple[list[str], int]:
+    """Heads with the units below them, and how many rows come then."""
+    if len(rows) > 1 and _is_of_units(rows):
+        return [with_unit(head, str(unit)) for head, unit in zip(heads, rows[0], strict=True)], len(rows) - 1
+    return list(heads), len(rows)
 
 
 def _read(file: Path, place: TablePlace, known: Known, texts: Collection[str], curve: Sequence[str]) -> Table:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +17,11 @@ HIDDEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\
 
 FORMULA = ("=", "+", "-", "@")
 """Characters with which a formula begins in a spreadsheet."""
+
+Folders = str | Path | Iterable[str | Path]
+"""A folder, or several."""
+
+_allowed: ContextVar[tuple[Path, ...]] = ContextVar("allowed", default=())
 
 
 def printable(text: str) -> str:
@@ -99,21 +107,51 @@ def from_json(text: str | bytes) -> Any:
         raise ValueError("is nested too deeply") from None
 
 
+@contextmanager
+def allowing(folders: Folders) -> Iterator[None]:
+    """Let files name files in these folders and below, too, while this lasts.
+
+    Args:
+        folders: one or several.
+
+    Raises:
+        InputError: if one is no folder.
+    """
+    given = [folders] if isinstance(folders, (str, Path)) else list(folders)
+    for folder in given:
+        if not Path(folder).is_dir():
+            raise InputError(f"allowed folder {str(folder)!a}: there is no such folder")
+    token = _allowed.set((*_allowed.get(), *(Path(folder).resolve() for folder in given)))
+    try:
+        yield
+    finally:
+        _allowed.reset(token)
+
+
+def allowed() -> tuple[Path, ...]:
+    """The folders that are allowed besides a file's own."""
+    return _allowed.get()
+
+
 def beside(folder: Path, name: str, said: str) -> Path | None:
     """The file that another file names; None if there is no such file.
 
-    A file may name only files in its own folder or below, after following all links: a file from outside cannot read
-    anything on this machine that did not come with it.
+    A file may name only files in its own folder or below, and in folders that the user allows, after following all
+    links: a file from outside cannot read anything on this machine that did not come with it.
 
     Raises:
         InputError: if it is not a file name, or leads out of the folder; said begins the message.
     """
     path = folder / name
     try:
-        inside = path.resolve().is_relative_to(folder.resolve())
+        found = path.resolve()
+        inside = any(found.is_relative_to(each) for each in (folder.resolve(), *allowed()))
         there = path.is_file()
     except (OSError, ValueError, RuntimeError):  # too long, a zero byte, a circle of links
         raise InputError(f"{said}: is not a usable file name") from None
     if not inside:
-        raise InputError(f"{said}: must be in the folder of the file that names it, or below: copy it there")
+        raise InputError(
+            f"{said}: must be in the folder of the file that names it, or below: copy it there, or allow its folder "
+            "(--allow-folder DIR; allow_folder in Python)"
+        )
     return path if there else None

@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from trainmj.errors import InputError, close_match
+from trainmj.files.heads import exactly, factor_between, unit_stated
 from trainmj.files.numbers import LARGEST
-from trainmj.files.tables import first_of_no_number, read_beside
+from trainmj.files.spreadsheet import Flaw
+from trainmj.files.tables import TablePlace, first_of_no_number, read_beside
 from trainmj.files.text import FORMULA
 from trainmj.identification.file import MAX_VALUES, ChannelData, ChannelTarget, RowsData, TableData, TargetPart
 
@@ -41,16 +44,31 @@ class Observation:
     case: Mapping[str, Any]  # values of the scenario, by parameter or path
     wanted: float  # in the unit of the response
     time: float | None = None  # that of the test [s], of a sample of a channel
+    head: str = ""  # of the column that it is from, if that states a unit
 
 
-def observations(name: str, part: TableData | RowsData | ChannelData, folder: Path) -> list[Observation]:
+def observations(
+    name: str,
+    part: TableData | RowsData | ChannelData,
+    folder: Path,
+    unit: Callable[[str], str | None] = lambda name: None,
+) -> tuple[list[Observation], list[str]]:
     """The observations in one table of the targets file; empty cells are skipped, but not those of channels.
+
+    Args:
+        name: of the table.
+        part: where it is, and which columns are what.
+        folder: of the targets file.
+        unit: of a value of the scenario, by parameter or path. Cases whose column states another one are converted.
+
+    Returns:
+        The observations, in the units of their columns, and what there is to know of how they were read.
 
     Raises:
         InputError: without the place in the targets file, which the caller adds.
     """
     if isinstance(part, ChannelData):
-        return _samples(name, part, folder)
+        return _samples(name, part, folder), []
     given = _given(part, folder)
     rows = _chosen(part, given.rows)
     heads = set(rows[0]) if rows else set()
@@ -63,16 +81,57 @@ def observations(name: str, part: TableData | RowsData | ChannelData, folder: Pa
         for column in columns:
             if column in flaws:
                 raise InputError(flaws[column])
-    found = []
+    found, notes, factors = [], [], {}
+    for column, place in part.cases.items():
+        factors[column], note = _factor(column, unit(place), place)
+        notes += [f"{name}: {note}"] * bool(note)
     for n, row in enumerate(rows, start=1):
-        case = {place: _value(row[column], f"row {n}: {column}") for column, place in part.cases.items()}
+        case = {
+            place: _in_unit(_value(row[column], f"row {n}: {column}"), factors[column])
+            for column, place in part.cases.items()
+        }
         for target, terms in sums.items():
             wanted = sum(factor * _number(row[column], f"row {n}: {column}") for column, factor in terms.items())
             if not math.isnan(wanted):
-                found.append(Observation(name, target, {**part.set, **case}, wanted))
+                found.append(Observation(name, target, {**part.set, **case}, wanted, head=_stating(terms)))
     if not found:
         raise InputError("has no values: every row is left out or empty")
-    return found
+    return found, notes
+
+
+def _stating(terms: Sum) -> str:
+    """The column of a sum whose unit is that of the sum; none if there is none, or numbers convert it."""
+    units = {unit_stated(head) for head in terms}
+    return next(iter(terms)) if len(units) == 1 and "" not in units and {*map(abs, terms.values())} == {1.0} else ""
+
+
+def _factor(head: str, unit: str | None, name: str) -> tuple[Fraction, str]:
+    """The factor from the unit that a head states to that of what it stands for, and a note if it is not 1."""
+    stated = unit_stated(head)
+    if not stated or unit is None or (not unit and head.isidentifier()):
+        return Fraction(1), ""
+    try:
+        factor = factor_between(stated, unit, f"column {head!r}")
+    except InputError:
+        if head.isidentifier():  # the end of a name that looks like a unit
+            return Fraction(1), ""
+        raise
+    return factor, f"{head!r} is {name}, multiplied by {float(factor):.12g}" if factor != 1 else ""
+
+
+def _in_unit(value: Any, factor: Fraction) -> Any:
+    return exactly(value, factor) if factor != 1 and _is_number(value) else value
+
+
+def in_units(found: Sequence[Observation], units: Mapping[str, str]) -> tuple[list[Observation], list[str]]:
+    """Observations in the units of their targets, by name, and notes on what was converted.
+
+    Raises:
+        InputError: if a column states a unit of something else than its target is.
+    """
+    factors = {(o.head, o.target): _factor(o.head, units.get(o.target), o.target) for o in found if o.head}
+    made = [replace(o, wanted=exactly(o.wanted, factors[o.head, o.target][0])) if o.head else o for o in found]
+    return made, [note for _, note in factors.values() if note]
 
 
 def _sum(key: str, text: str, heads: Iterable[str]) -> Sum:
@@ -84,7 +143,7 @@ def _sum(key: str, text: str, heads: Iterable[str]) -> Sum:
 
 def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
     """The samples of channels, one channel after the other."""
-    said = f"channels {part.channels[:200]!a}"
+    said = f"channels {_named_file(part.channels)[:200]!a}"
     table = read_beside(folder, part.channels, said)
     sums = {key: _sum(key, text, table.columns) for key, text in (("time", part.time), *_named(part.values))}
     try:
@@ -94,6 +153,8 @@ def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
     time, *values = (
         np.sum([factor * columns[head] for head, factor in terms.items()], axis=0) for terms in sums.values()
     )
+    if head := _stating(sums["time"]):
+        time = np.array([exactly(float(t), _factor(head, "s", "time")[0]) for t in time])
     if (back := np.flatnonzero(np.diff(time) <= 0.0)).size:
         rows, head = (int(back[0]), int(back[0]) + 1), next(iter(sums["time"]))
         rule = f"times must increase: {time[rows[0]]:.9g} s comes before it"
@@ -106,7 +167,7 @@ def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
     if (n := used.size * len(values)) > MAX_VALUES:
         raise InputError(f"{said}: has {n} values, more than {MAX_VALUES}: leave samples out, or use fewer (between_s)")
     return [
-        Observation(name, target, part.set, float(wanted[k]), float(time[k]))
+        Observation(name, target, part.set, float(wanted[k]), float(time[k]), _stating(sums[f"values.{target}"]))
         for target, wanted in zip(part.values, values, strict=True)
         for k in used
     ]
@@ -150,21 +211,25 @@ def _given(part: TableData | RowsData, folder: Path) -> _Given:
     if isinstance(part, RowsData):
         heads = list(dict.fromkeys(head for row in part.rows for head in row))
         return _Given([{head: row.get(head) for head in heads} for row in part.rows])
-    first, *others = part.files
+    first, *others = part.places
     given = _read(first, folder)
-    for name in others:
-        given = _joined(given, _read(name, folder), list(part.cases), name)
+    for place in others:
+        given = _joined(given, _read(place, folder), list(part.cases), _named_file(place))
     return given
 
 
-def _read(name: str, folder: Path) -> _Given:
-    """Rows of a CSV file beside the targets file."""
-    said = f"table {name[:200]!a}"
-    table = read_beside(folder, name, said)
+def _named_file(place: str | TablePlace) -> str:
+    return place if isinstance(place, str) else place.file
+
+
+def _read(place: str | TablePlace, folder: Path) -> _Given:
+    """Rows of a file beside the targets file."""
+    said = f"table {_named_file(place)[:200]!a}"
+    table = read_beside(folder, place, said)
     words = {head: first_of_no_number(cells) for head, cells in table.columns.items()}
     return _Given(
         [dict(zip(table.columns, row, strict=True)) for row in zip(*table.columns.values(), strict=True)],
-        {head: f"{said}: {table.said(n, head)}: {_RULE}" for head, n in words.items() if n is not None},
+        {head: f"{said}: {table.refusal(n, head, _RULE)}" for head, n in words.items() if n is not None},
     )
 
 
@@ -235,6 +300,8 @@ def _value(cell: Any, said: str) -> Any:
     """A cell that sets a value of the scenario."""
     if _is_empty(cell):
         raise InputError(f"{said}: is empty; a case needs every value")
+    if isinstance(cell, Flaw):
+        raise InputError(f"{said} = {cell[:60]!a}: {cell.rule}")
     if isinstance(cell, str):
         if cell.startswith(FORMULA):
             raise InputError(f"{said} = {cell[:60]!a}: must not begin like a spreadsheet formula")

@@ -27,6 +27,7 @@ from trainmj.files.parts import (
     Title,
 )
 from trainmj.files.source import Path
+from trainmj.files.tables import OneTable, TablePlace
 from trainmj.scenario.ranges import Step
 from trainmj.units import MS
 
@@ -192,8 +193,8 @@ class _Data(Part):
     )
 
     @property
-    def files(self) -> list[str]:
-        """Names of the files that it is read from."""
+    def places(self) -> list[str | TablePlace]:
+        """The tables that it is read from."""
         return []
 
 
@@ -209,13 +210,14 @@ class TableData(_Rows):
     """Values in a CSV table with a row for each case, or in several tables joined by the columns of the cases."""
 
     table: Annotated[
-        str | Annotated[list[str], Field(min_length=1)], Either(said="the name of a CSV file, or a list of names")
-    ] = Field(description="CSV file beside this one, or several")
+        str | TablePlace | Annotated[list[OneTable], Field(min_length=1)],
+        Either(said="the name of a file, a group with file, sheet and range, or a list of these"),
+    ] = Field(description="CSV file or workbook beside this one, or several")
 
     @property
-    def files(self) -> list[str]:
-        """Names of the files that it is read from."""
-        return [self.table] if isinstance(self.table, str) else self.table
+    def places(self) -> list[str | TablePlace]:
+        """The tables that it is read from."""
+        return list(self.table) if isinstance(self.table, list) else [self.table]
 
 
 class RowsData(_Rows):
@@ -227,9 +229,9 @@ class RowsData(_Rows):
 
 
 class ChannelData(_Data):
-    """Channels of one test in a CSV file: a column of times, and one for each channel."""
+    """Channels of one test in a file: a column of times, and one for each channel."""
 
-    channels: str = Field(description="CSV file beside this one")
+    channels: OneTable = Field(description="CSV file or workbook beside this one")
     time: str = Field(description="column of its times [s], or a sum such as 0.001 * time_ms")
     offset_ms: Number = Field(
         default=0.0, description="added to these times, it gives those of the simulation, which begins at 0 [ms]"
@@ -238,8 +240,8 @@ class ChannelData(_Data):
     set: dict[str, Any] = Field(default_factory=dict, description="values of the scenario in this test")
 
     @property
-    def files(self) -> list[str]:
-        """Names of the files that it is read from."""
+    def places(self) -> list[str | TablePlace]:
+        """The tables that it is read from."""
         return [self.channels]
 
 

@@ -21,8 +21,18 @@ from trainmj.files.kinds import TARGETS
 from trainmj.files.resources import find_file
 from trainmj.files.shown import Shown
 from trainmj.files.source import Problem, Source, source_of
+from trainmj.files.text import Folders, allowing
 from trainmj.files.yaml import read_yaml
-from trainmj.identification.data import Observation, Sum, cases_of, channels_of, observations, parse_sum, shares
+from trainmj.identification.data import (
+    Observation,
+    Sum,
+    cases_of,
+    channels_of,
+    in_units,
+    observations,
+    parse_sum,
+    shares,
+)
 from trainmj.identification.file import ChannelTarget, TargetPart, TargetsFile, absolute
 from trainmj.identification.rules import broken_rules
 from trainmj.identification.unknowns import Point, Unknowns
@@ -199,16 +209,18 @@ class Identification(Shown):
         return found
 
 
-def load_targets(file: str | Path) -> Identification:
+def load_targets(file: str | Path, *, allow_folder: Folders = ()) -> Identification:
     """Read a targets file, or one that ships with trainmj by its name.
 
     Args:
         file: path of a YAML file, or a name such as ``b_type`` for scenarios/b_type.targets.yaml.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_yaml(find_file(file, TARGETS.ending, "targets file")))
+    with allowing(allow_folder):
+        return _checked(read_yaml(find_file(file, TARGETS.ending, "targets file")))
 
 
 def targets_of(values: Mapping[str, Any], folder: str | Path = ".") -> Identification:
@@ -228,10 +240,13 @@ def _checked(source: Source) -> Identification:
     spec = source.checked(TargetsFile)
     scenario = scenario_of(source, spec.scenario, spec.set)
     problems: list[Problem] = []
+    told: list[str] = []
     found: dict[str | int, list[Observation]] = {"data": [], "held_out": []}
     for at, part in spec.tables():
         try:
-            found[at[0]] += observations(str(at[1]), part, source.folder)
+            more, notes = observations(str(at[1]), part, source.folder, scenario.unit)
+            found[at[0]] += more
+            told += notes
         except InputError as error:
             problems.append(Problem(at, str(error)))
     fitted, held_out = found.values()
@@ -240,9 +255,15 @@ def _checked(source: Source) -> Identification:
     start = scenario.with_values(unknowns.changes(unknowns.start().value))
     chains = _chains([*fitted, *held_out], start)
     targets = tuple(_target(name, part, chains, source) for name, part in spec.targets.items())
+    try:
+        (fitted, new), (held_out, also) = (in_units(seen, {t.name: t.unit for t in targets}) for seen in found.values())
+    except InputError as error:
+        raise source.error(str(error), "data") from None
     samples = Sample.of(fitted, targets), Sample.of(held_out, targets)
-    read = [name for _, part in spec.tables() for name in part.files]
-    plan = Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read))
+    places = [place for _, part in spec.tables() for place in part.places]
+    read = [place if isinstance(place, str) else place.file for place in places]
+    told = list(dict.fromkeys([*told, *new, *also]))
+    plan = Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read, told=told))
     _check_times(plan, start)
     _check_steps(spec, targets, samples[0], start, source)
     return plan

@@ -58,6 +58,8 @@ def print_plan(plan: Identification) -> None:
     for table in (tables.sought(plan), tables.wanted(plan)):
         console.print()
         print_table(console, table)
+    for note in plan.source.told:
+        console.print(f"Note: {note}", soft_wrap=True, markup=False)
 
 
 def _misfit(known: Uncertainty) -> str:

@@ -26,6 +26,7 @@ from trainmj.files.provenance import lost
 from trainmj.files.resources import find_file, kind_at
 from trainmj.files.shown import Shown
 from trainmj.files.source import Source, source_of
+from trainmj.files.text import Folders, allowing
 from trainmj.files.yaml import read_yaml
 from trainmj.reliability.file import ReliabilityFile
 from trainmj.scenario import Scenario, load
@@ -147,20 +148,24 @@ class Reliability(Shown):
         raise InputError(reasons[0])
 
 
-def load_reliability(file: str | Path, changes: Mapping[str, Any] | None = None) -> Reliability:
+def load_reliability(
+    file: str | Path, changes: Mapping[str, Any] | None = None, *, allow_folder: Folders = ()
+) -> Reliability:
     """Read a reliability file, or take a scenario that states tolerances, with what a file would say by default.
 
     Args:
         file: path of either, or the name of one that ships.
         changes: values changed in every load case; they come after those of the file.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
     name = str(file)
-    if not name.endswith(RELIABILITY.ending) and kind_at(name) is SCENARIO:
-        return reliability_of_scenario(load(file, changes), name)
-    return _checked(read_yaml(find_file(file, RELIABILITY.ending, "reliability")), changes or {})
+    with allowing(allow_folder):
+        if not name.endswith(RELIABILITY.ending) and kind_at(name) is SCENARIO:
+            return reliability_of_scenario(load(file, changes), name)
+        return _checked(read_yaml(find_file(file, RELIABILITY.ending, "reliability")), changes or {})
 
 
 def reliability_of(values: Mapping[str, Any], folder: str | Path = ".") -> Reliability:

@@ -12,7 +12,7 @@ from trainmj.files.arguments import changes_given, given
 from trainmj.files.kinds import SCENARIO
 from trainmj.files.resources import find_file, shipped_files
 from trainmj.files.source import Path, Problem, Source, dotted, giving_way, has_key, inside, placed, put, type_at
-from trainmj.files.text import beside
+from trainmj.files.text import Folders, allowing, beside
 from trainmj.files.written import write_bytes
 from trainmj.files.yaml import as_yaml, parse, read_yaml
 from trainmj.scenario.partners import with_partner
@@ -27,13 +27,20 @@ JSON_SCHEMA = "https://json-schema.org/draft/2020-12/schema"
 _LONGEST_CHAIN = 10
 
 
-def load(file: str | FilePath, changes: Mapping[str, Any] | None = None, **parameters: Any) -> Scenario:
+def load(
+    file: str | FilePath,
+    changes: Mapping[str, Any] | None = None,
+    *,
+    allow_folder: Folders = (),
+    **parameters: Any,
+) -> Scenario:
     """Read a scenario file, or one that ships with trainmj by its name: ``load("b_type", speed_km_h=20)``.
 
     Args:
         file: path of a YAML file, or a name from :func:`shipped`.
         changes: values to change, by path or parameter, as in :meth:`Scenario.with_values`.
-        parameters: the same, as keywords.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
+        parameters: changes of names without points, as keywords.
 
     Returns:
         The checked scenario.
@@ -41,10 +48,11 @@ def load(file: str | FilePath, changes: Mapping[str, Any] | None = None, **param
     Raises:
         InputError: if the file cannot be read or breaks a rule; the message has file, line, key, value and rule.
     """
-    scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
-    scenario.refuse(_lost(scenario))
-    changes = changes_given(changes, parameters)
-    return scenario.with_values(changes) if changes else scenario
+    with allowing(allow_folder):
+        scenario = Scenario.from_source(_read_built(find_file(file, SCENARIO.ending, "scenario"), ()))
+        scenario.refuse(_lost(scenario))
+        changes = changes_given(changes, parameters)
+        return scenario.with_values(changes) if changes else scenario
 
 
 def shipped() -> dict[str, FilePath]:

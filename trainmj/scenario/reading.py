@@ -33,7 +33,7 @@ def with_tables(source: Source, model: type[BaseModel]) -> Source:
             names.append(place.file)
             origins.update(places)
             if table.notes:
-                notes[dotted(path)] = f"{place.file}{f', {table.sheet}' * bool(table.sheet)}: {'; '.join(table.notes)}"
+                notes[dotted(path)] = table.note
             return content
         if isinstance(value, dict):
             return {key: read(inner, (*path, key), inside(type_, key)) for key, inner in value.items()}
@@ -42,8 +42,8 @@ def with_tables(source: Source, model: type[BaseModel]) -> Source:
         return value
 
     values = read(source.values, (), model)
-    told = tuple(f"{path}: {note}" for path, note in notes.items())
-    return replace(source, values=_noted(values, notes), origins=origins, told=source.told + told).reading(*names)
+    told = [f"{path}: {note}" for path, note in notes.items()]
+    return replace(source, values=_noted(values, notes), origins=origins).reading(*names, told=told)
 
 
 def _noted(values: dict[str, Any], notes: Mapping[str, str]) -> dict[str, Any]:

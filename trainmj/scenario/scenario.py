@@ -24,6 +24,7 @@ from trainmj.files.source import (
     change,
     dotted,
     groups_of,
+    has_key,
     has_values_by_name,
     inside,
     placed,
@@ -37,6 +38,7 @@ from trainmj.scenario.partners import with_partner, with_partner_file
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.rules import broken_rules
 from trainmj.scenario.trains import RIGID_WALL
+from trainmj.units import unit_of
 
 _NOWHERE = Source({})
 _DIGITS = 10  # of a position: longer ones are none
@@ -216,6 +218,16 @@ class Scenario(Shown, Parts):
             isinstance(value, int | float) or type_at(Parts, place) is float
             for place, value in zip(self.places(name), self.locate(name), strict=True)
         )
+
+    def unit(self, name: str) -> str | None:
+        """The unit of the value to which a path or parameter leads, "" for none; None if it leads nowhere."""
+        if not (name in self.parameters or "." in name or has_key(Parts, name)):
+            return None
+        try:
+            self.places(name)
+        except InputError:
+            return None
+        return unit_of(name) or unit_of(self.paths(name)[0])
 
     def covers(self, name: str, other: str) -> bool:
         """Whether a new value for a name takes the place of that of another one, which leads there or further in."""

@@ -19,6 +19,7 @@ End = Literal["front", "rear"]
 """An end of a train."""
 MAX_VEHICLES = 400
 KG = 1e-3  # in t
+_SUMS = {"total", "totals", "sum", "summe", "gesamt", "somme", "totale", "mean", "average", "mittel", "mittelwert"}
 _SHOWN = 60  # characters of a head in a message
 
 
@@ -142,6 +143,8 @@ class VehiclesFile(TableFile):
         for n in range(len(table.lines)):
             cells = {head: column[n] for head, column in table.columns.items()}
             stated = {key: cell for key, cell in cells.items() if not (cell == "" or cell != cell)}
+            if str(stated.get("name", "")).strip(" :").lower() in _SUMS:
+                raise table.refusal(n, "name", "is a sum or a mean, not a vehicle: leave the row out, or state a range")
             loaded = {key: stated.pop(key) for key in load if key in stated}
             found.append(stated | ({"load": loaded} if loaded else {}))
         return found, {(n,): n for n in range(len(found))}

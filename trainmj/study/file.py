@@ -14,6 +14,7 @@ from trainmj.cases.load_cases import LoadCase
 from trainmj.doe.decision import Normalisation
 from trainmj.doe.weights import Transform
 from trainmj.files.parts import WHOLE, Bounds, Either, Name, Notes, Number, Part, Positive, Seed, Title
+from trainmj.files.tables import TablePlace
 from trainmj.scenario.tolerances import FurtherTolerances
 from trainmj.units import unit_of
 
@@ -111,11 +112,10 @@ class CentralComposite(_Design):
     )
 
 
-class GivenPoints(Part):
-    """Points from a file."""
+class GivenPoints(TablePlace):
+    """Points from a file, with a column for each factor."""
 
     kind: Literal["table"]
-    file: str = Field(description="CSV file beside the study, a column for each factor")
 
 
 DesignPart = Annotated[

@@ -21,6 +21,7 @@ from trainmj.files.resources import find_file
 from trainmj.files.shown import Shown
 from trainmj.files.source import Source, source_of
 from trainmj.files.tables import read_beside
+from trainmj.files.text import Folders, allowing
 from trainmj.files.yaml import read_yaml
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import scenario_of
@@ -207,16 +208,18 @@ class Study(Shown):
         return [k for k, response in enumerate(self.responses) if response.stated == name]
 
 
-def load_study(file: str | Path) -> Study:
+def load_study(file: str | Path, *, allow_folder: Folders = ()) -> Study:
     """Read a study file, or one that ships with trainmj by its name.
 
     Args:
         file: path of a YAML file, or a name such as ``b_type`` for b_type.study.yaml.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Raises:
         InputError: listing file, line, key, value and rule of everything that is wrong.
     """
-    return _checked(read_yaml(find_file(file, STUDY.ending, "study")))
+    with allowing(allow_folder):
+        return _checked(read_yaml(find_file(file, STUDY.ending, "study")))
 
 
 def study_of(values: Mapping[str, Any], folder: str | Path = ".") -> Study:
@@ -266,12 +269,17 @@ def _checked(source: Source) -> Study:
         return study
     import pandas as pd
 
-    of_numbers = {head for f in study.space.factors if f.kind != "choice" for head in (f.name, f.head)}
+    heads = {head: f for f in study.space.factors for head in (f.name, f.head)}
+    units = {head: f.unit for head, f in heads.items()}
     try:
-        table = read_beside(source.folder, spec.design.file, "file")
-        points: dict[str, Any] = dict(table.columns)
-        points |= {head: table.numbers(head) for head in of_numbers & points.keys()}
+        table = read_beside(source.folder, spec.design, "file", units.get)
+        points = {
+            head: table.column(head) if heads[head].kind == "choice" else table.numbers(head)
+            for head in table.columns
+            if head in heads
+        }
         given = study.space.from_table(pd.DataFrame(points)).tolist()
-        return replace(study, given=given, source=source.reading(spec.design.file))
+        told = [table.note] * bool(table.note)
+        return replace(study, given=given, source=source.reading(spec.design.file, told=told))
     except InputError as error:
         raise source.error(str(error).removeprefix("file: "), "design", "file") from None

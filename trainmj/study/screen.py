@@ -83,6 +83,8 @@ def print_plan(study: Study) -> None:
     for table in shown:
         console.print()
         print_table(console, table)
+    for note in study.source.told:
+        console.print(f"Note: {note}", soft_wrap=True, markup=False)
 
 
 def print_study(result: StudyResult) -> None:

@@ -13,6 +13,7 @@ from pydantic import Field
 from trainmj.cases.load_cases import LoadCase, LoadCases
 from trainmj.files.parts import WHOLE, Bounds, Either, Number, Part
 from trainmj.files.source import Problem
+from trainmj.files.tables import OneTable, TablePlace
 
 MAX_VALUES = 1_000_000
 """Largest number of values of a name, and of cells of a sample or table; they are held in memory."""
@@ -107,15 +108,16 @@ class SweepFile(Part, title="sweep file"):
 
     scenario: str = Field(description="scenario file beside this one, or the name of a shipped one")
     set: dict[str, Any] = Field(default_factory=dict, description="values changed in every case")
-    cases: Annotated[str | LoadCases, Either(said="load cases by name, or the name of a CSV file")] | None = Field(
-        default=None, description="load cases by name: other scenarios, or other values; or a CSV file, as table"
+    cases: Annotated[str | LoadCases, Either(said="load cases by name, or the name of a file")] | None = Field(
+        default=None,
+        description="load cases by name: other scenarios, or other values; or a file, as table",
     )
     vary: dict[str, Values] = Field(default_factory=dict, description="full grid of these values")
     together: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         default_factory=dict, description="lists of equal length that vary together"
     )
-    table: str | None = Field(
-        default=None, description="CSV file beside this one: a row for each case, a column for each value"
+    table: OneTable | None = Field(
+        default=None, description="CSV file or workbook beside this one: a row for each case, a column for each value"
     )
     sample: Sample | None = Field(default=None, description="random or designed sample of several values")
     responses: Annotated[list[str], Field(min_length=1)] = Field(
@@ -125,10 +127,11 @@ class SweepFile(Part, title="sweep file"):
         default_factory=list, description="numbers of the cases whose histories are kept, as NetCDF files"
     )
 
-    def table_at(self) -> tuple[str, str] | None:
-        """The key that names a CSV file, and its name."""
-        named = {"cases": self.cases, "table": self.table}
-        return next(((key, name) for key, name in named.items() if isinstance(name, str)), None)
+    def table_at(self) -> tuple[str, str | TablePlace] | None:
+        """The key that names a file with a table, and where that is."""
+        if isinstance(self.cases, str):
+            return "cases", self.cases
+        return None if self.table is None else ("table", self.table)
 
     def load_cases(self) -> dict[str, LoadCase]:
         """The load cases by name."""
@@ -138,7 +141,7 @@ class SweepFile(Part, title="sweep file"):
 def broken_rules(spec: SweepFile) -> Iterator[Problem]:
     """Every rule between keys that is broken."""
     if isinstance(spec.cases, str) and spec.table is not None:
-        yield Problem(("cases",), "is a CSV file, and so is table: leave one of them out; load cases are a group")
+        yield Problem(("cases",), "is a file, and so is table: leave one of them out; load cases are a group")
     lengths = {len(v) for v in spec.together.values()}
     if len(lengths) > 1:
         yield Problem(("together",), f"needs lists of equal length; these have {', '.join(map(str, sorted(lengths)))}")

@@ -23,8 +23,8 @@ from trainmj.files.kinds import SWEEP
 from trainmj.files.resources import find_file
 from trainmj.files.shown import Shown
 from trainmj.files.source import Source, plain, source_of
-from trainmj.files.tables import read_beside
-from trainmj.files.text import FORMULA, HIDDEN
+from trainmj.files.tables import Table, TablePlace, read_beside
+from trainmj.files.text import FORMULA, HIDDEN, Folders, allowing
 from trainmj.files.yaml import read_value, read_yaml
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.files import nowhere
@@ -55,6 +55,7 @@ class Sweep(Shown):
         load_cases: scenarios by name, each of which is combined with all that is varied; empty if there are none.
         titles: what load cases are, in words, by their names.
         read: the files that it was read from, besides those of the scenario.
+        told: what there is to know of how they were read, in words.
 
     Raises:
         InputError: if a name or value is wrong, there are too many cases, or one asked for does not exist.
@@ -68,6 +69,7 @@ class Sweep(Shown):
     load_cases: Mapping[str, Scenario] = field(default_factory=dict)
     titles: Mapping[str, str] = field(default_factory=dict)
     read: frozenset[Path] = field(default=frozenset(), repr=False)
+    told: tuple[str, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         """Check names, values and numbers."""
@@ -231,17 +233,19 @@ def grid_values(values: Any, said: str) -> list[Any]:
     return [read_value(part, said) for part in values.split(",")]
 
 
-def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None) -> Sweep:
+def load_sweep(file: str | Path, changes: Mapping[str, Any] | None = None, *, allow_folder: Folders = ()) -> Sweep:
     """Read a sweep file.
 
     Args:
         file: path of the YAML file.
         changes: values changed in every case; they come after those of the file.
+        allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
 
     Raises:
         InputError: with file, line, key, value and rule.
     """
-    return _checked(read_yaml(find_file(file, SWEEP.ending, "sweep")), changes or {})
+    with allowing(allow_folder):
+        return _checked(read_yaml(find_file(file, SWEEP.ending, "sweep")), changes or {})
 
 
 def sweep_of(values: Mapping[str, Any], folder: str | Path = ".") -> Sweep:
@@ -274,7 +278,10 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
     if spec.together:
         blocks.append(spec.together)
     if table is not None:
-        blocks.append(_table(source, *table, scenarios))
+        found = _table(source, *table, scenarios)
+        blocks.append(found.columns)
+        name = table[1] if isinstance(table[1], str) else table[1].file
+        source = source.reading(name, told=[found.note] * bool(found.note))
     if spec.sample is not None:
         blocks.append(spec.sample.columns())
     try:
@@ -288,7 +295,8 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
             spec.sample.seed if spec.sample else None,
             scenarios if cases else {},
             {name: case.title for name, case in cases.items()},
-            source.reading(*([] if table is None else [table[1]])).files,
+            source.files,
+            source.told,
         )
         return _fixed(sweep, [*spec.set, *changes], cases)
     except InputError as error:
@@ -309,22 +317,26 @@ def _on_top(changes: Mapping[str, Any], scenario: Scenario, case: str, own: Iter
         return scenario.with_values(changes) if changes else scenario
 
 
-def _table(source: Source, key: str, name: str, scenarios: Mapping[str, Scenario]) -> Mapping[str, list[Any]]:
-    """Columns of a CSV file of cases; what takes numbers in a scenario must have them."""
-    said = source.said(key)
-    table = read_beside(source.folder, name, said)
+def _table(source: Source, key: str, place: str | TablePlace, scenarios: Mapping[str, Scenario]) -> Table:
+    """A table of cases; what takes numbers in a scenario must have them."""
+    said = source.said(key, *(["file"] if isinstance(place, TablePlace) else []))
+
+    def unit(name: str) -> str | None:
+        return next((u for each in scenarios.values() if (u := each.unit(name)) is not None), None)
+
+    table = read_beside(source.folder, place, said, unit)
     try:
-        for head, cells in table.columns.items():
+        for head in table.columns:
             for case, scenario in scenarios.items():
                 with within(case):
                     if scenario.takes_numbers(head):
                         table.numbers(head)
-            for row, cell in enumerate(cells):
+            for row, cell in enumerate(table.column(head)):
                 if cell == "" or cell != cell:
-                    raise InputError(f"{table.said(row, head)}: is empty")
+                    raise table.refusal(row, head, "is empty")
     except InputError as error:
         raise InputError(f"{said}: {error}") from None
-    return table.columns
+    return table
 
 
 def _check_values(name: str, values: Sequence[Any]) -> None:

@@ -46,6 +46,8 @@ def print_plan(sweep: Sweep) -> None:
         console.print(f"Responses: {kept} of {len(columns)}", soft_wrap=True)
     if sweep.histories:
         console.print(f"Histories: of the cases {', '.join(map(str, sweep.histories))}", soft_wrap=True)
+    for note in sweep.told:
+        console.print(f"Note: {note}", soft_wrap=True, markup=False)
     if refused:
         said = f"Note: {len(refused)} of {tried} cases would be refused; the first, {refused[0]}"
     else:
