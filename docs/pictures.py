@@ -1,6 +1,6 @@
 """Make the pictures of README and docs: ``python docs/pictures.py [NAME ...]``, all of them without a name.
 
-The film needs OSMesa and the picture of a report needs Chromium; the others need only trainmj.
+The film needs OSMesa, the pictures of a report and of explore need Chromium; the others need only trainmj.
 """
 
 from __future__ import annotations
@@ -290,10 +290,10 @@ def b_type() -> None:
 
 
 def crash() -> None:
-    """The film of the front interface, small enough for a README."""
+    """A film, small enough for a README."""
     from trainmj.view import render
 
-    render(trainmj.run(trainmj.load("b_type")), FOLDER / "crash.webp", "front", slow=0.15, size=(720, 405), fps=12)
+    render(trainmj.run(trainmj.load("b_type")), FOLDER / "crash.webp", slow=0.2, size=(720, 405), fps=12)
 
 
 def report() -> None:
@@ -316,6 +316,28 @@ def report() -> None:
         ]
         subprocess.run(command, check=True, capture_output=True, timeout=120)
         _smaller(shot, FOLDER / "report.png", 1180)
+
+
+def explore() -> None:
+    """The page of trainmj explore, with a variant that is pinned and a value that was changed."""
+    from playwright.sync_api import sync_playwright
+
+    words = [sys.executable, "-m", "trainmj", "explore", "b_type", "--no-browser"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as served, sync_playwright() as playwright:
+        assert served.stdout is not None
+        address = served.stdout.readline().split()[1]
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.goto(address)
+        field = page.locator("[id='value-empty_stroke_mm']")
+        field.fill("35")
+        field.press("Enter")
+        page.wait_for_timeout(2000)
+        with tempfile.TemporaryDirectory() as folder:
+            page.screenshot(path=Path(folder, "shot.png"))
+            _smaller(Path(folder, "shot.png"), FOLDER / "explore.png", 1180)
+        browser.close()
+        served.terminate()
 
 
 def plane_vehicle() -> None:
@@ -499,6 +521,7 @@ PICTURES = {
         beyond,
         crash,
         report,
+        explore,
     )
 }
 

@@ -62,10 +62,10 @@ def without_blocks(page: str) -> str:
     return _FENCE.sub("", read(page))
 
 
-def script(page: str) -> str:
-    """A page as one bash script: files are written, commands and Python are run, in their order."""
+def script(page: str, part: slice = slice(None)) -> str:
+    """A page, or some of its blocks, as one bash script: files are written, commands and Python are run, in order."""
     lines = []
-    for block in blocks(page):
+    for block in blocks(page)[part]:
         if block.title is not None:
             lines.append(_here(f"cat > {shlex.quote(block.title)}", block.text))
         elif block.not_run is None and block.language == "sh":

@@ -48,7 +48,7 @@ def file(scenario: Scenario, tmp_path: Path) -> Path:
 def test_a_file_stands_for_its_scenario_and_a_saved_result_for_itself(scenario, result, file, tmp_path):
     """Breaks if run("b_type") ends in an AttributeError."""
     for given in (file, str(file)):
-        assert trainmj.compare(trainmj.run(given), result).same
+        assert trainmj.repeated(trainmj.run(given), result).same
         assert trainmj.line_up(given).step == result.chain.step
     assert trainmj.converge(file).settled in (True, False)
     assert len(trainmj.grid_of(file, {"collision.gap_mm": [0, 5]})) == 2
@@ -58,7 +58,7 @@ def test_a_file_stands_for_its_scenario_and_a_saved_result_for_itself(scenario, 
     result.save(tmp_path / "result.nc")
     for given in (tmp_path, str(tmp_path / "result.nc")):
         assert trainmj.summarise(given).as_dict() == trainmj.summarise(result).as_dict()
-        assert trainmj.compare(given, result).same
+        assert trainmj.repeated(given, result).same
         assert trainmj.load_result(given).numbers().keys() == result.numbers().keys()
     assert trainmj.run("wagon_80t").scenario.title == trainmj.load("wagon_80t").title
 
@@ -121,7 +121,7 @@ def test_cases_whose_columns_contradict_each_other_are_refused(scenario):
         ("trainmj.run_cases(scenario, [1, 2])", "needs a pandas table.*not list"),
         ("trainmj.run_cases(scenario, 5)", "needs a pandas table.*not int"),
         ("trainmj.summarise(scenario)", "needs a Result, .*not Scenario: trainmj.run computes one"),
-        ("trainmj.compare(scenario, result)", "needs a Result"),
+        ("trainmj.repeated(scenario, result)", "needs a Result"),
         ("trainmj.load(scenario)", "needs the path of a file, or the name of a shipped one, not Scenario"),
         ("trainmj.load({})", "needs the path of a file.*Scenario.from_values"),
         ("trainmj.load('b_type', 'mass_t=33')", "needs a dict of values by key or path, not str"),

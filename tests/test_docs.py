@@ -35,6 +35,7 @@ from trainmj.verification import kinds
 
 NOT_RUN = {
     ("docs/beyond.md", "they compute the same once already"): 1,
+    ("docs/explore.md", "opens a browser, and serves until Ctrl-C"): 1,
     ("docs/identification.md", "takes a quarter of an hour"): 1,
     ("docs/safety.md", "takes an hour"): 1,
     ("docs/safety.md", "takes a quarter of an hour"): 1,
@@ -48,6 +49,9 @@ NOT_RUN = {
 
 IN_A_CLONE = ["README.md", "docs/start.md"]
 """Pages that begin with the installation, in the order in which they are read."""
+
+TWO_COMMANDS = slice(0, 2)
+"""The blocks of the README that install; what follows in it runs at the same time, as other pages do."""
 
 WITH_ONE_STUDY = ["docs/studies.md", "docs/film.md", "docs/reports.md"]
 """Pages that show the study that ships, followed in one folder, where it is computed once and then gone on with."""
@@ -397,11 +401,17 @@ def test_a_recipe_ends_as_told(title, changes, status, told, tmp_path):
 
 @pytest.mark.as_written
 def test_newcomer_as_written(tmp_path):
-    """Clone, then README and the first page of the docs, each step as it stands, installation included."""
+    """Clone, then the README's two commands and the first page of the docs, each step as it stands."""
     clone = tmp_path / "clone"
     subprocess.run(["git", "clone", "-q", str(ROOT), str(clone)], check=True)
-    for page in IN_A_CLONE:
-        follow(page, clone, clone / ".venv" / "bin")
+    for page, part in zip(IN_A_CLONE, (TWO_COMMANDS, slice(None)), strict=True):
+        follow(page, clone, clone / ".venv" / "bin", part=part)
+
+
+@pytest.mark.as_written
+def test_readme_as_written(tmp_path):
+    """Breaks if a command or program of the README does not do what it says, after its two commands."""
+    follow("README.md", tmp_path, Path(sys.executable).parent, part=slice(TWO_COMMANDS.stop, None))
 
 
 @pytest.mark.as_written
@@ -452,9 +462,9 @@ def test_site_works_without_a_network(tmp_path):
     assert wrong == []
 
 
-def follow(page: str, folder: Path, binaries: Path, without: Container[str] = ()) -> None:
+def follow(page: str, folder: Path, binaries: Path, without: Container[str] = (), part: slice = slice(None)) -> None:
     """Run a page, without some of its commands, in a folder; what fails is shown with the command that failed."""
-    lines = (line for line in script(page).splitlines() if line not in without)
+    lines = (line for line in script(page, part).splitlines() if line not in without)
     text = "\n".join(line for line in lines if not line.endswith("pytest"))  # .ci/run does that
     outside = {key: value for key, value in os.environ.items() if key not in ("VIRTUAL_ENV", "PYTHONPATH")}
     done = subprocess.run(

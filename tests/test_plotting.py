@@ -73,7 +73,7 @@ def test_every_end_of_the_moving_train_is_drawn():
     drawn = collision(run(load("b_type", ends | {"simulation.time_limit_s": 0.05})))
     named = ["S1-M1", "M1-M2 M1", "M1-M2 M2", "M2-M3 M2", "M2-M3 M3"]
     for panel in drawn.axes[1:]:
-        assert [line.get_label() for line in panel.lines] == named
+        assert [line.get_label() for line in panel.lines if line.get_label() != "_limit"] == named
 
 
 def test_fonts_survive_everywhere(files):

@@ -7,6 +7,7 @@ import resource
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import mujoco
@@ -23,6 +24,9 @@ from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import EngineError, InputError, OutputError
 from trainmj.scenario import Scenario, load
 from trainmj.view import film, offscreen, parts
+from trainmj.view.cameras import Director, reach
+from trainmj.view.frame import Box, Frame
+from trainmj.view.marks import Marks
 from trainmj.view.scene import visible
 from trainmj.view.shapes import Shapes, colour, largest_energy
 
@@ -174,9 +178,17 @@ DRAWN = {
         "train": {"vehicles": 2, "mass_t": 36, "length_m": 20, "front": "tube", "rear": "oil", "coupler": "gear"},
         "loco": {"vehicles": 1, "mass_t": 80, "length_m": 17, "front": "oil", "drawing": "locomotive"},
         "wagons": {"vehicles": 2, "mass_t": 20, "length_m": 14, "front": "oil", "coupler": "gear", "drawing": "wagon"},
+        "unit": {
+            "vehicles": [{"name": "unit", "length_m": 44}, {"name": "coach", "length_m": 26, "drawing": "coach"}],
+            "mass_t": 60,
+            "front": "oil",
+            "coupler": "gear",
+            "drawing": "regional",
+        },
     },
     "obstacles": {
         "lorry": {"mass_t": 15, "length_m": 8, "front": "tube", "rail_friction": 0.3},
+        "block": {"mass_t": 3, "length_m": 4, "front": "tube", "drawing": "block"},
         "stop": {"fixed": True, "front": "oil"},
     },
     "collision": {"train": "train", "speed_km_h": 36, "partner": "loco"},
@@ -188,7 +200,7 @@ def drawn(partner: str, **more):
     return simulation.run(Scenario.from_values(DRAWN).with_values({"collision.partner": partner, **more}))
 
 
-@pytest.mark.parametrize("partner", ["train", "loco", "wagons", "lorry", "stop"])
+@pytest.mark.parametrize("partner", ["train", "unit", "loco", "wagons", "lorry", "block", "stop"])
 def test_every_drawing_stands_where_it_is_struck(partner, tmp_path):
     """Breaks if a train or obstacle is not drawn, or its device does not reach to the place of contact."""
     result = drawn(partner)
@@ -207,12 +219,30 @@ def test_every_drawing_stands_where_it_is_struck(partner, tmp_path):
 def test_drawings_differ(tmp_path):
     """Breaks if a locomotive, a wagon or a lorry looks like a passenger car."""
     seen = set()
-    for partner in ("train", "loco", "wagons", "lorry"):
+    partners = ("train", "unit", "loco", "wagons", "lorry", "block")
+    for partner in partners:
         chain = line_up(Scenario.from_values(DRAWN).with_values({"collision.partner": partner}))
         model = visible(chain).compile()
         shapes = [model.geom(g).name for g in range(model.ngeom) if model.geom(g).name.startswith("S1 ")]
         seen.add(frozenset((name, int(model.mesh_vertnum[model.geom(name).dataid[0]])) for name in shapes))
-    assert len(seen) == 4
+    assert len(seen) == len(partners)
+
+
+@pytest.mark.parametrize(
+    ("partner", "drawings"),
+    [
+        ("wagon_80t", ["wagon"]),
+        ("regional_129t", ["regional"]),
+        ("obstacle_15t", ["lorry"]),
+        ("obstacle_3t", ["block"]),
+        ("locomotive_led_train", ["locomotive", *["coach"] * 5]),
+    ],
+)
+def test_shipped_partners_are_drawn_as_what_they_are(partner, drawings):
+    """Breaks if a partner is drawn as the train that strikes it, or a vehicle loses what it states for itself."""
+    chain = line_up(load("b_type", {"collision.partner": partner}))
+    assert [v.drawing for v in chain.vehicles[chain.n_moving :]] == drawings
+    assert {v.drawing for v in chain.vehicles[: chain.n_moving]} == {"passenger"}
 
 
 def test_what_recovers_comes_back_and_what_was_crushed_stays_short():
@@ -263,6 +293,144 @@ def test_a_car_body_gives_way_at_its_own_end_and_takes_the_colour():
     share = wear.worn[chain.front, 0].energy[-1] / full
     assert model.geom_rgba[skin.id, :3] == pytest.approx(colour(share), abs=1e-6)
     assert shapes.show(wear) == [], "nothing has moved since"
+
+
+# what is written
+
+
+def told(result, size: tuple[int, int], at: float = 1e9, marks: list[str] | None = None):
+    """The sheet of a picture at a time, without drawing the scene, and the overlay that wrote it."""
+    chain, full = result.chain, largest_energy(result)
+    ends = reach(chain, result.point_position)
+    frame = Frame.of(*size, ends[1] - ends[0])
+    director = Director("overview", chain, frame, ends)
+    wear, marked = Wear(chain), Marks(result)
+    overlay = film.overlay_of(result, frame, "0.1 x real time", full, marked)
+    sample = int(np.abs(result.time - at).argmin())
+    for k in range(sample + 1):
+        wear.update(seen_at(result, k))
+        marked.follow(float(result.time[k]), wear)
+    said = film.said_at(result, sample, wear, marked, director, full)
+    if marks is not None:
+        said, overlay = replace(said, marks=marks), replace(overlay, marked=len(marks))
+    return overlay.written(np.full((size[1], size[0], 3), 200, dtype=np.uint8), said), overlay
+
+
+LONG = {"trains.b_type.vehicles": 60, "simulation.time_limit_s": 0.02}
+SIZES = [(640, 360), (1280, 720), (1920, 1080), (600, 900), (720, 720), (1200, 400), (192, 108), (64, 64)]
+
+
+@pytest.fixture(scope="module")
+def of_length(standard_result):
+    return {6: standard_result, 60: simulation.run(load("b_type", LONG))}
+
+
+@pytest.mark.parametrize(("vehicles", "size"), [*((6, size) for size in SIZES), (60, (640, 360)), (60, (600, 900))])
+def test_texts_never_overlap(of_length, vehicles, size):
+    """Breaks if texts cover each other or leave the picture, or what a client must see has no room."""
+    sheet, overlay = told(
+        of_length[vehicles], size, 0.15, marks=["not valid after 0.1 s: " + "override at M1-S1 " * 9] * 2
+    )
+    boxes = [box for _, box in sheet.texts]
+    assert not [pair for pair in combinations(boxes, 2) if pair[0].meets(pair[1])]
+    assert not [pair for pair in combinations(sheet.plates, 2) if pair[0].meets(pair[1])]
+    assert all(Box(0, 0, *size).holds(box) for box in (*boxes, *sheet.plates))
+    texts = [text for text, _ in sheet.texts]
+    if min(size) >= 360:
+        assert {"M1", "S1", "force at the front [kN]", "speed [km/h]", "time [s]", "TS so far"} <= set(texts)
+        assert any(text.startswith("not valid after") for text in texts)
+        assert any(text.startswith("absorbed energy [kJ]") for text in texts)
+        assert any(text.startswith("Six-car") for text in texts)
+        if vehicles == 6:
+            energies = [box for text, box in sheet.texts if overlay.frame.energies.holds(box) and text]
+            assert len(energies) == 11
+    assert size == (64, 64) or any(text.endswith(" s") for text in texts)
+
+
+def test_parts_of_a_picture_fill_it():
+    """Breaks if parts of a picture overlap, or leave no scene."""
+    for size in ((w, h) for w in range(64, 2000, 197) for h in range(64, 2000, 189)):
+        for extent in (20.0, 300.0, 8000.0):
+            frame = Frame.of(*size, extent)
+            rows = [frame.header, frame.scene, frame.strip, frame.names, frame.energies, *frame.curves]
+            assert sum(row.width * row.height for row in rows) == size[0] * size[1]
+            assert not [pair for pair in combinations(rows, 2) if pair[0].meets(pair[1])]
+            assert frame.scene.height >= 0.34 * size[1]
+
+
+def test_names_stand_below_their_vehicles():
+    """Breaks if the words below the strip are not where MuJoCo draws the vehicles."""
+    result = drawn("wagons", **{"simulation.time_limit_s": 0.3})
+    chain, last = result.chain, len(result.time) - 1
+    data = mujoco.MjData(visible(chain).compile())
+    data.qpos[:] = result.point_position[last]
+    mujoco.mj_kinematics(data.model, data)
+    ends = reach(chain, result.point_position)
+    director = Director("overview", chain, Frame.of(1000, 600, ends[1] - ends[0]), ends)
+    _, strip = director.views(result.point_position[last])
+    shown = strip.height * 1000 / strip.place[3]
+    left, right = director.faces(result.point_position[last])
+    for i, vehicle in enumerate(chain.vehicles):
+        across = (data.body(vehicle.name).xpos[0] - strip.target[0]) / shown + 0.5
+        assert 0.5 * (left + right)[i] == pytest.approx(1000 * across)
+
+
+def test_the_camera_stays_at_the_front_and_the_strip_stands_still(of_length):
+    """Breaks if the front leaves the picture, or the whole train does not move in the strip."""
+    result = drawn("loco")
+    ends = reach(result.chain, result.point_position)
+    frame = Frame.of(1280, 720, ends[1] - ends[0])
+    director = Director("overview", result.chain, frame, ends)
+    scenes, strips = zip(*(director.views(position) for position in result.point_position[::50]), strict=True)
+    meeting = result.point_position[::50, 1:3].mean(axis=1)
+    assert [view.target[0] for view in scenes] == pytest.approx(meeting)
+    assert np.ptp(meeting) > 1
+    assert len({view.target[0] for view in strips}) == 1
+    left, right = director.faces(result.point_position[-1])
+    assert left.min() > 0
+    assert right.max() < 1280
+    long = of_length[60]
+    ends = reach(long.chain, long.point_position)
+    director = Director("overview", long.chain, Frame.of(640, 360, ends[1] - ends[0]), ends)
+    left, right = director.faces(long.point_position[-1])
+    assert right[long.chain.front] == pytest.approx(320, abs=2), "of a train that is too long, what is near the impact"
+    assert left.min() < 0
+
+
+def test_what_is_passed_is_said_from_then_on():
+    """Breaks if a frame says too early or too late that a limit is passed or numbers are not valid."""
+    fast = {"collision.speed_km_h": 80, "trains.train.mass_t": 80}
+    for more, words, of_end in (
+        ({"devices.tube.stroke_limit_mm": 150}, "stroke limit of 150 mm passed: S1-M1", 0.15),
+        ({}, "car body gives way: S1-M1", 0.301),
+        ({"devices.tube.beyond": None}, "not valid after", None),
+    ):
+        result = drawn("lorry", **fast, **more)
+        stroke = result.of_device("stroke", result.chain.front, 0)
+        since = result.tally.valid_until if of_end is None else result.time[int((stroke > of_end).argmax())]
+        assert 0 < since < result.time[-1]
+        first = int((result.time >= since).argmax())
+        before, after = (told(result, (640, 360), result.time[k])[0].texts for k in (first - 1, first))
+        assert any(words in text for text, _ in after), after
+        assert not any(words in text for text, _ in before)
+
+
+def test_a_limit_on_the_whole_collision_is_said_at_its_end():
+    """Breaks if a film shows a mean deceleration as passed before its window has closed, or never."""
+    result = simulation.run(load("b_type", {"limits": {"mean_deceleration_g": 0.1}, "simulation.time_limit_s": 0.1}))
+    words = [[text for text, _ in told(result, (640, 360), at)[0].texts] for at in (0.09, 0.1)]
+    assert [any("limit passed: mean deceleration" in text for text in texts) for texts in words] == [False, True]
+
+
+def test_curves_run_up_to_the_cursor(standard_result):
+    """Breaks if a curve shows another time than the picture, or the values beside it are those of another one."""
+    sheet, overlay = told(standard_result, (1280, 720), 0.3)
+    force = standard_result.force[int(np.abs(standard_result.time - 0.3).argmin()), standard_result.chain.front]
+    assert f"{force / 1e3:.0f}" in [text for text, _ in sheet.texts]
+    box = overlay.frame.curves[0]
+    dark = np.asarray(sheet.image.convert("L"), dtype=int)[int(box.top) + 35 : int(box.bottom) - 30, 60:610] < 90
+    share = np.flatnonzero(dark.any(axis=0)).max() / 565
+    assert share == pytest.approx(0.3 / standard_result.time[-1], abs=0.02)
 
 
 # pictures

@@ -243,12 +243,13 @@ def test_figure_shows_speeds_strokes_forces_and_energies_with_units(name):
     result = run(load(name, {"simulation.time_limit_s": 0.1}))
     figure = collision(result)
     axes = figure.get_axes()
-    shared = " (front: of one train)" if result.chain.interfaces[result.chain.front].equal_sides else ""
+    shared = " (front: one train's side)" if result.chain.interfaces[result.chain.front].equal_sides else ""
     assert [a.get_title(loc="left") for a in axes] == ["Speed", "Stroke", "Force", "Absorbed energy"]
     assert [a.get_ylabel() for a in axes] == ["km/h", f"mm{shared}", "kN", f"kJ{shared}"]
     assert [a.get_xlabel() for a in axes[2:]] == ["Time (s)"] * 2
     assert len(axes[0].lines) == len(result.chain.vehicles)
-    assert len(axes[2].lines) == result.chain.n_moving, "the interfaces of the moving train"
+    forces = [line for line in axes[2].lines if line.get_label() != "_limit"]
+    assert len(forces) == result.chain.n_moving, "the interfaces of the moving train"
 
 
 @pytest.mark.thorough

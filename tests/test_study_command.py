@@ -392,6 +392,23 @@ def test_what_as_it_stands_means_is_said(tmp_path, again, capsys):
     assert (row["response"], row["as_it_stands"]) == ("TS", pytest.approx(alone.TS_mm, rel=1e-12))
 
 
+@pytest.mark.parametrize(
+    ("stands", "check", "said"),
+    [
+        ({"step_ms": [0.1]}, {"step_ms": [0.1]}, "the scenario at a step of 0.1 ms. Simulated: the chosen design at a"),
+        (
+            {"step_ms": [0.5], "set": {"simulation.step_ms": 0.5}},
+            {"step_ms": [0.1, 0.2]},
+            "design at a step of 0.1 and 0.2",
+        ),
+    ],
+)
+def test_the_step_of_what_is_compared_is_said_where_no_change_says_it(stands, check, said):
+    """Breaks if numbers of two time steps stand side by side without a word."""
+    over = {"status": "over", "reason": ""}
+    assert said in tables.check({"check": over | {"rows": []} | check, "as_it_stands": over | stands}).note
+
+
 def test_the_check_shows_the_digits_that_its_verdict_needs():
     """265.004 mm beside a limit of 265 mm is not 265 mm and broken."""
     row = {"response": "S", "unit": "mm", "as_it_stands": 1.0, "predicted": 265.0, "error_percent": 0.0}

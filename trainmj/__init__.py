@@ -27,20 +27,22 @@ if TYPE_CHECKING:
     from trainmj.cli.report import write_report as write_report
     from trainmj.collision.bracket import bracket as bracket
     from trainmj.collision.channels import channels as channels
-    from trainmj.collision.comparison import Comparison as Comparison
-    from trainmj.collision.comparison import compare as compare
     from trainmj.collision.convergence import Convergence as Convergence
     from trainmj.collision.convergence import converge as converge
     from trainmj.collision.kernel import installed as installed
     from trainmj.collision.lineup import line_up as line_up
     from trainmj.collision.margin import Margin as Margin
     from trainmj.collision.margin import margins as margins
+    from trainmj.collision.repeated import Repeated as Repeated
+    from trainmj.collision.repeated import repeated as repeated
     from trainmj.collision.result import Result as Result
     from trainmj.collision.result import load_result as load_result
     from trainmj.collision.simulation import run as run
     from trainmj.collision.status import Status as Status
     from trainmj.collision.summary import Summary as Summary
     from trainmj.collision.summary import summarise as summarise
+    from trainmj.comparison import Comparison as Comparison
+    from trainmj.comparison import compare as compare
     from trainmj.identification import Found as Found
     from trainmj.identification import Identification as Identification
     from trainmj.identification import identify as identify
@@ -76,15 +78,16 @@ _HOMES = {
     "cli.report": "write_report",
     "collision.bracket": "bracket",
     "collision.channels": "channels",
-    "collision.comparison": "Comparison compare",
     "collision.convergence": "Convergence converge",
     "collision.kernel": "installed",
     "collision.lineup": "line_up",
     "collision.margin": "Margin margins",
+    "collision.repeated": "Repeated repeated",
     "collision.result": "Result load_result",
     "collision.simulation": "run",
     "collision.status": "Status",
     "collision.summary": "Summary summarise",
+    "comparison": "Comparison compare",
     "identification": "Found Identification identify load_targets targets_of",
     "reliability": "Reliability ReliabilityResult load_reliability reliability_of run_reliability scenario_of_draw",
     "scenario": "Scenario load save",

@@ -13,7 +13,7 @@ from kinds import BASE, STUDY, TUBE, command
 from mutations import document
 
 import trainmj
-from trainmj.collision.comparison import compare
+from trainmj.collision.repeated import repeated
 from trainmj.collision.result import _packed
 
 SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
@@ -65,7 +65,7 @@ def test_a_number_that_differs_is_said_with_exit_code_1(copy: Path) -> None:
     assert "Differs from the saved result: force by" in output
     assert "mujoco 3.9.0 then" in output
     before = trainmj.load_result(copy)
-    again = compare(before, trainmj.run(before.scenario))
+    again = repeated(before, trainmj.run(before.scenario))
     assert list(again.differences) == ["force"]
     assert 0 < again.differences["force"] < 1e-9
 

@@ -18,8 +18,8 @@ from mutations import document, good, replaced
 import trainmj
 from trainmj import Standard
 from trainmj.collision.block import Layout
-from trainmj.collision.comparison import compare
 from trainmj.collision.lineup import line_up
+from trainmj.collision.repeated import repeated
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 from trainmj.study import Study
@@ -171,7 +171,7 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
                 max_size=5,
             )
         ),
-        "drawing": draw(st.sampled_from(["passenger", "wagon", "locomotive"])),
+        "drawing": draw(st.sampled_from(["passenger", "regional", "coach", "wagon", "locomotive"])),
     } | draw(st.sampled_from([{}, {"brakes": brakes}]))
     speed = draw(number(1, 200))
     partner = draw(st.sampled_from(["t", "rigid_wall", "lorry", "stop"]))
@@ -242,7 +242,7 @@ def test_scenarios_run_or_are_refused_for_their_step(values: dict[str, Any]) -> 
         assert same, f"{name}: {row[name]} in a batch, {value} alone"
     with tempfile.TemporaryDirectory() as folder:
         result.save(Path(folder) / "result.nc")
-        assert compare(trainmj.load_result(Path(folder) / "result.nc"), result).same
+        assert repeated(trainmj.load_result(Path(folder) / "result.nc"), result).same
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)

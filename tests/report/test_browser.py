@@ -9,7 +9,10 @@ from click.testing import CliRunner
 
 import trainmj
 from trainmj.cli import main
+from trainmj.files.cover import Cover
 from trainmj.output.page import Page
+from trainmj.output.table import Table, passed, worded
+from trainmj.single.page import page_of_file
 from trainmj.single.page_animation import add_animation
 
 pytestmark = pytest.mark.thorough
@@ -65,6 +68,62 @@ def test_an_assessment_fits_a_phone(look, tmp_path):
     assert len(seen.requests) == 1
     assert seen.value("document.documentElement.scrollWidth") <= 360
     assert seen.page.locator("table").count() >= 5
+
+
+OFF_PAGE = """(width) => [...document.querySelectorAll("header *, nav *, main *, footer *")].filter((e) => {
+    const seen = e.getBoundingClientRect();
+    const scrolls = (p) => ["auto", "scroll", "hidden"].includes(getComputedStyle(p).overflowX);
+    for (let p = e.parentElement; p; p = p.parentElement)
+        if (scrolls(p) && p.getBoundingClientRect().right <= width + 1) return false;
+    return seen.width > 0 && (seen.right > width + 1 || seen.left < -1);
+}).map((e) => e.outerHTML.slice(0, 80))"""
+"""What is past the edge of a page, and not in a block that scrolls."""
+
+
+LETTERS = "[...document.querySelectorAll('p, td, dd, li')].map((e) => parseFloat(getComputedStyle(e).fontSize))"
+
+
+@pytest.fixture
+def client_page(run_folder, tmp_path):
+    """The report of a run with a full head, and a table with long cells of several lines below it."""
+    page = page_of_file(run_folder / "result.nc").headed(
+        Cover(project="Line 4", client="City", author="A. B.", revision="B", date="2026-05-04")
+    )
+    rows = [(f"row {n}", "words " * (5 + 7 * n % 40), passed()) for n in range(80)]
+    page.section("Long").table(Table([*worded("Row", "what it says", "verdict")], rows))
+    page.write(tmp_path / "report.html")
+    return tmp_path / "report.html"
+
+
+def test_a_phone_shows_verdicts_first_and_nothing_off_the_page(client_page, look):
+    """Breaks if the verdict is below the first screen, an element is past the edge, or a row's verdict scrolls away."""
+    seen = look(client_page, 390, 844)
+    whole = seen.page.locator(".whole").bounding_box()
+    assert whole["y"] + whole["height"] < 500
+    assert seen.value(f"({OFF_PAGE})(390)") == []
+    assert seen.value(f"Math.min(...{LETTERS})") >= 13  # pixels
+    verdicts = "[...document.querySelectorAll('.scroll td.held')].map((e) => e.getBoundingClientRect().right)"
+    assert max(seen.value(verdicts)) <= 390
+    bar = seen.page.locator(".bars tbody tr").nth(1)
+    assert "227.2 of 265" in bar.inner_text()
+    assert bar.locator(".track").bounding_box()["width"] > 300
+
+
+def test_a_sheet_of_paper_splits_no_row_and_cuts_nothing(client_page, look):
+    """Breaks if a row, a card or a bar is split between two pages, or anything is wider than the sheet.
+
+    Columns as large as a sheet break where pages do.
+    """
+    seen = look(client_page, 688)
+    seen.page.emulate_media(media="print")
+    seen.value("window.dispatchEvent(new Event('beforeprint'))")
+    assert seen.value(f"({OFF_PAGE})(688)") == []
+    seen.page.add_style_tag(content="main { columns: 688px; height: 1000px; width: 688px; column-fill: auto; }")
+    parts = "[...document.querySelectorAll('tbody tr, .card, .whole')].map((e) => e.getClientRects().length)"
+    assert set(seen.value(parts)) <= {0, 1}  # 0 of what is folded away
+    assert seen.value("getComputedStyle(document.querySelector('thead')).display") == "table-header-group"
+    seen.page.add_style_tag(content="tr { break-inside: auto !important; }")
+    assert max(seen.value(parts)) > 1, "otherwise, rows of several lines would be split here"
 
 
 def _folded(element):
@@ -192,11 +251,10 @@ class TestAnimation:
         seen.page.locator(".animation .time").focus()
         seen.page.keyboard.press("End")
         front = standard_summary.interfaces[0]
-        energies = seen.page.locator(".animation text.energy").all_text_contents()
-        assert f"{front.energy_kJ:.0f} + {front.energy_kJ:.0f}" in energies, "of either train, as the table has it"
-        strokes = seen.page.locator(".animation text.stroke").all_text_contents()
-        (shown,) = (text for text in strokes if "+" in text)
-        assert [float(t) for t in shown.split("+")] == pytest.approx([front.stroke_mm] * 2, abs=1.5)
+        energies = [seen.page.locator(f".animation text.energy.{side}").text_content() for side in ("left", "right")]
+        assert energies == [f"{front.energy_kJ:.0f}"] * 2, "of either train's side, as the table has it"
+        strokes = [seen.page.locator(f".animation text.stroke.{side}").text_content() for side in ("left", "right")]
+        assert [float(text) for text in strokes] == pytest.approx([front.stroke_mm] * 2, abs=1.5)
         speeds = [float(t) for t in seen.page.locator(".animation .speed").all_text_contents()]
         finals = {v.name: v.final_speed_km_h for v in standard_summary.vehicles}
         assert speeds == pytest.approx(

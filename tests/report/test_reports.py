@@ -9,7 +9,9 @@ import sqlite3
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib.colors
 import numpy as np
+import pandas as pd
 import pytest
 from builders import changed, scenario
 from click.testing import CliRunner
@@ -18,6 +20,7 @@ import trainmj
 from trainmj.cli import main
 from trainmj.cli.report import write_report
 from trainmj.collision.identity import identity
+from trainmj.collision.quantities import Column
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError
 from trainmj.output.page import Page
@@ -26,7 +29,7 @@ from trainmj.single.page import page_of_run
 from trainmj.single.page_animation import animation_data
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
-from trainmj.sweep.page_responses import chosen_responses, factors_of
+from trainmj.sweep.page_responses import add_responses, chosen_responses, factors_of
 from trainmj.units import KN, MM
 
 BAR_MB = 7.0
@@ -183,6 +186,18 @@ class TestSweep:
         said = text_of(sweep_folder / "report.html")
         assert f"empty_stroke_mm {means.max() - means.min():.4g}" in said
 
+    def test_the_factor_that_moves_a_response_most_is_on_the_axis(self):
+        """Breaks if responses are drawn over the factor with most levels, whatever that does to them."""
+        cases = [(a, b, case) for a in range(6) for b in range(2) for case in ("x", "y")]
+        table = pd.DataFrame(cases, columns=["a_mm", "b_t", "load_case"]).assign(status="over")
+        table = table.assign(
+            of_a=table["a_mm"] * 1.0, of_b=table["b_t"] * 9.0, of_case=9.0 * (table["load_case"] == "x")
+        )
+        responses = [Column(name, "", 1, name, "", name, ()) for name in ("of_a", "of_b", "of_case")]
+        section = Page("p").section("s")
+        add_responses(section, table, factors_of(table, ["a_mm", "b_t", "load_case"]), responses)
+        assert list(plots(section)) == ["of_a over a", "of_b over b", "of_case over a"]
+
     def test_of_many_responses_those_near_the_impact_are_drawn(self, sweep_folder):
         drawn = chosen_responses(trainmj.read_table(sweep_folder))
         assert [r.name for r in drawn] == [
@@ -239,6 +254,17 @@ class TestSweep:
 
 
 class TestStudy:
+    def test_correlation_has_the_colours_of_every_picture(self, study_folder):
+        """Breaks if the same sign has one colour on a page and another one in a figure."""
+        from trainmj.output.style import BLUE, ORANGE, diverging, styled
+
+        with styled():
+            ends = [matplotlib.colors.to_hex(diverging()(at)).upper() for at in (0.0, 0.5, 1.0)]
+        assert ends == [ORANGE, "#FFFFFF", BLUE]
+        html = (study_folder / "report.html").read_text()
+        (scale,) = set(re.findall(r'"type":"heatmap".*?"colorscale":\[\[(.*?)\]\]', html))
+        assert re.findall("#[0-9A-F]{6}", scale.upper()) == ends
+
     def test_says_what_was_chosen(self, study_folder):
         facts = json.loads((study_folder / "summary.json").read_text())
         said = text_of(study_folder / "report.html")

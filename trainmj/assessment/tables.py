@@ -26,6 +26,22 @@ def verdict(assessment: Assessment) -> Verdict:
     return (warned if any(o.cut for o in assessment.outcomes) else passed)(f"passed as far as computed: {text}")
 
 
+def verdict_in_full(assessment: Assessment) -> Verdict:
+    """The whole in a sentence, with the criterion that comes nearest to its limit, or passes it by most."""
+    whole = verdict(assessment)
+    least = max(assessment.judged, key=lambda row: row.rank, default=None)
+    said = whole.text[:1].upper() + whole.text[1:]
+    if least is not None:
+        c, case = least.criterion, assessment.state_of(least.outcome.case)
+        nearest = "nearest" if c.kept else "by most"
+        said += f"; {nearest}: {c.said}, {case}" + f" (margin {margin(least)} %)" * (
+            c.valid and not math.isnan(c.found)
+        )
+    not_answered = len(assessment.not_computed)
+    said += f". {not_answered} of what is asked is not computed." if not_answered else "."
+    return Verdict(whole.kind, said)
+
+
 def criteria(assessment: Assessment) -> Table:
     """Every criterion of every collision scenario where it is kept least, and which case that is."""
     heads = [

@@ -91,14 +91,19 @@ def in_words(changes: list[str]) -> str:
 
 def _differences(then: Any, now: Any, path: str = "") -> Iterator[str]:
     """Where two nested values differ: ``curves.buffer.force_kN.1 250 then, 260 now``."""
-    if isinstance(then, dict) and isinstance(now, dict):
-        for key in {**then, **now}:
-            yield from _differences(then.get(key), now.get(key), f"{path}.{key}".removeprefix("."))
-    elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
-        for n, pair in enumerate(zip(then, now, strict=True)):
-            yield from _differences(*pair, f"{path}.{n}")
-    elif then != now:
-        yield f"{path} {_said(then)} then, {_said(now)} now"
+    return (f"{place} {one} then, {other} now" for place, one, other in differing(then, now, path))
+
+
+def differing(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
+    """Where two nested values differ: path, and both in words."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in {**one, **other}:
+            yield from differing(one.get(key), other.get(key), f"{path}.{key}".removeprefix("."))
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for n, pair in enumerate(zip(one, other, strict=True)):
+            yield from differing(*pair, f"{path}.{n}")
+    elif one != other:
+        yield path, _said(one), _said(other)
 
 
 def stated(about: Mapping[str, str], name: str) -> Any:

@@ -17,7 +17,9 @@ import click
 
 from trainmj.cli import collision, inputs, references, streams, tasks
 from trainmj.cli.assess import assess
+from trainmj.cli.compare import compare
 from trainmj.cli.completing import completion
+from trainmj.cli.explore import explore
 from trainmj.cli.export import export
 from trainmj.cli.new import new
 from trainmj.cli.reliability import reliability
@@ -115,7 +117,9 @@ for command in (
     tasks.identify,
     assess,
     reliability,
+    compare,
     report,
+    explore,
     render,
     view,
     export,

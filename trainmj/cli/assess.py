@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 from shlex import quote
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -15,6 +15,9 @@ from trainmj.cli.options import say, say_json, set_again, takes_changes, takes_j
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
 from trainmj.files.kinds import ASSESSMENT, SCENARIO
+
+if TYPE_CHECKING:
+    from trainmj.files.cover import Cover
 
 
 @click.command()
@@ -47,7 +50,7 @@ def assess(
     line_speed: float | None,
     out: Path | None,
     threads: int,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Assess a train: every collision that a standard asks of it.
@@ -60,7 +63,7 @@ def assess(
     Exit code: 0 if every criterion that is computed is kept; 1 if one is not, a car body gave way, a case has no
     usable numbers, or there is nothing to judge; 2 for wrong input.
     """
-    if with_report and out is None:
+    if cover is not None and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
     loaded, asked = trainmj.load(train, changes), trainmj.load_assessment(standard)
     from trainmj.assessment import screen
@@ -73,13 +76,13 @@ def assess(
         click.get_current_context().with_resource(filling(out, OWN, loaded.files | asked.files))
     found = trainmj.assess(loaded, asked, category, line_speed_km_h=line_speed, threads=threads)
     if out is not None:
-        write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), with_report)
+        write_assessment(found, out, _command(train, changes, standard, category, line_speed, out), cover)
     if as_json:
         say_json(finite(found.as_dict()))
     else:
         screen.print_assessment(found)
         if out is not None:
-            say(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
     if not found.passed:
         sys.exit(1)
 

@@ -24,6 +24,7 @@ from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
+    from trainmj.files.cover import Cover
     from trainmj.output.style import Format, Width
 
 
@@ -63,7 +64,7 @@ def run(
     out: Path | None,
     figures: tuple[Format, ...],
     figure_width: Width,
-    with_report: bool,
+    cover: Cover | None,
     with_steps: bool,
     responses: str | None,
     with_margin: bool,
@@ -81,7 +82,7 @@ def run(
     differs from the saved one, if the responses do not settle as the step is halved, or with --fail-on-limit if a limit
     was passed, by any of a bracket of ties too, of which an override counts as well; 2 for wrong input.
     """
-    if with_report and out is None:
+    if cover is not None and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
     if responses is not None and not with_steps:
         raise InputError("--responses: needs --converge, which settles them")
@@ -108,16 +109,16 @@ def run(
         steps = trainmj.converge(loaded) if responses is None else trainmj.converge(loaded, parts_of(responses))
     margins = trainmj.margins(loaded, SLIP if slip is None else slip) if with_margin else None
     result = trainmj.run(loaded)
-    again = None if before is None else trainmj.compare(before, result)
+    again = None if before is None else trainmj.repeated(before, result)
     summary = trainmj.summarise(result)
     asked = loaded.bracket and result.chain.plane
     beside = Beside(tuple(rows_of(trainmj.bracket(loaded, summary))) if asked else (), margins)
     if out is not None:
         write_run(result, summary, out, figures, figure_width, beside)
-        if with_report:
+        if cover is not None:
             from trainmj.single.page import page_of_run
 
-            page_of_run(result, summary, out / FILE, beside).write(out / REPORT)
+            page_of_run(result, summary, out / FILE, beside).headed(cover).write(out / REPORT)
     if as_json:
         more = ({"repeated": again.as_dict()} if again else {}) | ({"convergence": steps.as_dict()} if steps else {})
         more |= beside.rows()
@@ -130,7 +131,7 @@ def run(
         if again is not None:
             say(str(again))
         if out is not None:
-            say(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
     differs, drifts = again is not None and not again.same, steps is not None and not steps.settled
     past_limits = fail_on_limit and (summary.status.kind in PAST_LIMITS or beside.past_limits)
     if summary.status.unusable or differs or drifts or past_limits:

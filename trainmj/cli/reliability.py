@@ -30,6 +30,7 @@ from trainmj.errors import InputError
 from trainmj.files.kinds import RELIABILITY, SCENARIO
 
 if TYPE_CHECKING:
+    from trainmj.files.cover import Cover
     from trainmj.output.style import Format, Width
 
 
@@ -64,7 +65,7 @@ def reliability(
     dask: str | None,
     figures: tuple[Format, ...],
     figure_width: Width,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Find how likely limits are passed when a train is built within its tolerances.
@@ -103,13 +104,13 @@ def reliability(
             figures=figures,
             figure_width=figure_width,
         )
-    if with_report:
-        page.page_of(result, _command(file, changes, stated, out)).write(out / REPORT)
+    if cover is not None:
+        page.page_of(result, _command(file, changes, stated, out)).headed(cover).write(out / REPORT)
     if as_json:
         say_json(result.as_dict())
     else:
         screen.print_reliability(result)
-        if with_report:
+        if cover is not None:
             say(f"Report: {out / REPORT}")
     if not screen.usable(result):
         sys.exit(1)

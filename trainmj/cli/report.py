@@ -2,27 +2,77 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from datetime import date
+from functools import wraps
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import click
 
 from trainmj.cli.completing import offers
 from trainmj.cli.options import say, takes_time
 from trainmj.errors import InputError
-from trainmj.files.arguments import path_given
+from trainmj.files.arguments import group_given, path_given
+from trainmj.files.folder import is_held, spare
 from trainmj.files.text import printable
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
+    from trainmj.files.cover import Cover
     from trainmj.output.page import Page
 
-takes_report = click.option(
-    "--report", "with_report", is_flag=True, help="Write report.html too: all results on one page, in one file."
-)
-"""The option --report."""
+F = TypeVar("F", bound=Callable[..., Any])
+
+_COVER = {
+    "project": "the project that it is part of",
+    "client": "whom it is for",
+    "author": "who answers for it",
+    "revision": "its revision",
+    "date": "its date as it is to be read; today takes that of the clock",
+}
+"""What heads a report, as options of commands; see :class:`trainmj.files.cover.Cover`."""
+
+
+def takes_cover(function: F) -> F:
+    """The options of what heads a report, given as the Cover ``cover``; they go before what the scenario states."""
+
+    @wraps(function)
+    def with_cover(**values: Any) -> Any:
+        return function(cover=cover_given({name: values.pop(name) for name in _COVER}), **values)
+
+    for name, said in reversed(_COVER.items()):
+        with_cover = click.option(f"--{name}", metavar="TEXT", help=f"At the head of the report: {said}.")(with_cover)
+    return cast(F, with_cover)
+
+
+def takes_report(function: F) -> F:
+    """The option --report and those of its head, given as the Cover ``cover``; None without --report."""
+
+    @wraps(function)
+    def if_asked(with_report: bool, cover: Cover, **values: Any) -> Any:
+        if not with_report and cover.stated:
+            raise InputError(f"--{next(iter(cover.stated))}: needs --report, whose page it heads")
+        return function(cover=cover if with_report else None, **values)
+
+    said = "Write report.html too: all results on one page, in one file."
+    return click.option("--report", "with_report", is_flag=True, help=said)(takes_cover(cast(F, if_asked)))
+
+
+def cover_given(values: Mapping[str, str | None]) -> Cover:
+    """What heads a report, as it is given; None stands for nothing, and the date today for that of the clock.
+
+    Raises:
+        InputError: if there is no such value, or one is more than a line.
+    """
+    from trainmj.files.cover import TODAY, Cover
+    from trainmj.files.source import source_of
+
+    stated = {name: text for name, text in group_given(values).items() if text is not None}
+    if str(stated.get("date", "")).strip().lower() == TODAY:
+        stated["date"] = date.today().isoformat()
+    return source_of(stated).checked(Cover)
 
 
 class Kind(NamedTuple):
@@ -42,6 +92,7 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.assessment import folder as assessment
     from trainmj.cases import store
     from trainmj.collision import result
+    from trainmj.comparison import folder as comparison
     from trainmj.identification import run as identification
     from trainmj.paper import BEYOND, PAGE
     from trainmj.reliability import run as reliability
@@ -56,6 +107,7 @@ def kinds() -> tuple[Kind, ...]:
         ),
         Kind("an assessment", assessment.FILE, cure="trainmj assess TRAIN --standard NAME --out {folder} --report"),
         Kind("a reliability run", reliability.FILE, cure=f"trainmj reliability FILE --out {{folder}} --report{_AGAIN}"),
+        Kind("a comparison", comparison.FILE, cure="trainmj compare A B --out {folder} --report"),
         Kind("a reproduction of the paper", PAGE, cure=f"trainmj paper --out {{folder}}{_AGAIN}"),
         Kind("the paper's laws beyond its range", BEYOND, cure="trainmj paper --beyond --out {folder}"),
     )
@@ -82,25 +134,28 @@ def _page_of_study(file: Path) -> Page:
 @click.command()
 @click.argument("results", type=click.Path(path_type=Path), shell_complete=offers(results=True))
 @click.option("--out", type=click.Path(path_type=Path), help="HTML file to write; report.html in the folder otherwise.")
+@takes_cover
 @takes_time
-def report(results: Path, out: Path | None) -> None:
+def report(results: Path, out: Path | None, cover: Cover) -> None:
     """Write the report of a run, a sweep or a study.
 
     RESULTS is the folder that the command wrote, or one saved result in it, such as case_3.nc. The report is one HTML
     file that opens by double click and needs no network: tables, plots with zoom and read-out, and for a run the
     collision as an animation.
     """
-    write(results, out)
+    write(results, cover, out)
 
 
-def write(results: Path, out: Path | None = None, silent: bool = False) -> None:
+def write(results: Path, cover: Cover, out: Path | None = None, silent: bool = False) -> None:
     """Write a report and say where, unless silent."""
-    file = write_report(results, out)
+    file = write_report(results, out, cover.stated)
     if not silent:
         say(f"Report: {file}")
 
 
-def write_report(results: str | Path | Result, out: str | Path | None = None) -> Path:
+def write_report(
+    results: str | Path | Result, out: str | Path | None = None, cover: Mapping[str, str | None] | None = None
+) -> Path:
     """Write the report of a run, a sweep or a study.
 
     Args:
@@ -108,24 +163,26 @@ def write_report(results: str | Path | Result, out: str | Path | None = None) ->
             run, run_sweep or run_study gave.
         out: the HTML file; by default report.html in the folder, and case_3.html for a result case_3.nc; of a result
             that was not saved, report.html in the working directory.
+        cover: what heads it, before what the scenario states: project, client, author, revision, date.
 
     Returns:
         The file.
 
     Raises:
-        InputError: if there are no results, or results of several kinds, or damaged or unfinished ones.
+        InputError: if there are no results, or results of several kinds, or damaged or unfinished ones, or the cover
+            is wrong.
         OutputError: if the file cannot be written.
     """
     from trainmj.collision.result import Result
-    from trainmj.files.folder import is_held, spare
     from trainmj.output.page import REPORT
 
+    given = cover_given(cover or {})
     if isinstance(results, Result):
         from trainmj.collision.summary import summarise
         from trainmj.single.page import page_of_run
 
         file = Path(REPORT if out is None else out)
-        page_of_run(results, summarise(results)).write(file)
+        page_of_run(results, summarise(results)).headed(given).write(file)
         return file
     results = path_given(results)
     kind, source = what_is_at(results)
@@ -146,7 +203,7 @@ def write_report(results: str | Path | Result, out: str | Path | None = None) ->
         raise InputError(
             f"{source.parent}: a file here is damaged or was changed by hand ({said}): make the results again"
         ) from error
-    page.write(file)
+    page.headed(given).write(file)
     return file
 
 

@@ -32,6 +32,7 @@ from trainmj.files.kinds import SCENARIO, STUDY, SWEEP, TARGETS
 
 if TYPE_CHECKING:
     from trainmj.cases.engine import Engine
+    from trainmj.files.cover import Cover
     from trainmj.output.style import Format, Width
     from trainmj.scenario import Scenario
 
@@ -100,7 +101,7 @@ def sweep(
     histories: str | None,
     dask: str | None,
     parquet: bool,
-    with_report: bool,
+    cover: Cover | None,
     fail_on_limit: bool,
 ) -> None:
     """Compute many cases of a scenario, one row for each.
@@ -133,8 +134,8 @@ def sweep(
     if parquet:
         write_parquet(out)
     print_sweep(result)
-    if with_report:
-        write(out)
+    if cover is not None:
+        write(out, cover)
     unusable = result.failed + result.not_valid
     if unusable == result.cases or (fail_on_limit and (unusable or result.past_limits)):
         sys.exit(1)
@@ -155,7 +156,7 @@ def study(
     threads: int,
     figures: tuple[Format, ...],
     figure_width: Width,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Go from free values to one chosen and verified design.
@@ -180,8 +181,8 @@ def study(
         say_json(result.summary)
     else:
         screen.print_study(result)
-    if with_report:
-        write(out, silent=as_json)
+    if cover is not None:
+        write(out, cover, silent=as_json)
     if not result.summary["trusted"]:
         sys.exit(1)
 
@@ -201,7 +202,7 @@ def identify(
     threads: int,
     figures: tuple[Format, ...],
     figure_width: Width,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Find device curves and other values from known responses.
@@ -231,8 +232,8 @@ def identify(
             figures=figures,
             figure_width=figure_width,
         )
-    if with_report:
-        page.page_of(found, page.command_of(targets, found)).write(out / REPORT)
+    if cover is not None:
+        page.page_of(found, page.command_of(targets, found)).headed(cover).write(out / REPORT)
     if as_json:
         say_json(found.summary)
     else:

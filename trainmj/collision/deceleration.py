@@ -17,7 +17,9 @@ FILTER_INTERVAL = 1 / 600
 WINDOW_RECORDS = 30
 """Fewest records in a moving window: with them a mean misses at most a few tenths of a percent of its peak."""
 
-_SETTLED = 0.010  # what comes later moves a filtered value by less than 0.2 % of its own size [s]
+SETTLED = 0.010
+"""What comes later than this moves a filtered value by less than 0.2 % of its own size [s]."""
+
 _SILENCE = 0.05  # around a signal, by which the filter has died away [s]
 
 
@@ -113,4 +115,4 @@ def _filtered(interval: float, velocity: Array) -> Array:
 
 def _known(interval: float, n_sample: int) -> int:
     """How many filtered values the silence behind the last record does not reach."""
-    return max(0, n_sample - 1 - int(np.ceil(_SETTLED / interval)))
+    return max(0, n_sample - 1 - int(np.ceil(SETTLED / interval)))

@@ -42,15 +42,13 @@ def line_up(scenario: Scenario | str | Path) -> Chain:
     c = scenario.collision
     moving = cars_as_built(scenario, "M")
     n = len(moving)
-    drawn: str = scenario.trains[c.train].drawing
-    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, scenario, drawn, True) for i, car in enumerate(moving)][::-1]
+    vehicles = [_vehicle(f"M{i + 1}", car, c.speed_km_h, scenario, True) for i, car in enumerate(moving)][::-1]
     obstacle, fixed = scenario.obstacles.get(c.partner), None
     if obstacle is not None and obstacle.fixed:
         fixed = Vehicle("wall", c.partner, math.inf, obstacle.length_m, 0.0, drawing=obstacle.drawn)
     elif c.partner != RIGID_WALL:
-        cars, drawn = _partner(scenario)
-        speed = c.partner_speed_km_h
-        vehicles += [_vehicle(f"S{i + 1}", car, speed, scenario, drawn, False) for i, car in enumerate(cars)]
+        speed, cars = c.partner_speed_km_h, _partner(scenario)
+        vehicles += [_vehicle(f"S{i + 1}", car, speed, scenario, False) for i, car in enumerate(cars)]
     s = scenario.simulation
     flattened = scenario.plane == "line" and scenario.states_the_plane
     limits = {name: most for name, most in scenario.limits.items() if not (flattened and only_in_plane(name))}
@@ -108,13 +106,14 @@ def _limits(chain: Chain) -> Iterator[Problem]:
             yield Problem(("limits", name), reason)
 
 
-def _partner(scenario: Scenario) -> tuple[list[Car], str]:
-    """The vehicles of a partner that moves, from the end that is struck, and what pictures show it as."""
+def _partner(scenario: Scenario) -> list[Car]:
+    """The vehicles of a partner that moves, from the end that is struck."""
     name = scenario.collision.partner
     obstacle = scenario.obstacles.get(name)
     if obstacle is None:
-        return cars_as_built(scenario, "S"), scenario.trains[name].drawing
-    return [Car(name, obstacle.mass_t, obstacle.length_m, rail_friction=obstacle.rail_friction)], obstacle.drawn
+        return cars_as_built(scenario, "S")
+    friction, drawn = obstacle.rail_friction, obstacle.drawn
+    return [Car(name, obstacle.mass_t, obstacle.length_m, rail_friction=friction, drawing=drawn)]
 
 
 def _interfaces(scenario: Scenario, n_moving: int, head: Vehicle) -> list[Interface]:
@@ -189,7 +188,7 @@ def _on_wall(end: LineEnd, before: Vehicle) -> LineEnd:
     return replace(end, height=height, pin=0.0, free=math.inf, swing=0.0)
 
 
-def _vehicle(name: str, car: Car, speed_km_h: float, scenario: Scenario, drawing: str, leads_right: bool) -> Vehicle:
+def _vehicle(name: str, car: Car, speed_km_h: float, scenario: Scenario, leads_right: bool) -> Vehicle:
     assert car.mass_t is not None  # held by the rules of a scenario
     brake = None
     if car.brakes is not None:
@@ -201,7 +200,7 @@ def _vehicle(name: str, car: Car, speed_km_h: float, scenario: Scenario, drawing
     gear = None
     if scenario.plane == "vertical" and car.type is not None:  # obstacles have none
         gear = _gear(scenario.vehicle_types[car.type], name, car, scenario.collision, leads_right)
-    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed, friction, brake, drawing, body, gear)
+    return Vehicle(name, car.name, car.mass_t * TONNE, car.length_m, speed, friction, brake, car.drawing, body, gear)
 
 
 def _gear(spec: VehicleType, name: str, car: Car, collision: Collision, leads_right: bool) -> Gear:

@@ -121,7 +121,7 @@ def _in_plane(chain: Chain) -> bool:
 
 INTERFACE: tuple[Quantity[Side], ...] = (
     Quantity(
-        "stroke", "mm", 1, "largest\nstroke", "largest stroke; at the front that of one train",
+        "stroke", "mm", 1, "largest\nstroke", "largest stroke; at the front of one train's side",
         lambda s: s.stroke / MM, "stroke",
     ),
     Quantity(
@@ -136,7 +136,7 @@ INTERFACE: tuple[Quantity[Side], ...] = (
         lambda s: s.tallied("pull_max") / KN, "pull",
     ),
     Quantity(
-        "energy", "kJ", 2, "absorbed\nenergy", "absorbed energy; at the front by one train",
+        "energy", "kJ", 2, "absorbed\nenergy", "absorbed energy; at the front of one train's side",
         lambda s: s.energy / KJ, "energy",
     ),
     Quantity(

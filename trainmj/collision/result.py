@@ -55,10 +55,10 @@ HISTORIES = {
     "position": History("vehicle", "m", "position, 0 where the two sides touch", "mm", MM),
     "velocity": History("vehicle", "m/s", "speed along +x", "km/h", KM_H),
     "acceleration": History("vehicle", "m/s2", "acceleration by all forces", "g", G),
-    "stroke": History("interface", "m", "stroke", "mm", MM),
+    "stroke": History("interface", "m", "stroke of both sides together", "mm", MM),
     "stroke_rate": History("interface", "m/s", "rate of the stroke"),
     "force": History("interface", "N", "force", "kN", KN),
-    "energy": History("interface", "J", "absorbed energy, elastic energy not counted", "kJ", KJ),
+    "energy": History("interface", "J", "energy absorbed by both sides, elastic energy not counted", "kJ", KJ),
     "left_stroke": History("interface", "m", "stroke of the device of the left side, or of the only one"),
     "right_stroke": History("interface", "m", "stroke of the device of the right side, if it has its own"),
     "left_energy": History("interface", "J", "energy absorbed by the device of the left side, or by the only one"),
@@ -102,10 +102,10 @@ class Result(Drawn):
         position: (n_sample, n_vehicle) of the centres of mass [m], 0 where the two sides touch.
         velocity: (n_sample, n_vehicle) [m/s].
         acceleration: (n_sample, n_vehicle) of all forces [m/s2].
-        stroke: (n_sample, n_interface) [m].
+        stroke: (n_sample, n_interface) of both sides together [m].
         stroke_rate: (n_sample, n_interface) [m/s].
         force: (n_sample, n_interface) [N].
-        energy: (n_sample, n_interface) absorbed by the interface, elastic energy not counted [J].
+        energy: (n_sample, n_interface) absorbed by both sides of it, elastic energy not counted [J].
         left_stroke: (n_sample, n_interface) of the device of the left side, or of the only one [m].
         right_stroke: (n_sample, n_interface) of the device of the right side, if it has its own [m].
         left_energy: (n_sample, n_interface) absorbed by the device of the left side, or by the only one [J].
@@ -283,11 +283,14 @@ class Result(Drawn):
         """
         write_bytes(file, _packed(self.dataset()))
 
-    def table(self) -> pd.DataFrame:
+    def table(self, both_sides: bool = False) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet.
 
         Column valid is 0 in rows after a curve ended behind which nothing is stated, or one vehicle overrode another,
         and 1 in all others.
+
+        Args:
+            both_sides: whether the partner's stroke and energy at the front are there too where the sides are equal.
         """
         import pandas as pd
 
@@ -295,6 +298,10 @@ class Result(Drawn):
         for name, h in SHOWN.items():
             for thing, values in self.shown(name).items():
                 columns[head(f"{name}_{thing.replace(' ', '_')}", h.shown)] = values
+            front = self.chain.interfaces[self.chain.front]
+            if both_sides and front.equal_sides and name in ("stroke", "energy"):
+                values = self.of_device(name, self.chain.front, 1) / h.factor
+                columns[head(f"{name}_{front.name}_partner", h.shown)] = values
         return pd.DataFrame(columns)
 
     def shown(self, name: str) -> dict[str, Array]:

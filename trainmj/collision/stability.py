@@ -25,18 +25,12 @@ def largest_step(chain: Chain) -> float:
     step late, h v deep, and turns v into v (1 - h2 K / M - h C / M): not faster than v if its stiffness counts twice.
     What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
-    from scipy.optimize import brentq
-
     stiffness, damping = plane.matrices(chain) if chain.plane else _matrices(chain)
-
-    def over(step: float) -> float:
-        return float(np.linalg.eigvalsh(0.25 * step**2 * stiffness + 0.5 * step * damping)[-1]) - 1.0
-
-    low = _certain_step(chain) * (1.0 - _ROUNDING)  # it may be the largest itself
-    high = 2.0 * low
-    while over(high) < 0.0:
-        low, high = high, 2.0 * high
-    return float(brentq(over, low, high, rtol=1e-6 if chain.plane else 1e-12))
+    # with m = 1 / h, (m2 - m C / 2 - K / 4) x = 0: a symmetric problem of twice the size, by K / 4 = R R'
+    squares, shapes = np.linalg.eigh(0.25 * stiffness)
+    root = shapes * np.sqrt(np.maximum(squares, 0.0))
+    both = np.block([[0.5 * damping, root], [root.T, np.zeros_like(root)]])
+    return float(1.0 / np.linalg.eigvalsh(both)[-1])
 
 
 def _matrices(chain: Chain) -> tuple[Array, Array]:

@@ -39,15 +39,20 @@ class Worn:
         """Untouched; the paths are the ways through it that act."""
         self._paths = [_Pressed(path) for path in paths]
         self.energy = np.zeros(len(device.stages))
-        self._stroke = 0.0
+        self._absorbed = self._stroke = 0.0
 
     def update(self, stroke: float, energy: float) -> None:
         """Follow a sample: stroke [m] and absorbed energy [J]; the stage that has been reached takes what is new."""
         self._stroke = stroke
-        engaged = [one for one in self._paths if one.path.start <= max(0.0, stroke)]
-        engaged[-1].press(stroke)
-        reached = sum(used > 0.0 for used in self.used[1:])
-        self.energy[reached] += max(0.0, energy - self.energy.sum())
+        depth, engaged = max(0.0, stroke), self._paths[0]
+        for one in self._paths[1:]:
+            if one.path.start <= depth:
+                engaged = one
+        engaged.press(stroke)
+        if energy > self._absorbed:
+            reached = sum(used > 0.0 for used in self.used[1:]) if self.energy.size > 1 else 0
+            self.energy[reached] += energy - self._absorbed
+            self._absorbed = energy
 
     @property
     def used(self) -> list[float]:
@@ -61,7 +66,7 @@ class Worn:
     @property
     def shown(self) -> float:
         """Its stroke, the permanent set at least [m]."""
-        return max(0.0, self._stroke, *(one.permanent for one in self._paths))
+        return max(0.0, self._stroke, *[one.permanent for one in self._paths])
 
 
 class _Pressed:
@@ -74,6 +79,7 @@ class _Pressed:
         """Not pressed yet."""
         self.path = path
         self.most = 0.0  # largest stroke of the device on this path [m]
+        self.permanent = 0.0  # stroke of the device that remains without force [m]
         self._block = alone(Element((path.law,))).tolist()
 
     def press(self, stroke: float) -> None:
@@ -81,14 +87,8 @@ class _Pressed:
         if stroke > self.most:
             self.most = stroke
             advance(self._block, 0, stroke - self.path.start, 0.0, 0.0, 0.0)
-
-    @property
-    def permanent(self) -> float:
-        """Stroke of the device that remains without force [m]."""
-        if self.most == 0.0:
-            return 0.0
-        state = self._block[ELEMENT.STATE_0], self._block[ELEMENT.STATE_1]
-        return self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
+            state = self._block[ELEMENT.STATE_0], self._block[ELEMENT.STATE_1]
+            self.permanent = self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
 
 
 class _Strut:
@@ -146,6 +146,7 @@ class Wear:
                 self.worn[k, side] = Worn(device, interface.paths(side))
             if interface.is_shared:
                 self.worn[k, 1] = self.worn[k, 0]
+        self._own = [(k, side) for k, i in enumerate(chain.interfaces) for side in range(len(i.devices))]
         self._coupled = {k: i for k, i in enumerate(chain.interfaces) if any(e.sign < 0 for e in i.elements)}
         self._stroke = self._lowest = np.zeros(len(chain.interfaces))
         self.moved = np.zeros(len(chain.points))
@@ -160,10 +161,10 @@ class Wear:
 
     def update(self, seen: Mapping[str, Array]) -> None:
         """Follow a sample: of SEEN, the histories of a result by name, in SI."""
-        for (k, side), worn in self.worn.items():
-            name = ("left", "right")[side]
-            if side < len(self._chain.interfaces[k].devices):
-                worn.update(float(seen[f"{name}_stroke"][k]), float(seen[f"{name}_energy"][k]))
+        strokes = seen["left_stroke"].tolist(), seen["right_stroke"].tolist()
+        energies = seen["left_energy"].tolist(), seen["right_energy"].tolist()
+        for k, side in self._own:
+            self.worn[k, side].update(strokes[side][k], energies[side][k])
         self._stroke = np.array(seen["stroke"])
         for k, interface in list(self._coupled.items()):
             slack = next(element.start for element in interface.elements if element.sign < 0)

@@ -1,9 +1,10 @@
-"""What a section of a page can hold: text, key figures, tables, pictures and plots."""
+"""What a section of a page can hold: text, key figures, tables, bars, pictures and plots."""
 
 from __future__ import annotations
 
 import base64
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -31,6 +32,17 @@ class Card:
 
 
 @dataclass(frozen=True)
+class Bar:
+    """One of several amounts that are compared, drawn beside what is allowed of it."""
+
+    name: str  # of what has it, such as a device at an interface
+    value: float
+    limit: float | None = None  # a mark on the bar; None for none
+    said: str = ""  # the numbers as they are read: "227.2 of 265"
+    verdict: Verdict | None = None
+
+
+@dataclass(frozen=True)
 class Block:
     """A part of a section."""
 
@@ -38,6 +50,7 @@ class Block:
     content: Mapping[str, Any]  # arguments of the macro
     half: bool = False  # whether it takes half the width of the page, where there is room
     script: str = ""  # that makes it live
+    data: str = ""  # which that script shows, as JSON
 
 
 @dataclass
@@ -68,7 +81,16 @@ class Section:
         """A table, whose cells may be markup too; a folded one opens with a click on its title."""
         rows = [[_cell(c.show(v), v) for c, v in zip(table.columns, row, strict=True)] for row in table.rows]
         label = table.title or self.title
-        self._add("table", half, table=table, label=label, rows=rows, folded=folded)
+        judged = [any(isinstance(row[k], Verdict) for row in rows) for k in range(len(table.columns))]
+        self._add("table", half, table=table, label=label, rows=rows, judged=judged, folded=folded)
+
+    def bars(self, bars: Sequence[Bar], title: str, unit: str, note: str = "", half: bool = False) -> None:
+        """Amounts as bars of one scale, from 0 on, each with its limit as a mark, its numbers and its verdict."""
+        ends = [value for bar in bars for value in (bar.value, bar.limit or 0.0) if math.isfinite(value)]
+        whole = max(ends, default=0.0) or 1.0
+        rows = [(bar, _part(bar.value, whole), None if bar.limit is None else _part(bar.limit, whole)) for bar in bars]
+        judged = any(bar.verdict for bar in bars)
+        self._add("bars", half, rows=rows, title=title, unit=unit, note=note, judged=judged)
 
     def code(self, text: str, title: str) -> None:
         """A file as it stands, which opens with a click on its title."""
@@ -102,9 +124,12 @@ class Section:
         figure = as_json({"data": list(data), "layout": layout_of(layout) | {"height": height}})
         self._add("plot", half, figure=figure, title=title, note=note, height=height)
 
-    def raw(self, markup: Markup, script: str = "") -> None:
-        """Trusted markup, and a script that makes it live; the page holds a script once, however often it is given."""
-        self.blocks.append(Block("raw", {"markup": markup}, script=script))
+    def raw(self, markup: Markup, script: str = "", data: str = "") -> None:
+        """Trusted markup, and a script that makes it live; the page holds a script once, however often it is given.
+
+        The markup holds the data of the script too; a page that draws them anew takes them from the block.
+        """
+        self.blocks.append(Block("raw", {"markup": markup}, script=script, data=data))
 
     def _add(self, kind: str, half: bool = False, **content: Any) -> None:
         self.blocks.append(Block(kind, content, half))
@@ -117,6 +142,11 @@ def as_json(value: Any) -> Markup:
     except ValueError:
         text = json.dumps(finite(value), separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c"))
+
+
+def _part(value: float, whole: float) -> str:
+    """How far a value goes along a bar, as CSS says it."""
+    return f"{100 * min(max(value, 0.0) / whole, 1.0) if math.isfinite(value) else 0.0:.2f}%"
 
 
 def _cell(shown: Any, value: Any) -> Any:

@@ -15,10 +15,11 @@ from trainmj.units import label
 Trace = dict[str, Any]
 """One line, or one set of points, as plotly.js takes it."""
 
-GREY = "#7a808a"
+GREY, INK = "#7a808a", "#22262e"
 VIRIDIS = ("#440154", "#3b528b", "#21918c", "#5ec962", "#fde725")
 """A scale of colours, from low to high."""
 
+_ON_A_LINE = 44  # letters in a line of the name of a limit, so that it fits a plot on a phone
 _LONGEST = 18  # letters in a line of the title of a vertical axis, so that it fits a plot on paper
 
 _AXIS = {
@@ -31,7 +32,7 @@ _AXIS = {
 }
 _LAYOUT: dict[str, Any] = {
     "autosize": True,
-    "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#22262e"},
+    "font": {"family": "system-ui, sans-serif", "size": 12, "color": INK},
     "colorway": list(PALETTE),
     "paper_bgcolor": "#ffffff",
     "plot_bgcolor": "#ffffff",
@@ -55,17 +56,46 @@ def layout_of(layout: Mapping[str, Any]) -> dict[str, Any]:
 
 def axes(x: str, x_unit: str, y: str, y_unit: str, **more: Any) -> dict[str, Any]:
     """A layout with names and units, which may be empty, on both axes, and with further entries."""
-    upright = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
-    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": upright}}}
+    title = "<br>".join(wrap(plain(label(y, y_unit)), _LONGEST, break_long_words=False))
+    named = {"xaxis": {"title": {"text": plain(label(x, x_unit))}}, "yaxis": {"title": {"text": title}}}
     return _merged(named, more)
 
 
 def shaded(start: float, end: float, said: str) -> dict[str, Any]:
     """Entries of a layout that shade a plot from a value of x to another one, and say why."""
     part = {"x0": float(f"{start:.7g}"), "x1": float(f"{end:.7g}"), "y0": 0, "y1": 1, "yref": "paper"}
-    look = {"type": "rect", "fillcolor": "#22262e", "opacity": 0.12, "layer": "below", "line": {"width": 0}}
+    look = {"type": "rect", "fillcolor": INK, "opacity": 0.12, "layer": "below", "line": {"width": 0}}
     named = {"text": plain(said), "textposition": "top left", "font": {"size": 11}}
     return {"shapes": [part | look | {"label": named}]}
+
+
+def across(y: float, said: str, dash: str = "dash") -> dict[str, Any]:
+    """A shape of a layout: a line across a whole plot at a value of y, such as a limit, named on it."""
+    named = {"text": _in_lines(said, _ON_A_LINE), "textposition": "end", "yanchor": "bottom", "font": {"size": 11}}
+    return _ruled(dash) | {"x0": 0, "x1": 1, "xref": "paper", "y0": _near(y), "y1": _near(y), "label": named}
+
+
+def upright(x: float, dash: str = "dash") -> dict[str, Any]:
+    """The same up a plot at a value of x, without a name."""
+    return _ruled(dash) | {"y0": 0, "y1": 1, "yref": "paper", "x0": _near(x), "x1": _near(x)}
+
+
+def named_upright(x: float, said: str) -> dict[str, Any]:
+    """An annotation of a layout: the name of such a line, along it from the top."""
+    named = {"text": plain(said), "textangle": -90, "showarrow": False, "font": {"size": 11}}
+    return named | {"x": _near(x), "xanchor": "right", "y": 1, "yref": "paper", "yanchor": "top"}
+
+
+def _ruled(dash: str) -> dict[str, Any]:
+    return {"type": "line", "line": {"color": INK, "width": 1, "dash": dash}}
+
+
+def _near(value: float) -> float:
+    return float(f"{value:.7g}")
+
+
+def _in_lines(text: str, longest: int) -> str:
+    return "<br>".join(map(plain, wrap(text, longest, break_long_words=False)))
 
 
 def line(
@@ -143,8 +173,16 @@ def plain(text: str) -> str:
 
 def numbers(values: npt.ArrayLike, digits: int = 5) -> list[float | None]:
     """Values of so many significant digits, which keeps a page small; None for those that are not finite."""
-    array = np.asarray(values, dtype=np.float64)
-    return [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in array.tolist()]
+    array = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    finite = np.isfinite(array)
+    size = np.abs(np.where(finite, array, 0.0))
+    power = digits - 1 - np.floor(np.log10(size, where=size > 0.0, out=np.zeros_like(size)))
+    up, down = 10.0 ** np.clip(power, 0.0, 300.0), 10.0 ** np.maximum(-power, 0.0)
+    rounded = np.rint(array / down * up, where=finite, out=np.zeros_like(array)) * down / up + 0.0  # no -0
+    listed: list[float | None] = rounded.tolist()
+    for place in np.flatnonzero(~finite):
+        listed[place] = None
+    return listed
 
 
 def _values(values: npt.ArrayLike) -> list[Any]:
@@ -171,7 +209,7 @@ def _spaced(x: npt.ArrayLike) -> dict[str, Any]:
     values = np.asarray(x, dtype=np.float64)
     if values.size > 2:
         step = (values[-1] - values[0]) / (values.size - 1)
-        if step > 0 and np.allclose(np.diff(values), step, rtol=1e-6, atol=0):
+        if step > 0 and np.abs(np.diff(values) - step).max() <= 1e-6 * step:
             return {"x0": float(f"{values[0]:.12g}"), "dx": float(f"{step:.12g}")}
     return {"x": numbers(values, 7)}
 

@@ -26,19 +26,18 @@ from trainmj.paper.printed import (
     numbers,
     published,
     rms,
-    split_unit,
 )
 from trainmj.paper.reproduce import Reproduction
 from trainmj.paper.scatter import about_line
 from trainmj.paper.tables import OURS, S08
-from trainmj.units import KJ, KM_H, MM, label
+from trainmj.units import KJ, KM_H, MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 CAPTIONS = {
-    "figure4_scenarios": "Figure 4. Energy, strokes (S1-M1: both trains together) and speeds in the scenarios of "
+    "figure4_scenarios": "Figure 4. Energy, strokes (S1-M1: both sides) and speeds in the scenarios of "
     "Table 2: rigid vehicles, and car bodies of 1000 kN/mm, which stand for the finite element model",
     "figure5_devices_vs_D": "Figure 5. Compression and energy over time for nine empty strokes D, at 33 t",
     "figure6_speeds_vs_D": "Figure 6. Speeds over time for nine empty strokes D, at 33 t",
@@ -109,6 +108,7 @@ def _energy_conversion(axes: Axes, rigid: Result, elastic: Result, title: str) -
 
 def _strokes(axes: Axes, rigid: Result, elastic: Result, title: str) -> None:
     names = [i.name for i in rigid.chain.interfaces]
+    names[rigid.chain.front] += ", both sides"
     at = np.arange(len(names))
     for result, name, colour, shift in ((rigid, "rigid", GREY, -0.2), (elastic, "bodies give", BLUE, 0.2)):
         axes.bar(at + shift, result.tally.stroke_max / MM, color=colour, width=0.4, label=name)
@@ -147,7 +147,7 @@ def _devices(collisions: Collisions, factor: str) -> Figure:
             stroke.plot(result.time, compression(result, k) / MM, color=colour, linewidth=0.9)
             name = chain.interfaces[k].name
             energy.plot(result.time, result.shown("energy")[name], color=colour, linewidth=0.9)
-            name += ", one train" if n == 0 else ""
+            name += ", one train's side" if n == 0 else ""
             stroke.set_title(f"(a) {name}")
             energy.set_title(f"(b) {name}")
     for axes, quantity in zip(panels[:, 0], ("Compression (mm)",) * 2 + ("Energy (kJ)",) * 2, strict=True):
@@ -192,8 +192,9 @@ def _series(collisions: Collisions, factor: str, picture: Figure, panels: Any) -
     values = numbers(published(SERIES[factor].tables[0]), head)
     shades = ListedColormap(colormaps["viridis"](np.linspace(0, 0.9, 256)))
     colours = ScalarMappable(Normalize(values.min(), values.max()), shades)
-    name = label(*split_unit(head))
-    picture.colorbar(colours, ax=panels, label=name, ticks=list(values), format="%g", aspect=40, pad=0.01)
+    picture.colorbar(
+        colours, ax=panels, label=SERIES[factor].axis, ticks=list(values), format="%g", aspect=40, pad=0.01
+    )
     for axes in panels[-1]:
         axes.set_xlabel("Time (s)")
     panels[0, 0].set_xlim(0, max(result.time[-1] for result in results))

@@ -111,6 +111,9 @@ def page_of(reproduction: Reproduction, figures: Mapping[str, Figure], command: 
         command,
         identity(),
     )
+    missed = len(reproduction.missed)
+    said = f"{outcome(reproduction).rstrip(':.')}; {holding(reproduction)} laws in words hold."
+    page.verdict = judged(not missed, said, said)
     _result(page.section("Result"), reproduction)
     section = page.section("Verdicts")
     for table in verdict_tables(reproduction):
@@ -151,7 +154,7 @@ def _result(section: Section, r: Reproduction) -> None:
         "The 17 collisions of Tables 3 to 8, the two scenarios of Table 2, the ten of Table 9 and the one of Table 13 "
         "were computed, and the study of Tables 9 to 13 was done twice: on the published Table 9, and on our responses "
         "at the same ten points. Accelerations are those of the device forces alone, as the paper counts them; at the "
-        "front, strokes and energies are one train's.",
+        "front, strokes and energies are of one train's side.",
         "What cannot be reproduced:",
     )
     section.notes(NOT_REPRODUCED)

@@ -12,7 +12,7 @@ from trainmj.collision.identity import identity
 from trainmj.output.blocks import Card
 from trainmj.output.page import Page
 from trainmj.output.style import BLUE, GREEN, GREY, ORANGE, figure, styled
-from trainmj.output.table import Column, Table
+from trainmj.output.table import Column, Table, Verdict
 from trainmj.paper.beyond import EMPTY, ENDING, MASS, PARTNER, SAME, SPEED, TWO, Along, Axis, Beyond
 from trainmj.paper.laws_beyond import HALF_D_MM, HALF_M_T, RULES, Rule, strokes
 from trainmj.paper.printed import (
@@ -280,6 +280,9 @@ def page_of(found: Beyond, drawn: Mapping[str, Figure], command: str) -> Page:
         command,
         identity(),
     )
+    whole = sum(not any(any(along.breaks(rule)) for along in found.along.values()) for rule in RULES)
+    said = f"{whole} of {len(RULES)} laws hold wherever they were judged; the others break somewhere."
+    page.verdict = Verdict("none", said)
     section = page.section("Result")
     section.cards(
         Card("Laws", str(len(RULES)), note="stated as rules that can be judged anywhere"),

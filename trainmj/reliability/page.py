@@ -9,6 +9,7 @@ from trainmj.output.page import Page
 from trainmj.output.plot import Trace, axes, line
 from trainmj.output.sources import sources_table
 from trainmj.output.style import PALETTE
+from trainmj.output.table import Verdict
 from trainmj.reliability import tables
 from trainmj.reliability.figures import shown, titled
 from trainmj.reliability.found import Passed, ReliabilityResult
@@ -20,6 +21,7 @@ def page_of(result: ReliabilityResult, command: str = "") -> Page:
     """The page of a reliability run; the command makes it again."""
     plan = result.plan
     page = Page(plan.title, subtitle=f"{tables.size(plan)}.", command=command, versions=result.versions)
+    page.verdict, page.cover = _verdict(result), next(iter(plan.scenarios.values())).report
     section = page.section("Probabilities")
     section.cards(*_cards(result))
     section.notes(remark[:1].upper() + remark[1:] for remark in remarks(result))
@@ -48,6 +50,16 @@ def page_of(result: ReliabilityResult, command: str = "") -> Page:
     for name, scenario in plan.scenarios.items():
         section.code(to_yaml(scenario), f"Scenario as designed{f', {name}' if name else ''}")
     return page
+
+
+def _verdict(result: ReliabilityResult) -> Verdict:
+    """How likely a limit is passed, and which one governs."""
+    whole, governing = result.any, result.governing
+    if governing is None:
+        return Verdict("none", "No limit is stated, so that none is judged.")
+    level, share = 100 * result.plan.spec.level, tables.share(whole.estimate.value)
+    said = f"A limit is passed with a probability of {share} ({level:g} % interval {tables.interval(whole.estimate)})"
+    return Verdict("none", f"{said}; {titled(governing)} governs with {tables.share(governing.estimate.value)}.")
 
 
 def _cards(result: ReliabilityResult) -> list[Card]:

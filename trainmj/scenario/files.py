@@ -40,7 +40,7 @@ def load(
         file: path of a YAML file, or a name from :func:`shipped`.
         changes: values to change, by path or parameter, as in :meth:`Scenario.with_values`.
         allow_folder: in which, or below which, input files may name files besides their own folder; one or several.
-        parameters: changes of names without points, as keywords.
+        parameters: the same, as keywords.
 
     Returns:
         The checked scenario.

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 from pydantic_core import PydanticCustomError
 
+from trainmj.files.cover import Cover
 from trainmj.files.parts import Above, Below, Either, Notes, Part, Positive, Title
 from trainmj.files.provenance import Sources
 from trainmj.scenario.as_built import AsBuilt, Built, built
@@ -124,6 +125,9 @@ class Parts(Part, title="scenario file"):
 
     title: Title = Field(default="", description="one line that heads every output")
     notes: Notes = Field(default="", description="such as where the numbers come from")
+    report: Cover = Field(
+        default=Cover(), description="what heads its reports: project, client, author, revision, date"
+    )
     changed: Annotated[list[str], Field(max_length=MAX_NAMES)] = Field(
         default_factory=list,
         description="values that were changed after the title was written, by parameter or path; every output shows "

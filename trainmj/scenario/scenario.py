@@ -42,7 +42,15 @@ from trainmj.units import unit_of
 
 _NOWHERE = Source({})
 _DIGITS = 10  # of a position: longer ones are none
-_UNSAID = ("title", "notes", "sources", "parameters", "tolerances", "changed")  # of which a title says nothing
+_UNSAID = (
+    "title",
+    "notes",
+    "report",
+    "sources",
+    "parameters",
+    "tolerances",
+    "changed",
+)  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 _LONGEST_NAME = 120  # and of its path
@@ -135,10 +143,14 @@ class Scenario(Shown, Parts):
     @property
     def heading(self) -> str:
         """The title, with the values that were changed since it was written, as it heads every output."""
+        return "; changed: ".join(filter(None, (self.title or "Train collision", self.changes)))
+
+    @property
+    def changes(self) -> str:
+        """The values that were changed since the title was written, in words; empty if none was."""
         said = [self._said(name) for name in self.changed[:_MOST_SAID]]
         more = len(self.changed) - len(said)
-        said += [f"and {more} more"] if more > 0 else []
-        return (self.title or "Train collision") + (f"; changed: {', '.join(said)}" if said else "")
+        return ", ".join(said + ([f"and {more} more"] if more > 0 else []))
 
     @property
     def subject(self) -> str:

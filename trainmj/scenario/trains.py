@@ -82,6 +82,9 @@ CouplerRef = Annotated[
 ]
 
 
+Drawing = Literal["passenger", "regional", "coach", "wagon", "locomotive"]
+
+
 class VehicleSpec(Part):
     """One vehicle of a train; the train states for all vehicles what this one leaves out."""
 
@@ -108,6 +111,7 @@ class VehicleSpec(Part):
     type: str | None = Field(
         default=None, description="one of vehicle_types, for the vertical plane, in place of that of the train"
     )
+    drawing: Drawing | None = Field(default=None, description="what pictures show it as, in place of that of the train")
 
 
 class VehiclesFile(TableFile):
@@ -162,6 +166,7 @@ class Car(NamedTuple):
     body: BodySpec | None = None
     type: str | None = None  # of vehicle_types
     turned: bool = False  # whether its rear end is in front
+    drawing: str = "passenger"
 
 
 class TrainSpec(Part):
@@ -194,9 +199,7 @@ class TrainSpec(Part):
     type: str | None = Field(
         default=None, description="one of vehicle_types, for the vertical plane, of each vehicle that states none"
     )
-    drawing: Literal["passenger", "wagon", "locomotive"] = Field(
-        default="passenger", description="what pictures show it as"
-    )
+    drawing: Drawing = Field(default="passenger", description="what pictures show vehicles as that state none")
 
     def each(self) -> list[VehicleSpec]:
         """The vehicles from the front end as they are stated, those of a number by their position."""
@@ -258,6 +261,7 @@ class TrainSpec(Part):
             v.brakes or self.brakes,
             self.body_of(v),
             v.type or self.type,
+            drawing=v.drawing or self.drawing,
         )
 
 
@@ -283,7 +287,7 @@ class ObstacleSpec(Part):
         default=None,
         description="Coulomb coefficient between a free obstacle and the ground, in place of that of the collision",
     )
-    drawing: Literal["lorry", "buffer_stop"] | None = Field(
+    drawing: Literal["lorry", "block", "buffer_stop"] | None = Field(
         default=None, description="what pictures show it as; a free one is a lorry, a fixed one a buffer stop"
     )
 

@@ -16,7 +16,7 @@ from trainmj.scenario import Scenario
 from trainmj.scenario.devices import AnyDevice, CowperSymonds, CrushDevice
 from trainmj.units import KN, MM, MS
 
-_POINTS = 300  # of a curve, one way
+_POINTS = 120  # of a curve, one way, beside those where it bends
 _SEEN = 0.01  # part of the work at rest by which a curve must differ from that to be drawn too
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import cycle
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from trainmj.collision.result import SHOWN, Result
 from trainmj.collision.summary import Summary, summarise
 from trainmj.output.style import Width, grid, styled
 from trainmj.single.bodies import ALONG, along
+from trainmj.single.marks import Mark, marks
 from trainmj.single.plane import drawn, lifting_wheelsets, marks_of_steps, worst_wheelsets
 from trainmj.units import MM
 
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 _MOST_VEHICLES, _MOST_INTERFACES = 6, 8  # of one side, that are all named; of more the first ones and the last
+_WIDEST = 44  # characters of a line of the name of a limit
 
 OF_INTERFACES = {"stroke": "Stroke", "force": "Force", "energy": "Absorbed energy"}
 """Histories of interfaces that are drawn, and their titles."""
@@ -57,12 +61,15 @@ def collision(result: Result, width: Width = "page") -> Figure:
         for panel, (name, title) in zip(axes[1:], OF_INTERFACES.items(), strict=True):
             _draw(panel, result, name, title, (joints, "viridis", 0.0, 0.9))
             if front.equal_sides and name != "force":  # above the panel there are the names of the lines
-                panel.set_ylabel(f"{panel.get_ylabel()} (front: of one train)")
+                panel.set_ylabel(f"{panel.get_ylabel()} (front: one train's side)")
+            _across(panel, marks(result, name))
         apart = axes[1].get_ylim()[0] if chain.gap == 0 else 0.0
         strokes = result.shown("stroke")
         pulled = [float(strokes[side].min()) for i in chain.interfaces if i.draws for side in i.sides]
         axes[1].set_ylim(bottom=min([0.0, *(1.1 * least for least in pulled)] if pulled else [0.0, apart]))
-        named = _named(axes[1].lines, _MOST_INTERFACES - 2 * front.unequal_sides)  # the partner's name is a long one
+        named = _named(
+            axes[1].lines[: len(joints)], _MOST_INTERFACES - 2 * front.unequal_sides
+        )  # the partner's name is a long one
         half = (len(named) + 1) // 2
         _legend(axes[1], [named[:half], named[half:]])  # the colours are the same in all three
         for axis in axes:
@@ -115,12 +122,9 @@ def plane(result: Result, summary: Summary, width: Width = "page") -> Figure:
         named = _named(axes[0].lines, _MOST_INTERFACES)
         half = (len(named) + 1) // 2
         _legend(axes[0], [named[:half], named[half:]] if named[half:] else [named])
-        for (name, mm), dash in zip(marks_of_steps(result, summary).items(), ("--", ":", "-."), strict=False):
-            axes[0].axhline(mm, color="0.5", linewidth=0.8, linestyle=dash)
-            axes[0].axhline(-mm, color="0.5", linewidth=0.8, linestyle=dash)
-            at, side = (0.5, "center") if dash == ":" else (0.99, "right")  # clear of each other
-            axes[0].text(at * result.time[-1], mm, name, color="0.3", fontsize="x-small", ha=side, va="bottom")
+        _across(axes[0], [Mark(name, mm, both=True) for name, mm in marks_of_steps(result, summary).items()])
         _draw(axes[1], result, "pitch", "Pitch", *_sides(result))
+        _across(axes[1], marks(result, "pitch"))
         _legend_of_vehicles(axes[1], result)
         for axis, name, title, names in (
             (axes[2], "load", "N/N0 up to lift", worst_wheelsets(summary)),
@@ -130,6 +134,7 @@ def plane(result: Result, summary: Summary, width: Width = "page") -> Figure:
             lines = [axis.plot(result.time, histories[of], label=of.replace(" wheelset", ""))[0] for of in names]
             axis.set(title=title, ylabel=f"{SHOWN[name].shown} (vehicle and wheelset)".lstrip())
             _legend(axis, [lines[:3], lines[3:]] if lines[3:] else [lines])
+            _across(axis, marks(result, name))
         axes[2].set_ylim(bottom=0.0)
         for axis in axes:
             _over_time(axis, result)
@@ -202,6 +207,19 @@ def _over_time(axes: Axes, result: Result) -> None:
     axes.set_xlim(0, result.time[-1])
     if result.not_valid:
         axes.axvspan(result.tally.valid_until, result.time[-1], color="0.88", zorder=0)
+
+
+def _across(axes: Axes, found: Sequence[Mark]) -> None:
+    """A line across a panel for each limit, named on it; the names of neighbours stand apart."""
+    for n, (mark, dash) in enumerate(zip(found, cycle(("--", ":", "-.")))):
+        for value in (mark.value, -mark.value) if mark.both else (mark.value,):
+            axes.axhline(value, color="0.35", linewidth=0.8, linestyle=dash, label="_limit")
+        at, side = (0.99, "right") if n % 2 == 0 else (0.02, "left")
+        look: dict[str, Any] = {"color": "0.3", "fontsize": "x-small", "va": "bottom", "ha": side}
+        text = axes.text(
+            at, mark.value, "\n".join(wrap(mark.name, _WIDEST)), transform=axes.get_yaxis_transform(), **look
+        )
+        text.set_in_layout(False)
 
 
 def _draw(axes: Axes, result: Result, name: str, title: str, *sides: tuple[range, str, float, float]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.result import FILE, Result
@@ -16,12 +16,40 @@ from trainmj.scenario import to_yaml
 from trainmj.single import figures
 from trainmj.single.beside import SUMMARY, Beside
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 OWN = (
     r"scenario\.yaml|result\.nc|(histories|interfaces|vehicles|wheelsets|bodies|bracket|margins)\.csv"
     rf"|(collision|plane|bodies|occupants)\.{ENDINGS}"
     r"|summary\.json|report\.html"
 )
 """The files of the folder, as a pattern of their names."""
+
+
+NUMBER = "%.9g"
+"""Format of numbers in CSV files."""
+
+
+def tables_of(result: Result, summary: Summary, both_sides: bool = False) -> dict[str, pd.DataFrame]:
+    """The tables of a run by name: histories over time, interfaces, vehicles and, where there are any, their parts.
+
+    Args:
+        result: of the collision.
+        summary: of the result.
+        both_sides: as of :meth:`trainmj.collision.result.Result.table`.
+    """
+    import pandas as pd
+
+    rows = {
+        "interfaces": [i.as_row() for i in summary.interfaces],
+        "vehicles": [v.as_row() for v in summary.vehicles],
+        "wheelsets": [{"vehicle": v.name, **w.as_row()} for v in summary.vehicles for w in v.wheelsets],
+        "bodies": list(_bodies(result.chain, summary)),
+    }
+    valid = {"valid_until_s": summary.valid_until_s}
+    tables = {name: pd.DataFrame([row | valid for row in of_name]) for name, of_name in rows.items() if of_name}
+    return {"histories": result.table(both_sides), **tables}
 
 
 def write_run(
@@ -45,18 +73,11 @@ def write_run(
     with staged(folder, OWN, SUMMARY) as stage:
         result.save(stage / FILE)
         (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
-        result.table().to_csv(stage / "histories.csv", index=False, float_format="%.9g")
-        tables = {"interfaces": [i.as_row() for i in summary.interfaces]}
-        tables["vehicles"] = [v.as_row() for v in summary.vehicles]
-        tables["wheelsets"] = [{"vehicle": v.name, **w.as_row()} for v in summary.vehicles for w in v.wheelsets]
-        tables["bodies"] = list(_bodies(result.chain, summary))
-        tables = {
-            name: [row | {"valid_until_s": summary.valid_until_s} for row in rows] for name, rows in tables.items()
-        }
+        tables = tables_of(result, summary)
         more = {} if beside is None else beside.rows()
-        for name, rows in (tables | more).items():
-            if rows:
-                pd.DataFrame(rows).to_csv(stage / f"{name}.csv", index=False, float_format="%.9g")
+        for name, table in (tables | {name: pd.DataFrame(rows) for name, rows in more.items()}).items():
+            if len(table):
+                table.to_csv(stage / f"{name}.csv", index=False, float_format=NUMBER)
         for name, draw in figures.drawings(result, width, summary).items() if formats else ():
             save(draw(), stage / name, formats)
         (stage / SUMMARY).write_text(json.dumps(summary.as_dict() | more, indent=2), encoding="utf-8")

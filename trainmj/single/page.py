@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from shlex import quote
 
+from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.status import MEANING
@@ -13,7 +15,7 @@ from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.sources import sources_table
-from trainmj.output.table import failed, judged
+from trainmj.output.table import Table, failed, judged
 from trainmj.scenario import to_yaml
 from trainmj.scenario.trains import RIGID_WALL
 from trainmj.single import tables, tables_plane
@@ -23,7 +25,12 @@ from trainmj.single.page_bodies import add_bodies
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories, add_occupants
 from trainmj.single.page_plane import add_plane
+from trainmj.single.used import add_used
+from trainmj.single.verdict import verdict
 from trainmj.units import readable
+
+ANIMATED = "The collision"
+"""The title of the section that holds the animation."""
 
 _OF_PLANE = ("largest_step", "largest_wheel_lift", "least_wheel_load")  # criteria that are cards there
 _MOST_ROWS = 24  # of a table of details; a longer one is folded away
@@ -51,40 +58,46 @@ def page_of_run(result: Result, summary: Summary, file: Path | None = None, besi
     Raises:
         InputError: if nothing was recorded.
     """
-    if len(result.time) < 2:
-        raise InputError("the result has fewer than two recorded times, too few for a report")
     page = Page(
         result.scenario.heading,
         subtitle=result.scenario.subject,
         command=_commands(file),
         versions=result.versions,
+        verdict=verdict(summary),
+        cover=result.scenario.report,
     )
-    outcome = page.section("Outcome")
-    _add_outcome(outcome, summary)
-    for table in () if beside is None else beside.tables(result.chain):
-        outcome.table(table)
-    add_animation(page.section("The collision"), result)
-    section = page.section("Interfaces and vehicles")
-    section.table(tables.interfaces(summary))
-    for table in tables.vehicles(result.chain, summary):
-        section.table(table)
-    if contacts := tables.contacts(summary):
-        section.table(contacts, folded=len(contacts.rows) > _MOST_ROWS)
-    if result.chain.plane:
-        add_plane(page.section("In the vertical plane"), result, summary)
-    if result.chain.members:
-        add_bodies(page.section("Bodies"), result, summary)
-    add_histories(page.section("Over time"), result)
-    if result.chain.free_flights:
-        add_occupants(page.section("Occupants"), result)
-    add_devices(page.section("Devices"), result)
-    section = page.section("Checks")
-    section.table(tables.checks(result, summary))
-    section.table(tables.energy(summary))
-    for remark in summary.remarks:
-        section.text(remark)
+    for title, add in subjects(result, summary, beside).items():
+        add(page.section(title))
     _add_scenario(page.section("Scenario"), result)
     return page
+
+
+def subjects(result: Result, summary: Summary, beside: Beside | None = None) -> dict[str, Callable[[Section], None]]:
+    """What is shown of a collision, but its scenario: by the title of a section, what fills it.
+
+    Raises:
+        InputError: if nothing was recorded.
+    """
+    if len(result.time) < 2:
+        raise InputError("the result has fewer than two recorded times, too few for a report")
+    chain = result.chain
+    found: dict[str, Callable[[Section], None]] = {
+        "Outcome": lambda section: _add_outcome(
+            section, chain, summary, () if beside is None else beside.tables(chain)
+        ),
+        ANIMATED: lambda section: add_animation(section, result),
+        "Interfaces and vehicles": lambda section: _add_parts(section, chain, summary),
+    }
+    if chain.plane:
+        found["In the vertical plane"] = lambda section: add_plane(section, result, summary)
+    if chain.members:
+        found["Bodies"] = lambda section: add_bodies(section, result, summary)
+    found["Over time"] = lambda section: add_histories(section, result)
+    if chain.free_flights:
+        found["Occupants"] = lambda section: add_occupants(section, result)
+    found["Devices"] = lambda section: add_devices(section, result)
+    found["Checks"] = lambda section: _add_checks(section, result, summary)
+    return found
 
 
 def _commands(file: Path | None) -> str:
@@ -98,7 +111,22 @@ def _commands(file: Path | None) -> str:
     return f"trainmj report {quote(results)}\n\n# {again}"
 
 
-def _add_outcome(section: Section, summary: Summary) -> None:
+def _add_parts(section: Section, chain: Chain, summary: Summary) -> None:
+    section.table(tables.interfaces(summary))
+    for table in tables.vehicles(chain, summary):
+        section.table(table)
+    if contacts := tables.contacts(summary):
+        section.table(contacts, folded=len(contacts.rows) > _MOST_ROWS)
+
+
+def _add_checks(section: Section, result: Result, summary: Summary) -> None:
+    section.table(tables.checks(result, summary))
+    section.table(tables.energy(summary))
+    for remark in summary.remarks:
+        section.text(remark)
+
+
+def _add_outcome(section: Section, chain: Chain, summary: Summary, beside: Iterable[Table]) -> None:
     limits = summary.limits
     kept = sum(c.kept for c in limits)
     worst = max(summary.vehicles, key=lambda v: v.peak_device_acceleration_g)
@@ -147,12 +175,15 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     )
     if summary.status.detail:
         section.text(f"Status: {summary.status}.")
+    add_used(section, chain, summary)
     if limits:
         section.table(tables.limits(limits).marked(summary.not_valid))
         section.text(
             "The limits are the scenario's: those of responses for the moving train, those of strokes for every "
             "device that has one. The clauses of EN 15227 are not checked, and no compliance is claimed."
         )
+    for table in beside:
+        section.table(table)
 
 
 def _add_scenario(section: Section, result: Result) -> None:

@@ -32,12 +32,16 @@ _TEMPLATES = Path(__file__).resolve().parent / "templates"
 
 
 def add_animation(section: Section, result: Result) -> None:
-    """Put the animation of a collision into a section of a page."""
+    """Put the animation of a collision into a section of a page.
+
+    A script in the page may call ``redraw`` of the figure with the :func:`animation_data` of another collision.
+    """
     content = animation_data(result)
     markup, script = ((_TEMPLATES / f"animation.{end}").read_text(encoding="utf-8") for end in ("html", "js"))
     markup = markup.replace("BODIES", _BODIES if any(content["bodies"]) else "")
     markup = markup.replace("HEIGHTS\n", _HEIGHTS if result.chain.plane else "")
-    section.raw(Markup(markup.replace("DATA", as_json(content))), script)
+    data = as_json(content)
+    section.raw(Markup(markup.replace("DATA", data)), script, data)
     left_out = len(result.chain.vehicles) - len(content["vehicles"])
     few = {0: "", 1: " 1 vehicle further away is left out."}
     section.text(

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from pydantic import BaseModel
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, Trace, axes, line
+from trainmj.output.plot import GREY, Trace, axes, line, named_upright, upright
 from trainmj.output.style import PALETTE
 from trainmj.scenario.curves import Curve
-from trainmj.scenario.devices import AnyDevice, StagedDevice
+from trainmj.scenario.devices import DEVICE, AnyDevice, StagedDevice
 from trainmj.scenario.lines import AnyLine
 from trainmj.single.devices import Drawn, Place, as_built, curves, pulled, table, users
 from trainmj.single.page_histories import MOST_LINES
@@ -41,7 +43,7 @@ def add_devices(section: Section, result: Result) -> None:
     for name, places in used.items():
         section.plot(
             [*_curves(result, places), *_paths(result, places)],
-            axes("Stroke", "mm", "Force", "kN"),
+            axes("Stroke", "mm", "Force", "kN", **_limits(places)),
             title=f"Device {name}",
             note=_words(result.scenario.devices[name], places),
             height=420,
@@ -50,6 +52,17 @@ def add_devices(section: Section, result: Result) -> None:
     unused = [name for name in result.scenario.devices if name not in used]
     if unused:
         section.text(f"Devices of the scenario that this collision does not use: {', '.join(unused)}.")
+
+
+def _limits(places: list[Place]) -> dict[str, Any]:
+    """Entries of a layout that show at which strokes of a device its stages reach their limits."""
+    found = {
+        f"limit{'' if stage.name == DEVICE else f' of {stage.name}'}": (stage.start + stage.limit) / MM
+        for stage in places[0].device.stages
+        if np.isfinite(stage.limit)
+    }
+    names = [named_upright(at, name) for name, at in found.items()]
+    return {"shapes": [upright(at) for at in found.values()], "annotations": names} if found else {}
 
 
 def _curves(result: Result, places: list[Place]) -> list[Trace]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -10,9 +12,10 @@ from trainmj.collision.chain import Brake, Chain, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, shade, shaded
+from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, shade, shaded
 from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from trainmj.single.figures import BODIES, OF_INTERFACES, flight_of
+from trainmj.single.marks import Mark, marks
 from trainmj.units import KJ, KM_H, MM, MS
 
 MOST_LINES = 8
@@ -20,6 +23,7 @@ MOST_LINES = 8
 
 _MOST_SAMPLES = 1000  # of a line over time; more are thinned
 _DARK = "#404040"
+_DASHES = ("dash", "dot", "dashdot")
 _MOVING = ("#08306b", "#7fb5de")
 _PARTNER = ("#8c3a00", "#f5a65b")
 
@@ -34,12 +38,14 @@ def add_histories(section: Section, result: Result) -> None:
         "zoom, double-click to go back, click a name in a legend to hide or show its line."
     )
     for name, axis, more in (("velocity", "Speed", ""), ("acceleration", "Acceleration", ", rail friction included")):
-        plot_over_time(section, result, axis + more, vehicle_lines(result, name, step), axis, SHOWN[name].shown)
+        unit, lines = SHOWN[name].shown, vehicle_lines(result, name, step)
+        plot_over_time(section, result, axis + more, lines, axis, unit, marked=marks(result, name))
     for name, title in OF_INTERFACES.items():
         traces = interface_lines(result, name, step, joints)
         notes = ["At the front: one train's side."] if one_side and name != "force" else []
         notes += ["Interfaces of the partner: click their names."] if any("visible" in t for t in traces) else []
-        plot_over_time(section, result, title, traces, title, SHOWN[name].shown, " ".join(notes))
+        said, unit = " ".join(notes), SHOWN[name].shown
+        plot_over_time(section, result, title, traces, title, unit, said, marks(result, name))
     for name, axis in BODIES.items() if chain.members else ():
         lines = vehicle_lines(result, name, step)
         if any(any(one["y"]) for one in lines):
@@ -89,10 +95,18 @@ def plot_over_time(
     axis: str,
     unit: str,
     note: str = "",
+    marked: Sequence[Mark] = (),
 ) -> None:
-    """A plot over time, all lines read out at once; shaded where not valid."""
-    shade_ = shaded(result.tally.valid_until, float(result.time[-1]), "not valid") if result.not_valid else {}
-    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, **shade_)
+    """A plot over time, all lines read out at once, limits as lines across it; shaded where not valid."""
+    shapes = shaded(result.tally.valid_until, float(result.time[-1]), "not valid")["shapes"] if result.not_valid else []
+    values = []
+    for mark, dash in zip(marked, cycle(_DASHES)):
+        shapes.append(across(mark.value, mark.name, dash))
+        shapes += [across(-mark.value, "", dash)] if mark.both else []
+        values += [1.12 * mark.value, *([-1.05 * mark.value] if mark.both else [])]  # with room for the name
+    seen = {"autorangeoptions": {"include": values}} if values else {}
+    layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, yaxis=seen)
+    layout |= {"shapes": shapes} if shapes else {}
     section.plot(traces, layout, title=title, note=note, height=400, half=True)
 
 

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from trainmj.collision.result import SHOWN, Result
 from trainmj.collision.summary import Summary
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, Trace, line
+from trainmj.output.plot import Trace, line
 from trainmj.output.style import PALETTE
 from trainmj.single import plane, tables_plane
-from trainmj.single.page_histories import interface_lines, nearest, plot_over_time, thinning, vehicle_lines
+from trainmj.single.marks import Mark, marks
+from trainmj.single.page_histories import (
+    interface_lines,
+    nearest,
+    plot_over_time,
+    thinning,
+    vehicle_lines,
+)
 
 
 def add_plane(section: Section, result: Result, summary: Summary) -> None:
@@ -22,28 +27,21 @@ def add_plane(section: Section, result: Result, summary: Summary) -> None:
     section.text(plane.ruling(result, summary))
     chain, step = result.chain, thinning(result)
     steps = interface_lines(result, "step", step, nearest(chain, len(chain.interfaces)))
-    steps += _marks(result, summary)
+    compared = [Mark(name, mm, both=True) for name, mm in plane.marks_of_steps(result, summary).items()]
     note = "Positive where the end on the left is higher. Faces bear while they are engaged only."
-    plot_over_time(section, result, "Steps between ends", steps, "Step", SHOWN["step"].shown, note)
+    plot_over_time(section, result, "Steps between ends", steps, "Step", SHOWN["step"].shown, note, compared)
     pitch = vehicle_lines(result, "pitch", step)
     note = "Positive with the end that faces the impact up."
-    plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note)
+    plot_over_time(section, result, "Pitch", pitch, "Pitch", SHOWN["pitch"].shown, note, marks(result, "pitch"))
     note = "Loads over those at rest, up to where a wheelset lifts: one that lands bounces, with many times its load."
     worst = _wheelsets(result, "load", plane.worst_wheelsets(summary), step)
     plot_over_time(section, result, "Loads of the wheelsets that lose most", worst, "N/N0", "", note)
     if lifting := plane.lifting_wheelsets(summary):
         lifts = _wheelsets(result, "lift", lifting, step)
-        plot_over_time(section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown)
+        plot_over_time(
+            section, result, "Wheelsets that lift", lifts, "Lift", SHOWN["lift"].shown, "", marks(result, "lift")
+        )
     section.table(tables_plane.wheelsets(summary), folded=True)
-
-
-def _marks(result: Result, summary: Summary) -> list[Trace]:
-    """Lines at what steps are to be compared with, to both sides."""
-    ends = [0.0, float(result.time[-1])]
-    return [
-        line(name, [*ends, np.nan, *ends], [mm, mm, np.nan, -mm, -mm], "mm", GREY, 1.0, line={"dash": dash})
-        for (name, mm), dash in zip(plane.marks_of_steps(result, summary).items(), _DASHES, strict=False)
-    ]
 
 
 def _wheelsets(result: Result, history: str, names: Sequence[str], step: int) -> list[Trace]:
@@ -53,6 +51,3 @@ def _wheelsets(result: Result, history: str, names: Sequence[str], step: int) ->
         line(name, result.time[::step], drawn[name][::step], unit, colour)
         for name, colour in zip(names, PALETTE, strict=False)
     ]
-
-
-_DASHES = ("dash", "dot", "dashdot", "longdash", "longdashdot")

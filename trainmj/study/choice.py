@@ -175,6 +175,7 @@ def check(
     kept = usable and all(row["kept"] is not False for row in rows)
     changed = study.spec.set | study.spec.check.set
     facts = {"status": status, "reason": reason, "kept": kept, "rows": rows, "set": changed, "governing": governing}
+    facts["step_ms"] = study.steps_ms(study.spec.check.set)
     pictures = {"10_check": partial(figures.check, study, table)}
     if len(study.objectives) > 1:
         others = dict(zip(choice.methods, study.criteria(choice.picked.responses), strict=True))

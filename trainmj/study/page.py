@@ -19,6 +19,7 @@ from trainmj.output.page import Page
 from trainmj.output.plot import axes, dots, line, numbers, plain, scale
 from trainmj.output.style import BLUE, DIVERGING, ORANGE, PALETTE, YELLOW
 from trainmj.output.table import Column, judged
+from trainmj.scenario import from_yaml
 from trainmj.study import tables
 from trainmj.study.folder import ROBUST_FILES
 from trainmj.study.fronts import FILES
@@ -58,6 +59,8 @@ def page_of_folder(folder: Path) -> Page:
         f"# the study again: save the files above as again.study.yaml and {' and '.join(_scenarios(summary))}\n"
         "trainmj study again.study.yaml --out again --report",
         versions=summary["versions"],
+        verdict=tables.verdict_in_full(summary),
+        cover=from_yaml(summary["scenario"], str(folder / SUMMARY)).report,
     )
     _add_outcome(page.section("Outcome"), summary)
     _add_design(page.section("Design"), summary, files["02_simulations"])

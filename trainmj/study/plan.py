@@ -167,6 +167,11 @@ class Study(Shown):
         """The objectives of several load cases, which are no response of any single one."""
         return tuple(objective for objective in self.objectives if objective not in self.responses)
 
+    def steps_ms(self, changes: Mapping[str, Any] | None = None) -> list[float]:
+        """The time steps of its load cases, each once, with some changes [ms]."""
+        steps = (scenario.with_values(changes or {}).simulation.step_ms for scenario in self.scenarios.values())
+        return list(dict.fromkeys(steps))
+
     def with_worst(self, values: FloatArray) -> FloatArray:
         """The responses (n, r), then the objectives that are the worst of several load cases."""
         places = [k for k, objective in enumerate(self.objectives) if objective not in self.responses]

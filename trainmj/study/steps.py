@@ -49,7 +49,7 @@ def as_it_stands(study: Study, simulator: Simulates) -> Output[FloatArray]:
     )
     tables = {"00_as_it_stands": table}
     status, reason = ending_of(rows)
-    facts = {"status": status, "reason": reason, "set": study.spec.set}
+    facts = {"status": status, "reason": reason, "set": study.spec.set, "step_ms": study.steps_ms()}
     return Output(read_as_it_stands(study, tables), tables, facts, {})
 
 

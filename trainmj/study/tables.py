@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from trainmj.collision.status import Kind
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.study.designs import governs
 from trainmj.study.file import ChoiceFactor
@@ -97,6 +98,37 @@ def limits_in_short(summary: Summary) -> Verdict:
     if over:
         return failed(f"{len(over)} of {len(rows)} limits passed: {', '.join(over)}.")
     return passed(f"All {len(rows)} limits are kept." if len(rows) > 1 else "The limit is kept.")
+
+
+def verdict_in_full(summary: Summary) -> Verdict:
+    """Whether the study is to be trusted, the chosen design, and how it keeps its limits when simulated."""
+    whole, found = verdict(summary), summary["check"]
+    design = _design(summary, summary["decision"]["chosen"])
+    limited = [row for row in found["rows"] if row["kept"] is not None]
+    past = [row for row in limited if not row["kept"]]
+    said = [f"Chosen: {design}, {whole.text}"]
+    if past:
+        which = "; ".join(f"{_limit(row)}, found {number(row['simulated'])}" for row in past)
+        said.append(f"{len(past)} of {len(limited)} limits of the study are not kept: {which}")
+    elif limited:
+        near = min(limited, key=_spare)
+        shown = max((against(near["simulated"], value, -5) for value in near["limits"]), key=len)
+        which = f"all {len(limited)} limits of the study are kept, nearest" if limited[1:] else "its limit is kept:"
+        said.append(f"{which} {_limit(near)}, found {shown}")
+    if found["status"] != Kind.OVER:
+        said.append(f"when simulated: {found['status']} {found['reason']}".rstrip())
+    if "robust" in summary:
+        said.append(f"the robust design is {verdict(summary['robust']).text}")
+    return Verdict(whole.kind, f"{'; '.join(said)}.")
+
+
+def _limit(row: Mapping[str, Any]) -> str:
+    return str(row["limit"]).replace("<=", "≤").replace(">=", "≥")
+
+
+def _spare(row: Mapping[str, Any]) -> float:
+    """What is left to the nearest of its limits, relative to that."""
+    return float(min(abs(row["simulated"] - limit) / (abs(limit) or 1.0) for limit in row["limits"]))
 
 
 def design(summary: Summary) -> dict[str, Any]:
@@ -251,7 +283,8 @@ def check(summary: Summary) -> Table:
     as_it_stands, simulated = summary["as_it_stands"].get("set", {}), found.get("set", {})
     apart = " trainmj run on the scenario sets none of this, so its numbers differ." if as_it_stands else ""
     note = (
-        f"As it stands: the scenario{_with(as_it_stands)}. Simulated: the chosen design{_with(simulated)}.{apart} "
+        f"As it stands: the scenario{_with(as_it_stands)}{_step(summary['as_it_stands'])}. "
+        f"Simulated: the chosen design{_with(simulated)}{_step(found)}.{apart} "
         "Error: predicted less simulated, over the simulated value and over the range of the design. "
         f"Status as it stands: {stands}; of the check: {status}."
     )
@@ -333,3 +366,9 @@ def _with(changes: Mapping[str, Any]) -> str:
     """What a simulation of the study changes beside its factors."""
     said = ", ".join(f"{path} = {value}" for path, value in changes.items())
     return f" with {said}" if said else ""
+
+
+def _step(found: Mapping[str, Any]) -> str:
+    """The time step of what was simulated, of several load cases each; nothing if it is said among the changes."""
+    steps = " and ".join(f"{step:g}" for step in found.get("step_ms", ()))
+    return f" at a step of {steps} ms" if steps and "simulation.step_ms" not in found.get("set", {}) else ""

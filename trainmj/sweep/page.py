@@ -23,6 +23,7 @@ from trainmj.scenario import Scenario, from_yaml
 from trainmj.sweep.outcome import outcome_of, said_of, tables_of
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 from trainmj.sweep.plan import LOAD_CASE, LOAD_CASES
+from trainmj.units import against
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,6 +70,8 @@ def page_of_folder(folder: Path) -> Page:
         + ("" if sweep.titles else f"; otherwise {first.subject}"),
         command=_commands(sweep, folder.resolve().name),
         versions=versions_in(sweep.about),
+        verdict=_verdict(sweep),
+        cover=first.report,
     )
     _add_outcome(page.section("Outcome"), sweep)
     if sweep.titles:
@@ -113,6 +116,32 @@ def _commands(sweep: Swept, folder: str) -> str:
         f"{text}\n\n# the sweep again: save the scenario above as scenario.yaml\n"
         f"trainmj sweep scenario.yaml {vary} --out again --report"
     )
+
+
+def _verdict(sweep: Swept) -> Verdict:
+    """How many cases pass, what stops the others, and the first of them or, of load cases, which one governs."""
+    status, n = sweep.table["status"], len(sweep.table)
+    kinds: dict[str, tuple[Kind, ...]] = {"failed": FAILED, "not valid": NOT_VALID, "past a limit": PAST_LIMITS}
+    kinds |= {"cut off by the time limit": (Kind.TIME_LIMIT,), "without contact": (Kind.NO_CONTACT,)}
+    counts = {said: int(status.isin(of).sum()) for said, of in kinds.items()}
+    there = [f"{count} {said}" for said, count in counts.items() if count]
+    wrong = sweep.table[status.isin((*UNUSABLE, *PAST_LIMITS))]
+    said = f"{n - sum(counts.values())} of {n} cases end within all limits" + f"; {', '.join(there)}" * bool(there)
+    outcome = outcome_of(sweep.table, sweep.titles, sweep.planned) if sweep.titles else None
+    if outcome is not None:
+        said = f"{said_of(outcome)}; {said}"
+    if outcome is not None and outcome.governing:
+        worst = max(outcome.governing, key=lambda one: one.used)
+        said += f". Most is used of the limit of {worst.limit}: {against(worst.used, 100.0, 0)} % in case {worst.case}"
+        said += f" of load case {worst.load_case}"
+    elif len(wrong):
+        first = wrong.iloc[0]
+        reason = f" {first['reason']}" if isinstance(first["reason"], str) else ""
+        said += f". The first is case {wrong.index[0]}: {first['status']}{reason}"
+    said += "." if n == sweep.planned else f". Unfinished: {n} of {sweep.planned} cases are computed."
+    if n == len(wrong):
+        return failed(said)
+    return (warned if there or n < sweep.planned else passed)(said)
 
 
 def _add_outcome(section: Section, sweep: Swept) -> None:

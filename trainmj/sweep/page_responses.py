@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import NOT_VALID, PAST_LIMITS, WHY_NOT_VALID, Kind
+from trainmj.collision.status import NOT_VALID, PAST_LIMITS, UNUSABLE, WHY_NOT_VALID, Kind
 from trainmj.output.blocks import Section
 from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
@@ -95,17 +95,20 @@ def chosen_responses(table: pd.DataFrame) -> list[Response]:
 def add_responses(
     section: Section, table: pd.DataFrame, factors: Sequence[Factor], responses: Sequence[Response]
 ) -> None:
-    """A plot of each response over the factor with most levels; the others tell lines or colours apart."""
+    """A plot of each response over the factor that moves it most; the others tell lines or colours apart."""
     drawn = _thinned(table)
+    if len(factors) > 1:
+        section.text("Each over the number that moves its mean most, as main effects say.")
     if table["status"].isin(PAST_LIMITS).any():
         section.text("Hollow points passed a limit.")
     if table["status"].isin(NOT_VALID).any():
         section.text(f"Crosses are not valid: {WHY_NOT_VALID}. Main effects leave them out.")
     if len(drawn) < len(table):
         section.text(f"{len(drawn)} of {len(table)} cases are drawn.")
-    first, *others = _most_levels_first(factors)
-    groups = _groups(drawn, others)
+    usable = table[~table["status"].isin(UNUSABLE)]
     for r in responses:
+        first, *others = _strongest_first(factors, usable if len(usable) else table, r)
+        groups = _groups(drawn, others)
         if len(groups) <= _MOST_LINES and len(drawn) > len(groups):
             traces = _lines(groups, first, r)
         elif LOAD_CASE in (f.name for f in others):
@@ -123,6 +126,12 @@ def _thinned(table: pd.DataFrame) -> pd.DataFrame:
 
 def _most_levels_first(factors: Sequence[Factor]) -> list[Factor]:
     return sorted(factors, key=lambda f: (not f.numeric, -len(f.levels)))
+
+
+def _strongest_first(factors: Sequence[Factor], table: pd.DataFrame, response: Response) -> list[Factor]:
+    """Factors that are numbers before others, those first that move the mean of a response most; load cases last."""
+    spans = {f.name: _span(_effect(table, f, response.name)[1]) or 0.0 for f in factors}
+    return sorted(factors, key=lambda f: (f.name == LOAD_CASE, not f.numeric, -spans[f.name], -len(f.levels)))
 
 
 def _setting(factors: Sequence[Factor], values: Sequence[Any]) -> str:

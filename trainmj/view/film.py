@@ -18,17 +18,19 @@ from trainmj.collision.result import Result
 from trainmj.collision.wear import Wear, seen_at
 from trainmj.errors import InputError, OutputError
 from trainmj.units import KJ, KM_H, KN, MM, enough, in_digits
-from trainmj.view.cameras import CAMERAS, Camera, Director
+from trainmj.view.cameras import CAMERAS, Camera, Director, reach
+from trainmj.view.curves import Line, Panel
 from trainmj.view.files import FILMS, STILLS, write_film, write_still
+from trainmj.view.frame import Frame
+from trainmj.view.marks import Marks
 from trainmj.view.offscreen import canvas
-from trainmj.view.overlay import Label, Overlay
-from trainmj.view.parts import middle_of
+from trainmj.view.overlay import Energy, Name, Overlay, Said
 from trainmj.view.scene import visible
 from trainmj.view.shapes import Shapes, largest_energy
 
 _FARTHEST = 1e6  # from the start [m]
 _LARGEST = 7680, 4320  # most pixels of a picture, wide and high
-_MOST_NAMES, _MOST_NUMBERS = 40, 16  # vehicles whose names, and whose names and energies, fit below the strip
+_FORCE, _SPEEDS = (45, 52, 60), ((0, 96, 156), (176, 112, 0))  # colours of curves: as the trains, dark enough to read
 
 
 @undisturbed()
@@ -81,10 +83,13 @@ def samples(result: Result, file: Path, slow: float, fps: float, at: float | Non
     """Indices of the samples that are shown: of a film those nearest to evenly spaced times, the last one included.
 
     Raises:
-        InputError: if the time of a still is not within the collision, or vehicles are nowhere.
+        InputError: if the time of a still is not within the collision, or vehicles are nowhere, or forces and speeds no
+            numbers.
     """
     if not np.all(np.abs(_qpos(result)) < _FARTHEST):
         raise InputError("cannot be drawn: vehicles have no position, or are farther away than they can get")
+    if not (np.isfinite(result.force).all() and np.isfinite(result.velocity).all()):
+        raise InputError("cannot be drawn: a force or a speed is no number")
     end = float(result.time[-1])
     if file.suffix.lower() in STILLS:
         time = end if at is None else at
@@ -147,22 +152,22 @@ def _draw(
     model = visible(chain).compile()
     data = mujoco.MjData(model)
     full = largest_energy(result)
-    wear, shapes = Wear(chain), Shapes(model, chain, full)
-    director = Director(camera, chain, result.point_position, *size)
-    title = result.scenario.heading, result.scenario.subject
-    overlay = Overlay(*size, title, full / KJ, director.strip, bodies=bool(chain.members))
+    wear, shapes, marks = Wear(chain), Shapes(model, chain, full), Marks(result)
+    ends = reach(chain, result.point_position)
+    frame = Frame.of(*size, ends[1] - ends[0])
+    director = Director(camera, chain, frame, ends)
+    overlay = overlay_of(result, frame, pace, full, marks)
     with canvas(model, *size, samples=4 if smooth else 0) as draw:
         for n, sample in enumerate(shown):
             for k in range(shown[n - 1] + 1 if n else 0, sample + 1):
                 wear.update(seen_at(result, k))
+                marks.follow(float(result.time[k]), wear)
             moved = shapes.show(wear)
             data.qpos[:] = _qpos(result)[sample]
             mujoco.mj_kinematics(model, data)
             mujoco.mj_camlight(model, data)
             picture = draw(data, director.views(result.point_position[sample]), moved)
-            labels = _labels(chain, director, data, wear, full) if director.strip else []
-            rows = [*_rows(result, sample, wear), *([("pace", pace)] if pace else [])]
-            yield overlay.write(picture, float(result.time[sample]), rows, labels)
+            yield overlay.write(picture, said_at(result, sample, wear, marks, director, full))
             watch(n + 1)
 
 
@@ -171,36 +176,80 @@ def _qpos(result: Result) -> Array:
     return result.dof if result.chain.plane else result.point_position
 
 
+def overlay_of(result: Result, frame: Frame, pace: str, full: float, marks: Marks) -> Overlay:
+    """What writes on the pictures of a collision; full is the energy at the end of the colours [J]."""
+    chain, scenario = result.chain, result.scenario
+    force = [Line("", result.force[:, chain.front] / KN, _FORCE)]
+    speeds = [
+        Line(chain.vehicles[i].name, result.velocity[:, i] / KM_H, paint)
+        for i, paint in zip(_leading(chain), _SPEEDS, strict=False)
+    ]
+    panels = [
+        Panel(box, frame.px(100) / 100, title, unit, result.time, lines, result.tally.valid_until)
+        for box, title, unit, lines in zip(
+            frame.curves, ("force at the front", "speed"), ("kN", "km/h"), (force, speeds), strict=True
+        )
+    ]
+    title = scenario.heading, scenario.subject
+    return Overlay(frame, title, pace, full / KJ, panels, two_sided(chain), bool(chain.members), marks.lines)
+
+
+def said_at(result: Result, sample: int, wear: Wear, marks: Marks, director: Director, full: float) -> Said:
+    """What is written at a sample, to which wear and marks have followed the collision."""
+    time = float(result.time[sample])
+    names, energies = _labels(result, sample, director, wear, full)
+    rows = [*_rows(result, sample, wear), *(() if director.frame.curves[0].height else _values(result, sample))]
+    return Said(sample, time, rows, marks.said(time), names, energies)
+
+
+def two_sided(chain: Chain) -> bool:
+    """Whether the front has two sides, of which numbers tell one."""
+    return chain.interfaces[chain.front].right != WALL or len(chain.interfaces[chain.front].devices) > 1
+
+
+def _leading(chain: Chain) -> list[int]:
+    """Indices of the leading vehicles, that of the moving train first."""
+    return [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.n_moving]
+
+
 def _rows(result: Result, sample: int, wear: Wear) -> Iterator[tuple[str, str]]:
-    """What is read at a sample."""
+    """What is read at a sample, beside the curves."""
     chain = result.chain
     yield "TS so far", f"{wear.TS_mm:.0f} mm"
-    force = result.force[:, chain.front] / KN
-    yield "front force", f"{in_digits(force[sample], enough(0, np.abs(force).max()))} kN"
-    for i in [chain.front] if chain.interfaces[-1].right == WALL else [chain.front, chain.n_moving]:
-        yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
+    stroke = result.of_device("stroke", chain.front, 0)[: sample + 1].max(initial=0.0) / MM
+    yield f"front stroke so far{', one side' if two_sided(chain) else ''}", f"{stroke:.0f} mm"
     if chain.plane:
         name = "front rise" if chain.interfaces[-1].right == WALL else "front step"
         yield name, f"{result.step[sample, chain.front] / MM:z.0f} mm"
         yield "lift so far", f"{result.lift[: sample + 1].max(initial=0.0) / MM:.1f} mm"
 
 
-def _labels(chain: Chain, director: Director, data: mujoco.MjData, wear: Wear, full: float) -> list[Label]:
-    """Below the strip: the vehicles, and between them the energy that each interface has absorbed [kJ].
+def _values(result: Result, sample: int) -> Iterator[tuple[str, str]]:
+    """What curves would say, if there were room for them."""
+    chain = result.chain
+    force = result.force[:, chain.front] / KN
+    yield "front force", f"{in_digits(force[sample], enough(0, np.abs(force).max()))} kN"
+    for i in _leading(chain):
+        yield f"speed {chain.vehicles[i].name}", f"{result.velocity[sample, i] / KM_H:z.1f} km/h"
 
-    Names come in order of importance, as there may not be room for all: heads, tails, round numbers, the rest.
+
+def _labels(
+    result: Result, sample: int, director: Director, wear: Wear, full: float
+) -> tuple[list[Name], list[Energy]]:
+    """Below the strip: the vehicles, and the energy that each interface has absorbed [kJ].
+
+    Vehicles come from left to right, interfaces from the front to the ends.
     """
-    points = np.array([data.body(point.name).xpos[0] for point in chain.points])
-    middles = chain.of_vehicles(points)
-    names = [Label(v.name, x) for v, x in zip(chain.vehicles, director.across(middles), strict=True)]
-    ends = {chain.n_moving - 1: 0, chain.n_moving: 1, 0: 2, len(names) - 1: 3}
-    order = sorted(range(len(names)), key=lambda i: ends.get(i, 4 + int(names[i].text[1:]) % 10))
-    names = [names[i] for i in order if len(names) <= _MOST_NAMES or i in ends or int(names[i].text[1:]) % 5 == 0]
-    rights = [chain.edge(i, 1) for i in range(len(chain.vehicles))]
-    tails = points[rights] + [middle_of(chain, p) + 0.5 * chain.vehicles[i].length for i, p in enumerate(rights)]
-    energies = [wear.energy(k) for k in range(len(chain.interfaces))]
-    few, digits = len(chain.vehicles) <= _MOST_NUMBERS, enough(0, full / KJ)
-    return names + [
-        Label(in_digits(energy / KJ, digits) if few else "", x, min(1.0, energy / full) if full > 0 else 0.0)
-        for energy, x in zip(energies, director.across(tails[: len(energies)]), strict=True)
+    chain = result.chain
+    lefts, rights = director.faces(result.point_position[sample])
+    names = [
+        Name(vehicle.name, int(vehicle.name[1:]), x)
+        for vehicle, x in zip(chain.vehicles, 0.5 * (lefts + rights), strict=True)
     ]
+    digits = enough(0, full / KJ)
+    energies = []
+    for k, x in enumerate(rights[: len(chain.interfaces)]):
+        energy = wear.energy(k)
+        energies.append(Energy(in_digits(energy / KJ, digits), x, min(1.0, energy / full) if full > 0 else 0.0))
+    near = sorted(range(len(energies)), key=lambda k: abs(k - chain.front))
+    return names, [energies[k] for k in near]

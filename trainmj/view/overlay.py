@@ -1,136 +1,198 @@
-"""The text on a picture: time, criteria, scale of colours and names of vehicles."""
+"""What is written on a picture: time and title, numbers, marks, scale of colours, names and energies of the strip."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.metadata import distribution
+from itertools import pairwise
 
 import numpy as np
 from PIL import Image
-from PIL.ImageDraw import Draw, ImageDraw
-from PIL.ImageFont import FreeTypeFont, truetype
+from PIL.ImageFont import FreeTypeFont
 
 from trainmj.units import enough, in_digits
+from trainmj.view.curves import Panel
+from trainmj.view.frame import Box, Frame
 from trainmj.view.offscreen import Picture
 from trainmj.view.shapes import colour
+from trainmj.view.sheet import ALARM, INK, PAPER, SOFT, Sheet, cut, font
 
-_INK, _SOFT, _PAPER = (25, 30, 36), (84, 92, 101), (255, 255, 255)
+_STEPS = (1, 2, 5, 10, 20, 50, 100)  # of the numbers of vehicles that are named
+_NARROW = 0.8  # of the distance between interfaces, a chip that has no room for its number
 
 
 @dataclass(frozen=True)
-class Label:
-    """A word below the strip with the whole train."""
+class Name:
+    """A vehicle below the strip."""
 
-    text: str  # name of a vehicle, or the energy of an interface in kJ
-    x: float  # where [pixels from the left]
-    share: float | None = None  # of the full energy; None for a name
+    text: str
+    number: int  # from the front
+    x: float  # of its middle [pixels from the left]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """What an interface has absorbed, below the strip."""
+
+    text: str  # in kJ
+    x: float  # [pixels from the left]
+    share: float  # of the full energy
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is written at one sample."""
+
+    sample: int
+    time: float  # [s]
+    rows: Sequence[tuple[str, str]]  # names and values, the most important ones first
+    marks: Sequence[str]  # in red
+    names: Sequence[Name]  # from left to right
+    energies: Sequence[Energy]  # from the front to the ends
 
 
 @dataclass(frozen=True)
 class Overlay:
     """Writes on pictures of one film."""
 
-    width: int  # [pixels]
-    height: int  # [pixels]
+    frame: Frame
     title: tuple[str, ...]  # of the collision, in lines
+    pace: str  # of the film; empty for a still
     full_kJ: float  # energy at the end of the colours
-    strip: int = 0  # height of the strip [pixels]
+    panels: Sequence[Panel]
+    two_sided: bool = True  # whether the front has two sides, of which one is told
     bodies: bool = False  # whether bodies give, which then take the same colours
+    marked: int = 0  # lines of marks at some time
 
-    def write(
-        self, picture: Picture, time: float, rows: Sequence[tuple[str, str]], labels: Sequence[Label]
-    ) -> Image.Image:
-        """The picture with the time [s], what is read then and its value, and labels below the strip.
+    def write(self, picture: Picture, said: Said) -> Image.Image:
+        """The picture with all that is written at a sample."""
+        return self.written(picture, said).image
 
-        Names come in order of importance, as there may not be room for all.
-        """
-        image = Image.fromarray(picture)
-        draw = Draw(image, "RGBA")
-        self._numbers(draw, time, rows)
-        self._scale(image, draw)
-        if self.strip:
-            self._names(draw, labels)
-        return image
+    def written(self, picture: Picture, said: Said) -> Sheet:
+        """The same, with the places of its texts."""
+        sheet = Sheet(Image.fromarray(picture), self.frame.px(4))
+        self._head(sheet, said.time)
+        self._marks(sheet, said.marks)
+        self._scale(sheet)
+        self._numbers(sheet, said.rows)
+        self._below(sheet, said)
+        for panel in self.panels:
+            panel.show(sheet, said.sample)
+        return sheet
 
-    def _pixels(self, points: float) -> int:
-        """A size given for a picture of 1000 x 720 pixels; text stays legible in small ones."""
-        return max(1, round(points * max(0.55, min(self.height / 720, self.width / 1000))))
+    def _head(self, sheet: Sheet, time: float) -> None:
+        p, header = self.frame.px, self.frame.header
+        if not header.height:
+            return
+        sheet.draw.rectangle(header, fill=PAPER)
+        left, middle = float(p(16)), 0.5 * (header.top + header.bottom)
+        big, normal, small = font(p(28), True), font(p(16)), font(p(14))
+        said, room = f"{time:.3f} s", header.less(1)
+        sheet.put(said, (left, middle), big, INK, "lm", room)
+        left += big.getlength("0.000 s") + p(14)
+        if self.pace and small.getlength(self.pace) < 0.2 * header.width:
+            sheet.put(self.pace, (left, middle), small, SOFT, "lm", room)
+            left += small.getlength(self.pace) + p(14)
+        wide = header.right - p(16) - left
+        for line, fount, ink, y in zip(self.title, (normal, small), (INK, SOFT), (-p(10), p(11)), strict=True):
+            fount = _fitting(line, fount, wide, p(11))
+            sheet.put(cut(line, fount, wide), (header.right - p(16), middle + y), fount, ink, "rm", room)
 
-    def _plate(self, draw: ImageDraw, box: tuple[float, float, float, float]) -> None:
-        """What text stands on."""
-        draw.rounded_rectangle(box, self._pixels(8), fill=(*_PAPER, 215))
+    def _marks(self, sheet: Sheet, marks: Sequence[str]) -> None:
+        p, scene = self.frame.px, self.frame.scene
+        for k, line in enumerate(marks):
+            top = scene.top + p(26) * k
+            row = Box(scene.left, top, scene.right, top + p(26))
+            if row.bottom > scene.top + 0.3 * scene.height:
+                return
+            fount = _fitting(line, font(p(15), True), row.width - p(32), p(11))
+            sheet.draw.rectangle(row, fill=ALARM)
+            words = cut(line, fount, row.width - p(32))
+            sheet.put(words, (p(16), 0.5 * (row.top + row.bottom)), fount, PAPER, "lm", row)
 
-    def _numbers(self, draw: ImageDraw, time: float, rows: Sequence[tuple[str, str]]) -> None:
-        p = self._pixels
-        normal = font(p(17))
-        wide = p(246)
-        self._plate(draw, (p(18), p(18), p(18) + wide, p(18) + p(62 + 25 * len(rows))))
-        draw.text((p(32), p(26)), f"{time:.3f} s", _INK, font(p(30), True))
-        for k, (name, value) in enumerate(rows):
-            y = p(82 + 25 * k)
-            draw.text((p(32), y), name, _SOFT, normal, anchor="lm")
-            draw.text((p(18) + wide - p(12), y), value, _INK, normal, anchor="rm")
-        lines = [_cut(draw, line, normal, self.width - wide - p(90)) for line in self.title]
-        left = self.width - p(42) - max(draw.textlength(line, normal) for line in lines)
-        self._plate(draw, (left, p(18), self.width - p(18), p(26 + 24 * len(lines))))
-        for k, line in enumerate(lines):
-            draw.text((self.width - p(30), p(34 + 24 * k)), line, _SOFT if k else _INK, normal, anchor="rm")
+    def _numbers(self, sheet: Sheet, rows: Sequence[tuple[str, str]]) -> None:
+        p, scene = self.frame.px, self.frame.scene
+        normal, strong = font(p(15)), font(p(15), True)
+        top = scene.top + p(10) + self.marked * p(26)
+        n = min(len(rows), int((0.45 * scene.height - p(16)) / p(22)))
+        if n < 1:
+            return
+        names, values = (max(f.getlength(row[c]) for row in rows) for c, f in ((0, normal), (1, strong)))
+        wide = names + values + p(40)
+        plate = Box(p(12), top, p(12) + wide, top + p(12) + n * p(22))
+        if plate.right > 0.5 * scene.width:
+            return
+        sheet.plate(plate, p(6))
+        for k, (name, value) in enumerate(rows[:n]):
+            y = top + p(17) + p(22) * k
+            sheet.put(name, (plate.left + p(12), y), normal, SOFT, "lm", plate)
+            sheet.put(value, (plate.right - p(12), y), strong, INK, "rm", plate)
 
-    def _scale(self, image: Image.Image, draw: ImageDraw) -> None:
-        p = self._pixels
-        small = font(p(14))
-        length, thick = p(280), p(12)
-        right, bottom = self.width - p(30), self.height - self.strip - p(44)
-        said = ["absorbed energy (front: of one train)", *self.bodies * ["bodies: each member, by yielding"]]
-        top = bottom - p(14 + 18 * len(said))
-        self._plate(draw, (right - length - p(12), top, right + p(12), bottom + thick + p(26)))
-        bar = (255 * colour(np.linspace(0, 1, length))).astype(np.uint8)
-        image.paste(Image.fromarray(np.repeat(bar[None], thick, axis=0)), (right - length, bottom))
+    def _scale(self, sheet: Sheet) -> None:
+        """What colours mean."""
+        p, scene = self.frame.px, self.frame.scene
+        small = font(p(13))
+        said = [
+            "absorbed energy [kJ]" + "; front: one train's side" * self.two_sided,
+            *self.bodies * ["bodies: each member, by yielding"],
+        ]
+        length, thick = round(max(small.getlength(line) for line in said)), p(10)
+        plate = Box(0, 0, length + p(24), p(18) * len(said) + thick + p(30))
+        plate = Box(
+            scene.right - plate.right - p(12), scene.bottom - plate.bottom - p(10), scene.right - p(12),
+            scene.bottom - p(10),
+        )  # fmt: skip
+        if plate.left < 0.5 * scene.width or plate.height > 0.4 * scene.height:
+            return
+        sheet.plate(plate, p(6))
+        left, top = round(plate.left + p(12)), plate.top + p(6)
         for k, line in enumerate(said):
-            draw.text((right - length, top + p(17 + 18 * k)), line, _INK, small, anchor="lm")
-        for share, anchor in ((0.0, "lm"), (0.5, "mm"), (1.0, "rm")):
-            text = in_digits(share * self.full_kJ, enough(0, self.full_kJ)) + (" kJ" if share == 1.0 else "")
-            draw.text((right - length * (1 - share), bottom + thick + p(12)), text, _SOFT, small, anchor=anchor)
+            sheet.put(line, (left, top + p(18) * k + p(8)), small, INK, "lm", plate)
+        bar = (255 * colour(np.linspace(0, 1, length))).astype(np.uint8)
+        level = round(top + p(18) * len(said) + p(1))
+        sheet.image.paste(Image.fromarray(np.repeat(bar[None], thick, axis=0)), (left, level))
+        for share, anchor in ((0.0, "lm"), (1.0, "rm"), (0.5, "mm")):
+            text = in_digits(share * self.full_kJ, enough(0, self.full_kJ))
+            at = left + length * share, level + thick + p(10)
+            sheet.put(text, at, small, SOFT, anchor, plate)
 
-    def _names(self, draw: ImageDraw, labels: Sequence[Label]) -> None:
-        p = self._pixels
-        draw.line((0, self.height - self.strip, self.width, self.height - self.strip), (*_PAPER, 255), p(3))
-        y = self.height - p(17)
-        energies = [label for label in labels if label.share is not None]
-        bare = [label.x for label in energies if not label.text]
-        narrow = min([2 * p(4), *(0.8 * np.diff(bare))]) / 2  # of a long train they stay apart
-        for label in energies:
-            paint = (255 * colour(label.share or 0.0)).astype(int)
-            half = max(p(6), draw.textlength(label.text, font(p(12))) / 2 + p(5)) if label.text else narrow
-            box = (label.x - half, y - p(9), label.x + half, y + p(9))
-            draw.rounded_rectangle(box, min(p(5), half), fill=(*paint, 255))
-            ink = _PAPER if paint @ (0.30, 0.59, 0.11) < 140 else _INK
-            draw.text((label.x, y), label.text, ink, font(p(12)), anchor="mm")
-        above = p(24) if bare else 0
-        taken: list[tuple[float, float]] = []
-        for label in labels:
-            half = draw.textlength(label.text, font(p(13))) / 2 + p(4)
-            x = min(max(label.x, half), self.width - half)
-            ends = x - half, x + half
-            if label.share is None and all(ends[1] <= a or b <= ends[0] for a, b in taken):
-                taken.append(ends)
-                draw.text((x, y - above), label.text, _INK, font(p(13)), anchor="mm")
-
-
-def _cut(draw: ImageDraw, text: str, fount: FreeTypeFont, room: float) -> str:
-    """As much of a text as there is room for."""
-    text = " ".join(text.split())
-    if draw.textlength(text, fount) <= room:
-        return text
-    while text and draw.textlength(text + " ...", fount) > room:
-        text = text[:-1]
-    return text.rstrip() + " ..."
+    def _below(self, sheet: Sheet, said: Said) -> None:
+        """Names and energies below the strip."""
+        p, frame = self.frame.px, self.frame
+        if not frame.strip.height:
+            return
+        sheet.draw.rectangle((0, frame.names.top, frame.width, frame.energies.bottom), fill=PAPER)
+        for row, line in ((frame.strip.top, PAPER), (frame.energies.bottom, (205, 209, 213))):
+            sheet.draw.line((0, row, frame.width, row), fill=line, width=max(1, p(2)))
+        names, small = font(p(13)), font(p(12))
+        y = 0.5 * (frame.names.top + frame.names.bottom)
+        for name in _named(said.names, names, p(8)):
+            sheet.put(name.text, (name.x, y), names, INK, "mm", frame.names)
+        widest = max(small.getlength(in_digits(self.full_kJ, enough(0, self.full_kJ))), small.getlength("00"))
+        places = sorted(energy.x for energy in said.energies)
+        apart = min(np.diff(places), default=float(frame.width))
+        y = 0.5 * (frame.energies.top + frame.energies.bottom) - p(1)
+        half, thin = 0.5 * widest + p(5), max(1.0, 0.5 * min(p(12), _NARROW * apart))
+        all_told = apart > 2 * half + p(4)
+        for n, energy in enumerate(said.energies):
+            red, green, blue = (255 * colour(energy.share)).astype(int).tolist()
+            ink = PAPER if 0.30 * red + 0.59 * green + 0.11 * blue < 140 else INK
+            text, wide = (energy.text, half) if all_told or n == 0 else ("", thin)
+            sheet.put(text, (energy.x, y), small, ink, "mm", frame.energies, (wide, p(9), (red, green, blue)))
 
 
-@cache
-def font(size: int, bold: bool = False) -> FreeTypeFont:
-    """The font of all figures, which comes with matplotlib, so that pictures look the same on every machine."""
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    return truetype(str(distribution("matplotlib").locate_file(f"matplotlib/mpl-data/fonts/ttf/{name}")), size)
+def _named(names: Sequence[Name], fount: FreeTypeFont, gap: float) -> list[Name]:
+    """The heads, then those of every second, fifth, tenth ... vehicle, so many as have room."""
+    widest = max(fount.getlength(name.text) for name in names) + gap
+    apart = min((abs(b.x - a.x) for a, b in pairwise(names)), default=widest)
+    step = next((step for step in _STEPS if step * apart >= widest), _STEPS[-1])
+    found = [name for name in names if name.number == 1 or name.number % step == 0]
+    return sorted(found, key=lambda name: name.number)
+
+
+def _fitting(line: str, fount: FreeTypeFont, room: float, least: int) -> FreeTypeFont:
+    """The largest font in which a line has room, but not smaller than a size [pixels]."""
+    name, size = "Bold" in (fount.getname()[1] or ""), int(fount.size)
+    while size > least and font(size, name).getlength(line) > room:
+        size -= 1
+    return font(size, name)

@@ -45,7 +45,10 @@ _TUBE, _RING = Shape((0.13, 0.11), "device"), Shape((0.155, 0.135), "device")
 _PLATE, _TOOTH = Shape((0.30, 0.20), "steel"), Shape((0.30, 0.025), "steel")
 _TALL = 0.40  # height of that plate, and nearly that of a head [m]
 _BELLOWS = Shape((0.62, 1.02), "gangway")
-_SIDE_WALL, _SIDE = Shape((1.25, 1.5), "device"), (0.0, 2.1)  # of a lorry
+_SIDES = {  # of an obstacle that is struck as a whole: cross section and place
+    "lorry": (Shape((1.25, 1.5), "device"), (0.0, 2.1)),
+    "block": (Shape((1.2, 0.765), "device"), (0.0, 0.885)),
+}
 
 
 @dataclass(frozen=True)
@@ -188,8 +191,10 @@ def _end(chain: Chain, k: int, interface: Interface, side: int) -> End:
     name = f"{of.name} {'front' if direction > 0 else 'rear'}"
     body, face = of.length / 2 - setback(chain, vehicle, direction), of.length / 2
     share = 0.5 if interface.is_shared else 1.0
-    make = _side_wall if of.drawing == "lorry" else _coupler
-    parts = make(name, body, face, device, interface)
+    if of.drawing in _SIDES:
+        parts = _side_wall(name, of.drawing, body, face, device)
+    else:
+        parts = _coupler(name, body, face, device, interface)
     point = chain.ends(interface)[side]
     attached = WALL if point == WALL else -direction * middle_of(chain, point)
     if vehicle != WALL and of.body and attached < body - _ROD:  # a bar from there to the end of the body
@@ -200,10 +205,10 @@ def _end(chain: Chain, k: int, interface: Interface, side: int) -> End:
     return End(vehicle, point, direction, k, side, parts, crumpling)
 
 
-def _side_wall(name: str, body: float, face: float, device: Device, interface: Interface) -> tuple[Part, ...]:
-    """The side of a lorry."""
+def _side_wall(name: str, drawing: str, body: float, face: float, device: Device) -> tuple[Part, ...]:
+    """The side of an obstacle."""
     zone = Zone(body, face, 0.0, _stages(device)[-1].end, 0)
-    return (Part(f"{name} side wall", _SIDE_WALL, _SIDE, body, face, zone),)
+    return (Part(f"{name} side wall", *_SIDES[drawing], body, face, zone),)
 
 
 def _coupler(name: str, body: float, face: float, device: Device, interface: Interface) -> tuple[Part, ...]:

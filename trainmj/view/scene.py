@@ -20,6 +20,7 @@ from trainmj.collision.model import StandIn, spec, stand_in_of
 from trainmj.collision.model_plane import SMALLEST
 from trainmj.units import KN, KN_PER_MM, readable
 from trainmj.view import meshes
+from trainmj.view.drawings import DRAWINGS, HUNG, on_bogies, wall
 from trainmj.view.parts import SHADE, SKIN, Body, Part, ends, middle_of, rail_of, setback
 
 _TRACK = 120.0  # track beyond the ends of the trains [m]
@@ -157,9 +158,9 @@ def _add_vehicle(model: mujoco.MjSpec, chain: Chain, i: int, given: Sequence[Bod
     side = range(chain.n_moving) if i < chain.n_moving else range(chain.n_moving, len(chain.vehicles))
     cabs = tuple(direction for direction, end in ((-1, side[0]), (1, side[-1])) if i == end)
     hung = _hung(vehicle.gear)
-    pieces = _pieces(vehicle.drawing, -rear, front, cabs, hung)
+    pieces = DRAWINGS[vehicle.drawing](-rear, front, cabs, hung)
     key = f"{vehicle.drawing} {rear:.3f} {front:.3f} {cabs} {[body.name.split()[1] for body in given]}"
-    key += f" {hung:.3f}" if hung != meshes.HUNG else ""
+    key += f" {hung:.3f}" if hung != HUNG else ""
     skin = next(iter(pieces))
     for material, whole in pieces.items():
         paint = _paint(material, i < chain.n_moving)
@@ -200,7 +201,7 @@ def _sections(chain: Chain, i: int, mesh: meshes.Mesh) -> Iterator[tuple[str, in
 def _add_bogies(model: mujoco.MjSpec, chain: Chain, i: int, rear: float, front: float) -> None:
     """The two bogies of a vehicle: on points of their own, if it has such, or on the nearest one."""
     vehicle, length = chain.vehicles[i], rear + front
-    if vehicle.drawing not in meshes.ON_BOGIES:
+    if not on_bogies(vehicle.drawing):
         return
     body = vehicle.body
     places = -rear + _BOGIES * length, front - _BOGIES * length
@@ -242,20 +243,7 @@ def _add_gear(model: mujoco.MjSpec, chain: Chain, i: int, gear: Gear) -> None:
 
 def _hung(gear: Gear | None) -> float:
     """Half the length of what hangs below the floor, for which bogies at their true places leave room [m]."""
-    return meshes.HUNG if gear is None else min(meshes.HUNG, 0.5 * (gear.centres - gear.wheelbase) - _CLEAR)
-
-
-def _pieces(
-    drawing: str, rear: float, front: float, cabs: Sequence[int] = (), hung: float = meshes.HUNG
-) -> dict[str, meshes.Mesh]:
-    """The meshes of a drawing by material, that of the outside first."""
-    if drawing == "passenger":
-        return meshes.car(rear, front, cabs, hung)
-    on_bogies = {"wagon": meshes.wagon, "locomotive": meshes.locomotive}
-    if drawing in on_bogies:
-        return on_bogies[drawing](rear, front, hung)
-    drawings = {"lorry": meshes.lorry, "buffer_stop": meshes.buffer_stop}
-    return drawings[drawing](rear, front)
+    return HUNG if gear is None else min(HUNG, 0.5 * (gear.centres - gear.wheelbase) - _CLEAR)
 
 
 def _paint(material: str, moving: bool) -> str:
@@ -321,8 +309,10 @@ def _add_wall(model: mujoco.MjSpec, chain: Chain) -> None:
     world, obstacle, face = model.worldbody, chain.obstacle, 0.0
     if obstacle is not None:
         face, half = obstacle.length, 0.5 * obstacle.length
-        pieces = _pieces(obstacle.drawing, setback(chain, WALL, -1) - half, half)
+        pieces = DRAWINGS[obstacle.drawing](setback(chain, WALL, -1) - half, half, (), HUNG)
         for material, mesh in pieces.items():
             name = f"obstacle {material}"
             _add_shape(world, model, name, name, mesh, _paint(material, False), (half, 0.0))
-    world.add_geom(name="wall", type=_BOX, size=[1, 3, 2.5], pos=[face + 1, 0, 2.5], material="wall", **_UNTOUCHED)
+    for material, mesh in wall(face).items():
+        name = "wall" if material == "wall" else f"wall {material}"
+        _add_shape(world, model, name, name, mesh, material, (0.0, 0.0))

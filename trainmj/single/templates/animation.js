@@ -1,14 +1,17 @@
 "use strict";
-document.querySelectorAll(".animation").forEach((figure) => {
+const animate = (figure, data) => { // draws anew at the time that is shown, or at the end if that is
   const SVG = "http://www.w3.org/2000/svg";
   const WIDTH = 1000, BODY = 46, RAIL = 112, MARGIN = 14, SHORTEST = 16, FAR = 90, SLEEPER = 0.6,
     TALL = 44 / 2810; // of a car body: pixels that are a millimetre of height
-  const data = JSON.parse(figure.querySelector("script").textContent);
   const find = (name) => figure.querySelector(name);
   const [button, slider, clock, rate, heights] = [".play", ".time", ".clock", ".rate", ".heights"].map(find);
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   const n = data.vehicles.length, joints = data.interfaces.length, front = data.front;
   const end = data.time[data.time.length - 1], start = data.time[0];
+  const life = new AbortController(), listening = { signal: life.signal }, was = figure.shown;
+  const first = !was ? start : was.now >= was.end ? end : Math.min(was.now, end), plays = Boolean(was && was.playing);
+  if (was) was.life.abort();
+  find(".stage").replaceChildren();
 
   // Lengths: every device as long as its largest stroke and a bit, at one scale that fills the width.
   const most = (values) => values.reduce((a, b) => Math.max(a, b), 0);
@@ -74,11 +77,17 @@ document.querySelectorAll(".animation").forEach((figure) => {
       window_(g, 0.76 * w, 68, 0.12 * w, 9);
       wheels(g, w, [0.16, 0.36, 0.84]);
     },
+    block: (g, w) => {
+      add(g, "rect", { class: "body", x: 0, y: 78, width: w, height: 30 });
+      add(g, "path", { class: "gear", d: Array.from({ length: 4 }, (_, j) => `M${((j + 0.2) * w) / 4},107 l${w / 12},-12`).join(" ") });
+    },
     buffer_stop: (g, w) => {
       add(g, "path", { class: "gear", d: `M3,84 L${w - 4},110 M2,98 V110 M0,110 H${w}` });
       for (let j = 0; j < 3; j++) add(g, "rect", { class: j % 2 ? "pane" : "body", x: 0, y: 72 + 9 * j, width: 6, height: 9 });
     },
   };
+  drawings.regional = drawings.passenger;
+  drawings.coach = (g, w) => drawings.passenger(g, w, 0);
   const wall = data.wall ? add(svg, "g", {}) : null;
   if (wall && data.obstacle) drawings[data.obstacle](add(wall, "g", { class: "car standing" }), body - 8, 0);
   if (wall) add(wall, "rect", { class: "wall", x: data.obstacle ? body - 8 : 0, y: 34, width: data.obstacle ? 8 : 20, height: RAIL - 34 });
@@ -123,7 +132,8 @@ document.querySelectorAll(".animation").forEach((figure) => {
     const g = add(svg, "g", { class: "device" });
     const parts = Array.from({ length: halves }, () => ({
       box: add(g, "rect", { class: "crush", y: 84, height: 14 }), folds: add(g, "path", { class: "folds" }) }));
-    return { parts, stroke: add(svg, "text", { class: "stroke", y: 44 }), energy: add(svg, "text", { class: "energy", y: 150 }) };
+    const labels = (name, y) => parts.map((_, j) => add(svg, "text", { class: halves > 1 ? `${name} ${j ? "right" : "left"}` : name, y }));
+    return { parts, stroke: labels("stroke", 44), energy: labels("energy", 150) };
   };
   const devices = data.devices.map((sides) => device(sides.length));
 
@@ -176,11 +186,13 @@ document.querySelectorAll(".animation").forEach((figure) => {
           for (const shape of [part.box, part.folds]) shape.setAttribute("transform", raised(x, width[k], ...sides[j]));
         });
       }
-      const middle = x + width[k] / 2;
-      d.stroke.setAttribute("x", middle);
-      d.stroke.textContent = used[k].map((one) => Math.max(0, one.stroke).toFixed(0)).join(" + ");
-      d.energy.setAttribute("x", middle);
-      d.energy.textContent = used[k].map((one) => one.energy.toFixed(data.digits)).join(" + ");
+      // the numbers of a device stand over and below it; of two, each on its side of where they meet
+      const meets = x + (own.length > 1 ? (own[0] + width[k] - own[1]) / 2 : width[k] / 2);
+      used[k].forEach((one, j) => {
+        for (const text of [d.stroke[j], d.energy[j]]) text.setAttribute("x", meets + (own.length > 1 ? (j ? 5 : -5) : 0));
+        d.stroke[j].textContent = Math.max(0, one.stroke).toFixed(0);
+        d.energy[j].textContent = one.energy.toFixed(data.digits);
+      });
       x += width[k];
     };
     for (const one of cars) {
@@ -201,9 +213,9 @@ document.querySelectorAll(".animation").forEach((figure) => {
     now = time;
   };
 
-  let now = start, playing = false, last = 0, shown = 0;
+  let now = first, playing = false, last = 0, shown = 0;
   const tick = (moment) => {
-    if (!playing) return;
+    if (!playing || life.signal.aborted) return;
     now = Math.min(end, now + ((moment - last) / 1000) * Number(rate.value));
     last = moment;
     if (!calm.matches || moment - shown > 500 || now >= end) { // where motion is not wanted: a picture each half second
@@ -221,21 +233,27 @@ document.querySelectorAll(".animation").forEach((figure) => {
     last = performance.now();
     requestAnimationFrame(tick);
   };
-  button.addEventListener("click", () => play(!playing));
-  if (heights) heights.addEventListener("change", () => show(now));
+  button.addEventListener("click", () => play(!playing), listening);
+  if (heights) heights.addEventListener("change", () => show(now), listening);
   slider.addEventListener("input", () => {
     play(false);
     show(start + (slider.value / 1000) * (end - start));
-  });
+  }, listening);
   figure.addEventListener("keydown", (event) => {
     if (event.key !== " " || [button, rate, heights].includes(event.target)) return;
     event.preventDefault();
     play(!playing);
-  });
+  }, listening);
   let before = start;
-  window.addEventListener("beforeprint", () => { before = now; play(false); show(end); });
-  window.addEventListener("afterprint", () => show(before));
-  show(start);
+  window.addEventListener("beforeprint", () => { before = now; play(false); show(end); }, listening);
+  window.addEventListener("afterprint", () => show(before), listening);
+  figure.shown = { life, end, get now() { return now; }, get playing() { return playing; } };
+  show(first);
+  if (plays) play(true);
   const stage = find(".stage");
-  stage.scrollLeft = (stage.scrollWidth - stage.clientWidth) / 2;
+  if (!was) stage.scrollLeft = (stage.scrollWidth - stage.clientWidth) / 2;
+};
+document.querySelectorAll(".animation").forEach((figure) => {
+  figure.redraw = (data) => animate(figure, data);
+  figure.redraw(JSON.parse(figure.querySelector("script").textContent));
 });

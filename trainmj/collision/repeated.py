@@ -3,7 +3,7 @@
 ::
 
     before = load_result("results/result.nc")
-    found = compare(before, run(before.scenario))
+    found = repeated(before, run(before.scenario))
     found.same          # every number as it was
     found.differences   # if not: by how much, for each quantity
     found.changes       # versions, platform and code that differ
@@ -22,8 +22,8 @@ from trainmj.collision.result import Result, result_given
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """Two results held against each other.
+class Repeated:
+    """A result held against an earlier one.
 
     Attributes:
         differences: largest difference of each quantity that is not the same to the last bit, as part of its largest
@@ -55,7 +55,7 @@ class Comparison:
         return f"{line}\n{others}"
 
 
-def compare(before: Result | str | Path, after: Result | str | Path) -> Comparison:
+def repeated(before: Result | str | Path, after: Result | str | Path) -> Repeated:
     """Hold a result against an earlier one, number by number."""
     before, after = result_given(before), result_given(after)
     found = {}
@@ -67,4 +67,4 @@ def compare(before: Result | str | Path, after: Result | str | Path) -> Comparis
             with np.errstate(all="ignore"):
                 share = float(np.abs(new - old).max(initial=0.0) / (np.abs(old).max(initial=0.0) or 1.0))
             found[name] = share if np.isfinite(share) else float("inf")
-    return Comparison(found, tuple(changes(before.versions, after.versions)))
+    return Repeated(found, tuple(changes(before.versions, after.versions)))

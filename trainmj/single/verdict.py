@@ -1,0 +1,52 @@
+"""The verdict on a collision in one sentence, for whoever reads no further."""
+
+from __future__ import annotations
+
+import math
+
+from trainmj.collision.status import FAILED, Kind
+from trainmj.collision.summary import Summary
+from trainmj.output.table import Verdict, failed, passed, warned
+from trainmj.units import against
+
+
+def verdict(summary: Summary) -> Verdict:
+    """Whether the limits are kept: by which one it stands or falls, and by how much."""
+    kind = summary.status.kind
+    if kind in FAILED:
+        return failed(f"No number may be used. {_sentence(str(summary.status))}.")
+    if summary.not_valid:
+        reason = summary.status.detail.partition(";")[0]
+        return failed(f"{_sentence(summary.not_valid)}, so that no limit can be judged: {kind} at {reason}.")
+    limits = sorted(summary.limits, key=lambda c: -c.used)
+    past = [c for c in limits if not c.kept]
+    gave = "; ".join(summary.gave_way)
+    cut = {
+        Kind.TIME_LIMIT: " The time limit cut the collision off before it was over.",
+        Kind.NO_CONTACT: " No device was pressed.",
+    }.get(kind, "" if summary.over else " The time limit cut the collision off before it was over.")
+    if past:
+        worst = past[0]
+        by = _over(worst.used)
+        which = f"{len(past)} of {len(limits)} limits are passed, by most:" if limits[1:] else "The limit is passed:"
+        return failed(f"{which} {worst.said}{by}.{f' A car body gave way: {gave}.' if gave else ''}{cut}")
+    if gave:
+        return failed(f"A car body gave way: {gave}.{cut}")
+    if not limits:
+        said = f"No limit is stated, so that none is judged.{cut}"
+        return warned(said) if cut else Verdict("none", said)
+    nearest = limits[0]
+    which = f"All {len(limits)} limits are kept; nearest:" if limits[1:] else "The limit is kept:"
+    said = f"{which} {nearest.said}, {against(nearest.used, 100.0, 0)} % used.{cut}"
+    return (warned if cut else passed)(said)
+
+
+def _over(used: float) -> str:
+    """By how much a limit is passed of which so many % are used; nothing of a value that is no number."""
+    if not 100.0 < used < math.inf:
+        return ""
+    return f", {used - 100.0:.2g} % over" if used < 199.5 else f", {used / 100.0:.3g} times the limit"
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
