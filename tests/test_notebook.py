@@ -121,7 +121,7 @@ def test_values_are_changed_by_keywords_and_by_paths(scenario):
     assert asked.scenario.collision.speed_km_h == 12
     assert asked.scenario.collision.gap_mm == 5
     again = trainmj.run(named.with_values({"collision.gap_mm": 5, "speed": 12}))
-    assert trainmj.compare(asked, again).same
+    assert trainmj.repeated(asked, again).same
     assert trainmj.load("b_type", speed_km_h=20).collision.speed_km_h == 20
     assert named.with_values(speed=7).collision.speed_km_h == 7
     with pytest.raises(trainmj.InputError, match=r"sped.*did you mean 'speed'"):

@@ -62,7 +62,7 @@ def check(shown: str, tables: list[Table], width: int) -> None:
     for table in tables:
         for k, column in enumerate(table.columns):
             heads = (column.head or column.name).split() + column.unit.split()
-            assert {head for head in heads if len(head) <= 30} <= words, column
+            assert {head for head in heads if len(head) <= 24} <= words, column
             for row in table.rows if not column.text else ():
                 assert set(str(console._cell(column.show(row[k]))).split()) <= words, (column.name, row[k])
 

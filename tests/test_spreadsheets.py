@@ -148,6 +148,46 @@ RIGHT = {
 }
 
 
+def packed(**parts):
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as made:
+        for name, text in parts.items():
+            made.writestr(name, text)
+    return file.getvalue()
+
+
+def with_part(change, name="xl/worksheets/sheet1.xml"):
+    """A good workbook of which one part is changed."""
+    file = io.BytesIO()
+    of(lambda s: None).save(file)
+    with zipfile.ZipFile(file) as good:
+        parts = {part: good.read(part) for part in good.namelist()}
+    return packed(**parts | {name: change(parts[name])})
+
+
+RIGHT |= {
+    "formulas with their values": (
+        with_part(lambda xml: xml.replace(b"<v>800.25</v>", b"<f>C4+800.25</f><v>800.25</v>")),
+        {},
+    ),
+    "formulas filled down that show nothing": (
+        with_part(
+            lambda xml: xml.replace(
+                b"</sheetData>", b'<row r="7"><c r="B7" t="str"><f>IF(A7="","",A7)</f><v></v></c></row></sheetData>'
+            )
+        ),
+        {},
+    ),
+    "a cell that is formatted as kN": (of(lambda s: setattr(s["C5"], "number_format", '_-* #,##0.00" kN"_-')), {}),
+    "an unnamed index, as pandas writes it": (of(lambda s: put(s, [[0], [1], [2]], 4, 1)), {}),
+    "sheets that are empty": (book(Sheet1=GOOD, Sheet2=[], Sheet3=[]), {}),
+    "what it is of, right above": (of(lambda s: None, [["mass, t", 33], ["Force", "of the head"], *GOOD]), {}),
+    "other tables without such heads": (of(lambda s: put(s, [["when", "who"], [2023, "N. N."]], 10, 2)), {}),
+    "a number among the heads": (of(lambda s: None, [[*row, 2023] for row in GOOD]), {}),
+    "a break in a head": (of(lambda s: None, [["Stroke_x000D_\n[mm]", "Kraft in kN"], *GOOD[1:]]), {}),
+}
+
+
 @pytest.mark.parametrize(("made", "place"), RIGHT.values(), ids=RIGHT)
 def test_habits_of_spreadsheets_are_read_as_they_were_meant(tmp_path, made, place):
     """Fails if one of the ways in which people keep a table is refused, or gives other numbers."""
@@ -186,6 +226,14 @@ WRONG = {
     "a number with its unit": (cell("C5", "800 kN"), {}, "coupler!C5: force_kN = '800 kN': must be a number"),
     "a date": (cell("C5", datetime.datetime(2024, 5, 12)), {}, "coupler!C5: force_kN = '2024-05-12.*: is a date"),
     "a percentage": (cell("C5", 0.8, "0.0%"), {}, "coupler!C5: force_kN = '0.8': is shown in percent, as 80 %"),
+    "thousands": (cell("C5", 800250, "#,##0.0,"), {}, "coupler!C5: force_kN = '800250': is shown in thousands"),
+    "a table on its side": (
+        book(a=[list(column) for column in zip(*GOOD, strict=True)]),
+        {},
+        "a!A2: stroke_mm = 'force_kN': must",
+    ),
+    "heads again on the next page": (of(lambda s: put(s, GOOD, 7, 2)), {}, "coupler!B7: stroke_mm = 'stroke_mm': must"),
+    "units that disagree": (book(a=[HEADS, ["mm", "N"], [0, 0]]), {}, "a!B1: .* states two units, kN and N"),
     "true": (cell("C5", True), {}, "coupler!C5: force_kN = 'TRUE': is true or false, not a number"),
     "#REF!": (cell("C5", "#REF!"), {}, "coupler!C5: force_kN = '#REF!': is an error of the spreadsheet"),
     "#N/A": (cell("B5", "#N/A"), {}, "coupler!B5: stroke_mm = '#N/A': is an error"),
@@ -206,7 +254,7 @@ WRONG = {
     "no heads": (book(a=GOOD[1:]), {}, "a: has no table: it must have a line of heads"),
     "a range without heads": (of(lambda s: None), {"range": "B4:C6"}, "coupler!B4:C6: must have a line of heads"),
     "an empty range": (of(lambda s: None), {"range": "H4:I6"}, "coupler!H4:I6: is empty"),
-    "no range": (of(lambda s: None), {"range": "B4-C6"}, "coupler!B4-C6: range must be as in Excel"),
+    "no range": (of(lambda s: None), {"range": "B4-C6"}, "coupler!B4-C6: range must be cells as in"),
     "a sum below": (of(lambda s: put(s, [["largest", 1000]], 8, 2)), {}, "coupler!B8: stroke_mm = 'largest'"),
     "a unit that nobody knows": (
         book(a=[["Stroke [smoot]", "force_kN"], [0, 0]]),
@@ -432,23 +480,6 @@ def test_keyword_files_that_could_mean_something_else_are_refused(tmp_path, text
 
 
 # what is no workbook, or a hostile one
-
-
-def packed(**parts):
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as made:
-        for name, text in parts.items():
-            made.writestr(name, text)
-    return file.getvalue()
-
-
-def with_part(change, name="xl/worksheets/sheet1.xml"):
-    """A good workbook of which one part is changed."""
-    file = io.BytesIO()
-    of(lambda s: None).save(file)
-    with zipfile.ZipFile(file) as good:
-        parts = {part: good.read(part) for part in good.namelist()}
-    return packed(**parts | {name: change(parts[name])})
 
 
 KINDS = "[Content_Types].xml"

@@ -62,17 +62,19 @@ def settings(context: click.Context, parameter: click.Parameter, begun: str) -> 
     file = next(filter(None, words), None)  # an option without a value leaves the words before it unread
     try:
         values = _values(str(file)) if file else {}
-    except (AttributeError, OSError, TrainmjError, TypeError, ValueError):
+    except (OSError, TrainmjError, ValueError):
         return []
     found = dict(_scalars(values))
-    parameters = {}
-    for name, paths in values.get("parameters", {}).items():
-        first = paths if isinstance(paths, str) else next(iter(paths), "")
-        parameters[name] = (found.get(first), first)
-    items = [(name, value, path) for name, (value, path) in parameters.items()]
+    parameters = values.get("parameters")
+    firsts = {
+        name: path.strip("[] ").split(",")[0].strip()
+        for name, path in (parameters.items() if isinstance(parameters, dict) else ())
+        if isinstance(path, str)
+    }
+    items = [(name, found.get(path, ""), path) for name, path in firsts.items()]
     items += [(path, value, "") for path, value in found.items()]
     return [
-        CompletionItem(f"{name}={'' if value is None else value}", help=path or None)
+        CompletionItem(f"{name}={value}", help=path or None)
         for name, value, path in items
         if f"{name}=".startswith(begun)
     ]
@@ -80,8 +82,6 @@ def settings(context: click.Context, parameter: click.Parameter, begun: str) -> 
 
 def _values(file: str, depth: int = 0) -> dict[str, Any]:
     """The values of a scenario with those that it builds on; of another file, those of the scenario that it names."""
-    from ruamel.yaml import YAML
-
     from trainmj.files.resources import find_file
 
     endings = (SCENARIO, SWEEP, STUDY, TARGETS, RELIABILITY, ASSESSMENT, PARTNER)
@@ -95,11 +95,7 @@ def _values(file: str, depth: int = 0) -> dict[str, Any]:
         return {}
     if path.stat().st_size > _MOST_BYTES or depth > _LONGEST_CHAIN:
         return {}
-    try:
-        read = YAML(typ="safe", pure=True).load(path.read_text(encoding="utf-8-sig"))
-    except Exception as error:  # of the YAML package: whatever is wrong with the file, a shell has nothing to say
-        raise ValueError from error
-    values: dict[str, Any] = dict(read)
+    values = _groups(path.read_text(encoding="utf-8-sig").splitlines())
     below = values.pop("builds_on", None) or ("" if "devices" in values else values.get("scenario"))
     if not isinstance(below, str) or not below:
         return values
@@ -117,22 +113,47 @@ def _over(under: dict[str, Any], values: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
-def _scalars(values: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Every path that leads to one value."""
-    skipped = ("title", "notes", "sources", "parameters", "tolerances") if not path else ()
-    pairs: Any = values.items() if isinstance(values, dict) else ()
-    if isinstance(values, list) and any(isinstance(value, dict) for value in values):
-        groups = [(k, value) for k, value in enumerate(values) if isinstance(value, dict)]
-        names = [str(value.get("name", k)) for k, value in groups]
-        pairs = ((name if names.count(name) == 1 else k, value) for name, (k, value) in zip(names, groups, strict=True))
-    for key, value in pairs:
-        at = f"{path}.{key}" if path else str(key)
-        if key in skipped or (key == "name" and path) or not re.fullmatch(r"[\w.]+", str(key)):
+def _groups(lines: list[str]) -> dict[str, Any]:
+    """The groups of a YAML file that are written in lines of their own, without its checks; values as they stand."""
+    values: dict[str, Any] = {}
+    within: list[tuple[int, dict[str, Any]]] = [(-1, values)]
+    skipped = -1  # lines further in than this go on with a value that is no group
+    for line in lines:
+        found = _LINE.fullmatch(line)
+        indent = len(line) - len(line.lstrip())
+        if not line.strip() or line.lstrip().startswith("#") or -1 < skipped < indent:
             continue
-        if isinstance(value, (dict, list)):
-            yield from _scalars(value, at)
-        elif value is not None:
-            yield at, str(value).lower() if isinstance(value, bool) else value
+        skipped = -1
+        if found is None:
+            skipped = indent
+            continue
+        while within[-1][0] >= indent:
+            within.pop()
+        key, value = found["key"], found["value"].strip()
+        if value:
+            within[-1][1][key], skipped = value.strip("\"'"), indent
+        else:
+            group: dict[str, Any] = {}
+            within[-1][1][key] = group
+            within.append((indent, group))
+    return values
+
+
+_LINE = re.compile(r"\s*(?P<key>[\w.]+):(?P<value>(?: (?:[^#]|(?<! )#)*)?)(?:#.*)?")
+
+
+def _scalars(values: dict[str, Any], path: str = "") -> Iterator[tuple[str, str]]:
+    """Every path that leads to one value."""
+    for key, value in values.items():
+        at = f"{path}.{key}" if path else key
+        if isinstance(value, dict):
+            yield from _scalars(value, at) if at not in _NO_SETTINGS else ()
+        elif at not in _NO_SETTINGS and value[:1] not in _NO_SCALAR and value not in ("null", "~"):
+            yield at, value
+
+
+_NO_SETTINGS = ("title", "notes", "sources", "parameters", "tolerances")
+_NO_SCALAR = ("{", "[", "&", "*", "|", ">", "!")
 
 
 @click.command()

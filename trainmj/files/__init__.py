@@ -8,7 +8,10 @@ Nothing here knows what is in them.
     source      plain values with their places: checked, and refused in words
     kinds       which kind of input file has which keys
     parts       what input files are made of: groups, numbers, names, alternatives
-    tables      CSV files: from outside, and written by trainmj to the last digit
+    tables      tables from outside, and those written by trainmj to the last digit
+    heads       units in the heads of tables
+    spreadsheet workbooks: which cells are a table, and what is in them
+    keyword     curves of LS-DYNA keyword files
     written     files replaced whole, folders that one process holds, values as JSON holds them
     arguments   what a public function takes for what it needs
     folder      folders that a command fills: its own files there, its inputs, what an earlier one left

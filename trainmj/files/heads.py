@@ -284,7 +284,7 @@ def _is_known(unit: str) -> bool:
 
 def _spelt(unit: str) -> str:
     """A unit as it is spelt here, if it is known."""
-    text = unit.strip().replace("²", "2").replace("^", "").replace("**", "")
+    text = unit.strip().removesuffix(".").replace("²", "2").replace("^", "").replace("**", "")
     text = re.sub(r"[·⋅*]", " ", text)
     text = re.sub(r"\s*/\s*|[\s_]per[\s_](?!mille)", "/", text)
     text = re.sub(r"[\s_]+", " ", text)

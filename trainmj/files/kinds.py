@@ -25,7 +25,7 @@ SCENARIO, SWEEP, STUDY, TARGETS, PARTNER, ASSESSMENT, RELIABILITY = KINDS = (
         ".yaml",
         "trainmj run or trainmj.load",
         "builds_on changed plane ties bracket curves devices trains vehicle_types obstacles as_built collision "
-        "occupants simulation",
+        "occupants simulation report",
     ),
     _kind(
         "sweep file",

@@ -28,7 +28,9 @@ MOST_BYTES = 50_000_000
 _MOST_CELLS = 300_000  # each takes openpyxl about 20 microseconds
 _MOST_SPANNED = 100_000  # cells in merged ranges and links, each of which it makes
 _MOST_FILES = 10_000
+_MOST_COLUMNS = 1 << 14  # that a sheet has
 _MOST_BLOCKS = 200
+_MOST_ABOVE = 100  # rows among which heads are sought
 _SHOWN = 30  # names and tables in a message
 _SAVE = "save it as an Excel workbook (.xlsx)"
 _OLE = b"\xd0\xcf\x11\xe0"
@@ -216,7 +218,7 @@ def _sheet(sheet: Worksheet, formulas: Mapping[tuple[int, int], Any]) -> Sheet:
     cells: dict[tuple[int, int], Any] = {}
     for at, cell in _cells(sheet).items():
         value = _value(cell)
-        if value == "" and at in formulas:
+        if value == "" and at in formulas and cell.data_type != "str":  # whose value is empty text
             text = str(getattr(formulas[at], "text", formulas[at]))
             if not text.startswith("="):
                 text = f"={text}"
@@ -235,7 +237,10 @@ def _sheet(sheet: Worksheet, formulas: Mapping[tuple[int, int], Any]) -> Sheet:
         merged,
         frozenset(n for n, row in sheet.row_dimensions.items() if row.hidden),
         frozenset(
-            n for one in sheet.column_dimensions.values() if one.hidden for n in range(one.min or 1, (one.max or 0) + 1)
+            column
+            for one in sheet.column_dimensions.values()
+            if one.hidden
+            for column in range(one.min or 1, min(one.max or 0, _MOST_COLUMNS) + 1)
         ),
     )
 
@@ -259,7 +264,7 @@ def _value(cell: Cell | MergedCell) -> Any:
         if _SCALED.search(form):
             return Flaw(f"{value:.12g}", "is shown in thousands: format it as a plain number")
         return Percent(value) if "%" in form else value
-    return str(value).replace("\xa0", " ").strip()
+    return str(value).replace("\xa0", " ").replace("_x000D_", "").strip()  # a line break, as Excel writes it
 
 
 def chosen(sheets: Sequence[Sheet], name: str | None, known: Known | None) -> Sheet:
@@ -321,7 +326,7 @@ def _only(sheet: Sheet, found: Sequence[Grid], known: Known | None) -> Grid:
 def _cut(sheet: Sheet, within: str) -> Box:
     """A range as it is written, cut to what has something in it."""
     if not _RANGE.fullmatch(within):
-        raise InputError("range must be as in Excel, such as B3:C20 or B:C")
+        raise InputError("range must be cells as in B3:C20 or B:C; the sheet is stated by sheet")
     asked = _box(within)
     there = [at for at in sheet.cells if asked.top <= at[0] <= asked.bottom and asked.left <= at[1] <= asked.right]
     if not there:
@@ -333,7 +338,7 @@ def _box(cells: str) -> Box:
     from openpyxl.utils import range_boundaries
 
     left, top, right, bottom = range_boundaries(cells.upper())
-    return Box(top or 1, left or 1, bottom or 1 << 20, right or 1 << 14)
+    return Box(top or 1, left or 1, bottom or 1 << 20, right or _MOST_COLUMNS)
 
 
 def _around(cells: Iterable[tuple[int, int]]) -> Box:
@@ -345,7 +350,7 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
     """The tables of a sheet: blocks of cells with a line of heads above numbers, from the top.
 
     Rows that empty ones part from a table above them belong to it, unless they have heads of their own. Blocks of text
-    are notes.
+    are notes, and so are tables without a known head beside some that have one.
 
     Args:
         sheet: to look at.
@@ -358,12 +363,14 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
     for box in boxes:
         over = [n for n, above in enumerate(found) if above.left <= box.left and box.right <= above.right]
         headless = not _leading(sheet, box)
-        if over and (headless or _is_of_numbers(sheet, box)):
+        of_text = not headless and len(_leading(sheet, box)) == len(_filled(sheet, box))
+        if over and (headless or (of_text and box.right > box.left)):  # several texts in a row are no note
             found[over[-1]] = found[over[-1]].around(box)
         else:
             found.append(box)
-    grids = (_grid(sheet, box, known) for box in found if box.bottom > box.top and _has_numbers(sheet, box))
-    return [grid for grid in grids if grid is not None]
+    grids = [grid for box in found if (grid := _grid(sheet, box, known)) is not None and _has_numbers(grid)]
+    wanted = [grid for grid in grids if known is not None and any(is_named(head, known) for head in grid.heads)]
+    return wanted or grids
 
 
 def _blocks(sheet: Sheet) -> list[Box]:
@@ -424,32 +431,22 @@ def _leading(sheet: Sheet, box: Box) -> list[int]:
     return rows
 
 
-def _has_numbers(sheet: Sheet, box: Box) -> bool:
-    return len(_leading(sheet, box)) > 0 and any(
-        not _is_text(cell) for row in range(box.top, box.bottom + 1) for cell in _row(sheet, box, row) if cell != ""
-    )
+def _filled(sheet: Sheet, box: Box) -> list[int]:
+    """The rows of a block that have something in them."""
+    return [row for row in range(box.top, box.bottom + 1) if any(cell != "" for cell in _row(sheet, box, row))]
 
 
-def _is_of_numbers(sheet: Sheet, box: Box) -> bool:
-    """Whether a block below a table, of text, is a part of it and no note: it has several cells in a row."""
-    return not _has_numbers(sheet, box) and box.right > box.left
+def _has_numbers(grid: Grid) -> bool:
+    return any(not _is_text(cell) for row in grid.rows for cell in row if cell != "")
 
 
 def _grid(sheet: Sheet, box: Box, known: Known | None) -> Grid | None:
     """The table in a block; None if it has no heads, or nothing below them."""
     if box.cells > _MOST_CELLS:
         raise InputError(f"has more than {_MOST_CELLS} cells from {box}")
-    leading = _leading(sheet, box)
-    if leading and leading[-1] == box.bottom:
-        leading.pop()  # of text only, the last row of which is no head
-    if not leading:
+    top = _top(sheet, box, known)
+    if top is None:
         return None
-    filled = {row: [_head(cell) for cell in _row(sheet, box, row) if cell != ""] for row in leading}
-
-    def fits(row: int) -> tuple[int, int, int]:
-        return sum(known is not None and is_named(head, known) for head in filled[row]), len(filled[row]), -row
-
-    top = max(leading, key=fits)
     heads = [_head(cell) for cell in _row(sheet, box, top)]
     lines = [n for n in range(top + 1, box.bottom + 1) if any(cell != "" for cell in _row(sheet, box, n))]
     rows = [[_cell(sheet, n, column) for column in range(box.left, box.right + 1)] for n in lines]
@@ -465,6 +462,26 @@ def _grid(sheet: Sheet, box: Box, known: Known | None) -> Grid | None:
         lines,
         [[row[k] for k in kept] for row in rows],
     )
+
+
+def _top(sheet: Sheet, box: Box, known: Known | None) -> int | None:
+    """The row of heads: of text and above others, that with most known heads, or else that with most; None if none is.
+
+    Where no row of text at the top has a known head, it is the row below them that has most.
+    """
+    leading = _leading(sheet, box)
+    if leading and leading[-1] == box.bottom:
+        leading.pop()  # of text only, the last row of which is no head
+
+    def fits(row: int) -> tuple[int, int, int]:
+        heads = [_head(cell) for cell in _row(sheet, box, row) if _is_text(cell) and cell]
+        return sum(known is not None and is_named(head, known) for head in heads), len(heads), -row
+
+    best = max(leading, key=fits, default=None)
+    if known is None or (best is not None and fits(best)[0]):
+        return best
+    below = max(range(box.top, min(box.top + _MOST_ABOVE, box.bottom)), key=fits, default=None)
+    return below if below is not None and fits(below)[0] else best
 
 
 def _head(cell: Any) -> str:

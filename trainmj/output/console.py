@@ -20,7 +20,7 @@ from trainmj.output.waiting import hush
 WIDTH = 80  # where there is no terminal
 WIDEST = 200
 _BETWEEN = 2  # characters between columns
-_LONGEST_WORD = 30  # that is not broken in a column of words
+_LONGEST_WORD = 24  # that is not broken in a column of words
 
 FAILED = "bold red"
 """What is not passed, beside the word for it."""
@@ -106,16 +106,11 @@ def _room(console: Console, columns: int) -> int:
 
 
 def _widths(needs: Sequence[_Need], room: int) -> list[int]:
-    """Widths of columns that share a line; where they all need more, the widest ones give way, and break words."""
-    wanted = [need.most - need.least for need in needs]
-    spare = room - sum(need.least for need in needs)
-    if spare >= sum(wanted):
-        return [need.most for need in needs]
-    if spare >= 0:
-        return [need.least + spare * more // sum(wanted) for need, more in zip(needs, wanted, strict=True)]
-    found = [need.least for need in needs]
+    """Widths of columns that share a line: the widest one gives way, and breaks words only where all need more."""
+    found = [min(need.most, room) for need in needs]
     while sum(found) > max(room, len(found)):
-        found[found.index(max(found))] -= 1
+        wide = [k for k, need in enumerate(needs) if found[k] > need.least] or range(len(found))
+        found[max(wide, key=found.__getitem__)] -= 1
     return found
 
 
