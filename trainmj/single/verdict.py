@@ -18,7 +18,7 @@ def verdict(summary: Summary) -> Verdict:
     if summary.not_valid:
         reason = summary.status.detail.partition(";")[0]
         return failed(f"{_sentence(summary.not_valid)}, so that no limit can be judged: {kind} at {reason}.")
-    limits = sorted(summary.limits, key=lambda c: -c.used)
+    limits = sorted(summary.limits, key=lambda c: -c.used if math.isfinite(c.used) else -math.inf)
     past = [c for c in limits if not c.kept]
     gave = "; ".join(summary.gave_way)
     cut = {
