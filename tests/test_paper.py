@@ -284,6 +284,24 @@ def test_compression_over_time_ends_where_the_summary_says(paper):
 
 
 @pytest.mark.thorough
+def test_labels_of_figures_6_and_8_are_whole(paper):
+    """Breaks if the name of an axis is cut by the edge of a figure, or is a letter alone."""
+    from trainmj.output.style import styled
+
+    with styled("page"):
+        for factor, axis in (("D", "Empty stroke D (mm)"), ("M", "Mass M (t)")):
+            drawn = figures._vehicles(paper.collisions, factor)
+            drawn.draw_without_rendering()
+            panels = drawn.get_axes()
+            texts = [text for panel in panels for text in (panel.xaxis.label, panel.yaxis.label)]
+            assert {text.get_text() for text in texts} == {"", axis, "Speed (km/h)", "Time (s)"}
+            for text in texts:
+                box = text.get_window_extent()
+                assert not text.get_text() or drawn.bbox.padded(1).contains(*box.min), text
+                assert not text.get_text() or drawn.bbox.padded(1).contains(*box.max), text
+
+
+@pytest.mark.thorough
 def test_every_table_is_a_file_with_published_ours_and_deviation(paper, folder):
     three = pd.read_csv(folder / "table3_devices_vs_D.csv")
     printed = published("table3_devices_vs_D")

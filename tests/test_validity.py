@@ -115,7 +115,7 @@ def test_the_page_marks_banner_tables_plots_paths_and_animation(result, summary)
     plots = [json.loads(block.content["figure"]) for block in section.blocks if block.kind == "plot"]
     assert len(plots) == 6
     for plot in plots:
-        (shape,) = plot["layout"]["shapes"]
+        (shape,) = (shape for shape in plot["layout"]["shapes"] if shape["type"] == "rect")  # beside lines of limits
         assert (shape["x0"], shape["x1"]) == pytest.approx((summary.valid_until_s, result.time[-1]))
         assert shape["label"]["text"] == "not valid"
     section = Page("p").section("s")

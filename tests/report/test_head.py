@@ -172,6 +172,18 @@ class TestBars:
         assert "227.2 of 265" in html
         assert "one train&#39;s side" in html
 
+    def test_of_a_long_train_those_next_to_the_impact_and_how_many_are_left_out(self, standard):
+        changes = {"trains.b_type.vehicles": 12, "simulation.time_limit_s": 0.02}
+        result = trainmj.run(standard.with_values(changes))
+        section = Page("p").section("s")
+        add_used(section, result.chain, trainmj.summarise(result))
+        energies = section.blocks[1].content
+        assert [row[0].name.split()[0] for row in energies["rows"]] == [
+            "S1-M1",
+            *(f"M{n}-M{n + 1}" for n in range(1, 8)),
+        ]
+        assert "4 interfaces further back" in energies["note"]
+
     def test_none_is_judged_that_is_not_valid(self, standard_result, standard_summary):
         values = standard_summary.values | {"valid_until_s": 0.2}
         section = Page("p").section("s")

@@ -20,6 +20,7 @@ import trainmj
 from trainmj.cli import main
 from trainmj.cli.report import write_report
 from trainmj.collision.identity import identity
+from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError
@@ -29,7 +30,8 @@ from trainmj.single.page import page_of_run
 from trainmj.single.page_animation import animation_data
 from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories
-from trainmj.sweep.page_responses import add_responses, chosen_responses, factors_of
+from trainmj.sweep.page_limits import by_column, limits_of
+from trainmj.sweep.page_responses import Factor, add_responses, chosen_responses, factors_of
 from trainmj.units import KN, MM
 
 BAR_MB = 7.0
@@ -197,6 +199,20 @@ class TestSweep:
         section = Page("p").section("s")
         add_responses(section, table, factors_of(table, ["a_mm", "b_t", "load_case"]), responses)
         assert list(plots(section)) == ["of_a over a", "of_b over b", "of_case over a"]
+
+    def test_limits_are_those_that_every_case_has(self, standard):
+        """Breaks if the limit of an interface is drawn for a stage of it, or one that is varied as if it were one."""
+        found = by_column(line_up(standard.with_values({"limits.stroke_mm": 500})))
+        wanted = {"stroke_S1_M1_mm": 500.0, "stroke_S1_M1_anti_climber_mm": 265.0, "stroke_M1_M2_mm": 418.0}
+        assert {name: found[name] for name in wanted} == wanted
+        assert found["peak_device_M6_g"] == 5.0
+        assert "peak_device_S1_g" not in found
+        varied = [Factor("devices.coupler_a_b.stroke_limit_mm", [400.0, 418.0], True), Factor("mass_t", [30, -1], True)]
+        same = limits_of([standard], varied)
+        assert "stroke_M1_M2_mm" not in same
+        assert same["stroke_M2_M3_mm"] == 418.0
+        bare = standard.with_values({"limits": {}})
+        assert not any(name.startswith("peak") for name in limits_of([standard, bare], [])), "of one load case only"
 
     def test_of_many_responses_those_near_the_impact_are_drawn(self, sweep_folder):
         drawn = chosen_responses(trainmj.read_table(sweep_folder))

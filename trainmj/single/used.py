@@ -25,8 +25,9 @@ def add_used(section: Section, chain: Chain, summary: Summary) -> None:
     shown = list(_shown(chain, summary))
     strokes = [bar for interface, _ in shown for bar in _strokes(interface, summary.not_valid)]
     energies = [_energy(interface, device, summary.not_valid) for interface, device in shown]
-    left_out = n_own_sides(chain) - len(shown)
-    more = f" {left_out} interfaces further back, which keep their limits, are in the tables." if left_out > 0 else ""
+    own = summary.interfaces[: n_own_sides(chain)]
+    left_out = len(own) - sum(interface in own for interface, _ in shown)
+    more = f" {left_out} interfaces further back, which keep their limits, are in the tables." if left_out else ""
     side = "At the front: one train's side." if chain.interfaces[chain.front].equal_sides else ""
     mark = "The mark is the limit." if any(bar.limit for bar in strokes) else "No limit is stated."
     section.bars(strokes, "Stroke used", "mm", f"{mark} {side}{more}".rstrip(), half=True)

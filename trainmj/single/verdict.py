@@ -18,9 +18,10 @@ def verdict(summary: Summary) -> Verdict:
     if summary.not_valid:
         reason = summary.status.detail.partition(";")[0]
         return failed(f"{_sentence(summary.not_valid)}, so that no limit can be judged: {kind} at {reason}.")
-    limits = sorted(summary.limits, key=lambda c: -c.used)
+    limits = sorted(summary.limits, key=lambda c: -c.used if math.isfinite(c.used) else -math.inf)
     past = [c for c in limits if not c.kept]
     gave = "; ".join(summary.gave_way)
+    bodies = f"{'Car bodies' if summary.gave_way[1:] else 'A car body'} gave way: {gave}."
     cut = {
         Kind.TIME_LIMIT: " The time limit cut the collision off before it was over.",
         Kind.NO_CONTACT: " No device was pressed.",
@@ -29,9 +30,9 @@ def verdict(summary: Summary) -> Verdict:
         worst = past[0]
         by = _over(worst.used)
         which = f"{len(past)} of {len(limits)} limits are passed, by most:" if limits[1:] else "The limit is passed:"
-        return failed(f"{which} {worst.said}{by}.{f' A car body gave way: {gave}.' if gave else ''}{cut}")
+        return failed(f"{which} {worst.said}{by}.{f' {bodies}' if gave else ''}{cut}")
     if gave:
-        return failed(f"A car body gave way: {gave}.{cut}")
+        return failed(f"{bodies}{cut}")
     if not limits:
         said = f"No limit is stated, so that none is judged.{cut}"
         return warned(said) if cut else Verdict("none", said)

@@ -117,9 +117,12 @@ def verdict_in_full(summary: Summary) -> Verdict:
         said.append(f"{which} {_limit(near)}, found {shown}")
     if found["status"] != Kind.OVER:
         said.append(f"when simulated: {found['status']} {found['reason']}".rstrip())
+    kinds = [whole.kind]
     if "robust" in summary:
-        said.append(f"the robust design is {verdict(summary['robust']).text}")
-    return Verdict(whole.kind, f"{'; '.join(said)}.")
+        robust = verdict(summary["robust"])
+        said.append(f"the robust design is {robust.text}")
+        kinds.append(robust.kind)
+    return Verdict(next(kind for kind in ("fail", "warn", "pass") if kind in kinds), f"{'; '.join(said)}.")
 
 
 def _limit(row: Mapping[str, Any]) -> str:

@@ -21,6 +21,7 @@ from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.scenario import Scenario, from_yaml
 from trainmj.sweep.outcome import outcome_of, said_of, tables_of
+from trainmj.sweep.page_limits import limits_of
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 from trainmj.sweep.plan import LOAD_CASE, LOAD_CASES
 from trainmj.units import against
@@ -78,7 +79,8 @@ def page_of_folder(folder: Path) -> Page:
         _add_load_cases(page.section("Load cases"), sweep, scenarios)
     section = page.section("Responses over what was varied")
     if len(sweep.computed) and sweep.responses:
-        add_responses(section, sweep.computed, sweep.factors, sweep.responses)
+        limits = limits_of(scenarios.values(), sweep.factors)
+        add_responses(section, sweep.computed, sweep.factors, sweep.responses, limits)
         if len(sweep.usable):
             add_effects(page.section("Main effects"), sweep.usable, sweep.factors, sweep.responses)
     else:

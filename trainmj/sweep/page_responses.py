@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import NOT_VALID, PAST_LIMITS, UNUSABLE, WHY_NOT_VALID, Kind
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, axes, dots, line, plain, scale, shade
+from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, plain, scale, shade
 from trainmj.output.style import PALETTE
 from trainmj.output.table import Column, Table, worded
 from trainmj.sweep.outcome import USED
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 _MOST_RESPONSES = 8
 _MOST_LINES = 8
 _MOST_POINTS = 2000
+_NEAR = 1.6  # times the largest value: a limit further up is not drawn
 _BINS = 8  # of a factor with more levels, in main effects
 _WANTED = {"TS_mm": 1, "TAMA_g": 1, "largest_step_mm": 1, "met_step_mm": 1, "least_wheel_load": 1}
 _WANTED |= {"stroke_mm": 4, "peak_device_acceleration_g": 2}
@@ -93,9 +94,16 @@ def chosen_responses(table: pd.DataFrame) -> list[Response]:
 
 
 def add_responses(
-    section: Section, table: pd.DataFrame, factors: Sequence[Factor], responses: Sequence[Response]
+    section: Section,
+    table: pd.DataFrame,
+    factors: Sequence[Factor],
+    responses: Sequence[Response],
+    limits: Mapping[str, float] | None = None,
 ) -> None:
-    """A plot of each response over the factor that moves it most; the others tell lines or colours apart."""
+    """A plot of each response over the factor that moves it most; the others tell lines or colours apart.
+
+    A limit of a response, by its column, is a line across its plot where the values come near it.
+    """
     drawn = _thinned(table)
     if len(factors) > 1:
         section.text("Each over the number that moves its mean most, as main effects say.")
@@ -117,6 +125,11 @@ def add_responses(
             traces = [_coloured(drawn, first, others, r)]
         layout = axes(*first.axis, r.title, r.unit)
         layout["xaxis"] |= first.ticks
+        limit = (limits or {}).get(r.name)
+        if limit is not None and limit <= _NEAR * drawn[r.name].abs().max():
+            layout["shapes"] = [across(limit, f"limit {limit:.6g} {r.unit}")]
+            span = max(limit, drawn[r.name].max()) - drawn[r.name].min()
+            layout["yaxis"] |= {"autorangeoptions": {"include": [limit + 0.1 * span]}}  # with room for its name
         section.plot(traces, layout, title=f"{r.title} over {first.axis[0]}", height=360, half=True)
 
 
