@@ -148,6 +148,15 @@ RIGHT = {
 }
 
 
+def cell(at, value, form=None):
+    def change(s):
+        s[at] = value
+        if form:
+            s[at].number_format = form
+
+    return of(change)
+
+
 def packed(**parts):
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as made:
@@ -184,6 +193,7 @@ RIGHT |= {
     "what it is of, right above": (of(lambda s: None, [["mass, t", 33], ["Force", "of the head"], *GOOD]), {}),
     "other tables without such heads": (of(lambda s: put(s, [["when", "who"], [2023, "N. N."]], 10, 2)), {}),
     "a number among the heads": (of(lambda s: None, [[*row, 2023] for row in GOOD]), {}),
+    "a remark without a head": (cell("D5", "here it buckles"), {}),
     "a break in a head": (of(lambda s: None, [["Stroke_x000D_\n[mm]", "Kraft in kN"], *GOOD[1:]]), {}),
 }
 
@@ -192,15 +202,6 @@ RIGHT |= {
 def test_habits_of_spreadsheets_are_read_as_they_were_meant(tmp_path, made, place):
     """Fails if one of the ways in which people keep a table is refused, or gives other numbers."""
     assert read(tmp_path, made, **place) == READ
-
-
-def cell(at, value, form=None):
-    def change(s):
-        s[at] = value
-        if form:
-            s[at].number_format = form
-
-    return of(change)
 
 
 def hide_row(s):
@@ -253,6 +254,7 @@ WRONG = {
     "heads twice": (book(a=[HEADS * 2, [0, 0, 0, 0]]), {}, "has two columns 'stroke_mm'"),
     "no heads": (book(a=GOOD[1:]), {}, "a: has no table: it must have a line of heads"),
     "a range without heads": (of(lambda s: None), {"range": "B4:C6"}, "coupler!B4:C6: must have a line of heads"),
+    "a row that is longer": (cell("D5", 5), {}, "coupler!D5 = 5: has no head: give the column one, or state range"),
     "an empty range": (of(lambda s: None), {"range": "H4:I6"}, "coupler!H4:I6: is empty"),
     "no range": (of(lambda s: None), {"range": "B4-C6"}, "coupler!B4-C6: range must be cells as in"),
     "a sum below": (of(lambda s: put(s, [["largest", 1000]], 8, 2)), {}, "coupler!B8: stroke_mm = 'largest'"),
