@@ -345,11 +345,11 @@ def vehicles(folder, rows):
 
 def test_masses_and_loads_of_vehicles_come_from_a_sheet(tmp_path):
     """Fails if masses, units or passengers of a table are not those of the vehicles."""
-    head = ["Name", "Mass [kg]", "Length [ft]", "seats", "Share [%]", "kg"]
-    train = vehicles(tmp_path, [head, ["1", 33000, 65.6, 60, 50, 80], [2, 30000, None, 0, 0, 0]])
+    head = ["Name", "Mass [kg]", "Length [ft]", "seats", "Share [%]", "kg", "Freight [kg]"]
+    train = vehicles(tmp_path, [head, ["1", 33000, 65.6, 60, 50, 80, None], [2, 30000, None, None, None, None, 500]])
     assert [(car.name, car.mass_t, car.length_m) for car in train.cars()] == [
         ("1", 35.4, 19.99488),
-        ("2", 30, 20),
+        ("2", 30.5, 20),
     ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from shlex import quote
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from trainmj.errors import InputError
-from trainmj.files.text import allowed, allowing
+from trainmj.files.text import allowed, allowing, printable
 
 if TYPE_CHECKING:
     from trainmj.files.kinds import Kind
@@ -54,6 +54,12 @@ def set_again(changes: Mapping[str, Any]) -> list[str]:
     said = {path: value if isinstance(value, str) else json.dumps(value) for path, value in changes.items()}
     folders = [f"--allow-folder {quote(str(folder))}" for folder in allowed()]
     return [*(f"--set {quote(f'{path}={value}')}" for path, value in said.items()), *folders]
+
+
+def say(notes: Iterable[str]) -> None:
+    """Say what there is to know of how files were read, apart from what the command prints."""
+    for note in notes:
+        click.echo(f"Note: {printable(note)}", err=True)
 
 
 def _allow(context: click.Context, parameter: click.Parameter, folders: tuple[str, ...]) -> None:

@@ -16,6 +16,7 @@ from trainmj.cli.options import (
     going_on,
     kind_of_input,
     parts_of,
+    say,
     split_assignment,
     takes_allowed,
     takes_fail_on_limit,
@@ -116,6 +117,7 @@ def sweep(
         cases = trainmj.load_sweep(scenario, changes)
         if vary:
             raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
+    say((*cases.scenario.told, *cases.told))
     if responses is not None:
         cases = replace(cases, responses=parts_of(responses))
     if histories is not None:
@@ -163,6 +165,7 @@ def study(
     """
     kind_of_input(study)
     plan = trainmj.load_study(study)
+    say(plan.source.told)
     from trainmj.study import screen
 
     line = screen.Screen()
@@ -209,6 +212,7 @@ def identify(
     """
     kind_of_input(targets)
     plan = trainmj.load_targets(targets)
+    say(plan.source.told)
     from trainmj.identification import page, screen
     from trainmj.output.page import REPORT
 
