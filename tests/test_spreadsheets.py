@@ -343,6 +343,14 @@ def vehicles(folder, rows):
     return trainmj.load(folder / "s.yaml").trains["car"]
 
 
+def test_a_share_may_be_shown_in_percent(tmp_path):
+    """Fails if 50 % of the seats, which is what the cell shows and 0.5 what it holds, are read as something else."""
+    made = of(lambda s: setattr(s["C4"], "number_format", "0%"), [["name", "share"], ["A", 0.5]])
+    made.save(tmp_path / "t.xlsx")
+    units = {"name": "", "share": ""}
+    assert read_beside(tmp_path, "t.xlsx", "t", units.get, ["name"]).columns == {"name": ["A"], "share": [0.5]}
+
+
 def test_masses_and_loads_of_vehicles_come_from_a_sheet(tmp_path):
     """Fails if masses, units or passengers of a table are not those of the vehicles."""
     head = ["Name", "Mass [kg]", "Length [ft]", "seats", "Share [%]", "kg", "Freight [kg]"]

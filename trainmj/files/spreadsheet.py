@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date, datetime, time, timedelta
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from trainmj.errors import InputError, close_match
@@ -139,8 +140,9 @@ def is_workbook(content: bytes, ending: str) -> bool:
     return False
 
 
+@lru_cache(maxsize=2)
 def read_workbook(content: bytes) -> list[Sheet]:
-    """The sheets of a workbook.
+    """The sheets of a workbook, kept for the next table that is read from it.
 
     Raises:
         InputError: if it is damaged, too large, or of another kind; or a formula has no value.
@@ -148,6 +150,8 @@ def read_workbook(content: bytes) -> list[Sheet]:
     formulas = _checked(content)
     try:
         sheets = _loaded(content, values=True)
+        if not sheets:
+            raise InputError(f"has no sheets, or is a Strict Open XML file: {_SAVE}, not a strict one")
         if not formulas:
             return [_sheet(sheet, {}) for sheet in sheets]
         asked = [_cells(sheet) for sheet in _loaded(content, values=False)]
