@@ -36,6 +36,7 @@ _SHOWN = 30  # names and tables in a message
 _SAVE = "save it as an Excel workbook (.xlsx)"
 _OLE = b"\xd0\xcf\x11\xe0"
 _RANGE = re.compile(r"\$?[A-Za-z]{1,3}\$?[0-9]{1,7}(:\$?[A-Za-z]{1,3}\$?[0-9]{1,7})?|\$?[A-Za-z]{1,3}:\$?[A-Za-z]{1,3}")
+_FORMULA = re.compile(rb"<(?:\w+:)?f[\s/>]")
 _CELL = re.compile(rb"<(?:\w+:)?c[\s/>]")
 _SPANS = re.compile(rb"<(?:\w+:)?(?:mergeCell|hyperlink)\s[^>]*?\bref\s*=\s*[\"']([^\"']*)")
 _SCALED = re.compile(r"[0#?],+(?![0#?,])")  # a format that shows thousands
@@ -79,6 +80,10 @@ class Box(NamedTuple):
         """Whether two parts overlap or touch."""
         beside = self.left <= other.right + 1 and other.left <= self.right + 1
         return beside and self.top <= other.bottom + 1 and other.top <= self.bottom + 1
+
+    def above(self, other: Box) -> bool:
+        """Whether another part is below this one, in some of its columns."""
+        return self.bottom < other.top and self.left <= other.right and other.left <= self.right
 
     def around(self, other: Box) -> Box:
         """The smallest part that has both."""
@@ -185,7 +190,7 @@ def _checked(content: bytes) -> bool:
                     text = file.read(part)
                     if b"<!DOCTYPE" in text or b"<!ENTITY" in text or text.startswith((b"\xff\xfe", b"\xfe\xff")):
                         raise InputError(f"is not as Excel writes it ({part.filename[:60]!a}): {_SAVE} again")
-                    formulas = formulas or b"<f>" in text or b"<f " in text or b"<f/" in text
+                    formulas = formulas or _FORMULA.search(text) is not None
                     cells += len(_CELL.findall(text))
                     spanned += sum(_spanned(found[1].decode("ascii", "replace")) for found in _SPANS.finditer(text))
     except InputError:
@@ -285,7 +290,7 @@ def chosen(sheets: Sequence[Sheet], name: str | None, known: Known | None) -> Sh
     shown = [sheet for sheet in sheets if not sheet.hidden]
     if len(shown) == 1:
         return shown[0]
-    holding = [sheet for sheet in shown if tables_on(sheet, known)]
+    holding = [sheet for sheet in shown if any(grid.heads for grid in tables_on(sheet, known))]
     if len(holding) > 1:
         names = ", ".join(repr(sheet.name) for sheet in holding[:_SHOWN])
         raise InputError(f"has tables on {len(holding)} sheets: state sheet, one of {names}")
@@ -318,8 +323,9 @@ def table_in(sheet: Sheet, within: str | None, known: Known | None) -> Grid:
 def _only(sheet: Sheet, found: Sequence[Grid], known: Known | None) -> Grid:
     if len(found) > 1:
         there = ", ".join(str(grid.box) for grid in found[:_SHOWN])
-        raise InputError(f"has {len(found)} tables: state range, one of {there}")
-    if found:
+        without = " (one without heads)" if any(not grid.heads for grid in found) else ""
+        raise InputError(f"has {len(found)} tables{without}: state range, one of {there}")
+    if found and found[0].heads:
         return found[0]
     grid = _grid(sheet, _around(sheet.cells), known) if sheet.cells else None  # of text only
     if grid is None:
@@ -354,7 +360,8 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
     """The tables of a sheet: blocks of cells with a line of heads above numbers, from the top.
 
     Rows that empty ones part from a table above them belong to it, unless they have heads of their own. Blocks of text
-    are notes, and so are tables without a known head beside some that have one.
+    are notes, and so are tables without a known head above or beside some that have one. Numbers without any head are
+    listed, too, as they may belong to either.
 
     Args:
         sheet: to look at.
@@ -365,16 +372,18 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
         raise InputError(f"is too large: tables go up to {_MOST_CELLS} cells; state range")
     found: list[Box] = []
     for box in boxes:
-        over = [n for n, above in enumerate(found) if above.left <= box.left and box.right <= above.right]
+        over = [n for n, above in enumerate(found) if above.left <= box.right and box.left <= above.right]
         headless = not _leading(sheet, box)
         of_text = not headless and len(_leading(sheet, box)) == len(_filled(sheet, box))
         if over and (headless or (of_text and box.right > box.left)):  # several texts in a row are no note
             found[over[-1]] = found[over[-1]].around(box)
         else:
             found.append(box)
-    grids = [grid for box in found if (grid := _grid(sheet, box, known)) is not None and _has_numbers(grid)]
+    grids = [_grid(sheet, box, known) or Grid(sheet.name, box, [], [], [], _rows(sheet, box)) for box in found]
+    grids = [grid for grid in grids if _is_table(grid)]
     wanted = [grid for grid in grids if known is not None and any(is_named(head, known) for head in grid.heads)]
-    return wanted or grids
+    doubtful = [grid for grid in grids if not grid.heads or any(one.box.above(grid.box) for one in wanted)]
+    return [grid for grid in grids if grid in wanted or grid in doubtful] if wanted else grids
 
 
 def _blocks(sheet: Sheet) -> list[Box]:
@@ -440,8 +449,16 @@ def _filled(sheet: Sheet, box: Box) -> list[int]:
     return [row for row in range(box.top, box.bottom + 1) if any(cell != "" for cell in _row(sheet, box, row))]
 
 
-def _has_numbers(grid: Grid) -> bool:
-    return any(not _is_text(cell) for row in grid.rows for cell in row if cell != "")
+def _is_table(grid: Grid) -> bool:
+    """Whether there are numbers; where there are no heads, several, and nothing else."""
+    cells = [cell for row in grid.rows for cell in row if cell != ""]
+    if grid.heads:
+        return not all(map(_is_text, cells))
+    return len(cells) > 1 and not any(isinstance(cell, str) for cell in cells)
+
+
+def _rows(sheet: Sheet, box: Box) -> list[list[Any]]:
+    return [_row(sheet, box, row) for row in range(box.top, box.bottom + 1)]
 
 
 def _grid(sheet: Sheet, box: Box, known: Known | None) -> Grid | None:

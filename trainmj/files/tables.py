@@ -256,6 +256,7 @@ def tables_in(file: Path) -> list[Listed]:
                 )
                 for sheet in read_workbook(content)
                 for grid in tables_on(sheet)
+                if grid.heads
             ]
         text, _ = decoded(content)
         if is_deck(text):
