@@ -268,7 +268,7 @@ WRONG = {
     "more of it beside, without heads": (
         of(lambda s: put(s, [[400, 1000], [500, 1100]], 4, 6)),
         {},
-        r"coupler: has 2 tables .one without heads.: state range, one of B3:C6, F4:G5",
+        r"coupler: has 2 tables .not all with heads.: state range, one of B3:C6, F4:G5",
     ),
     "an empty range": (of(lambda s: None), {"range": "H4:I6"}, "coupler!H4:I6: is empty"),
     "no range": (of(lambda s: None), {"range": "B4-C6"}, "coupler!B4-C6: range must be cells as in"),
@@ -580,6 +580,8 @@ def test_files_in_other_folders_are_read_where_the_user_allows_it(tmp_path, monk
     ran = CliRunner().invoke(main, ["check", str(here / "s.yaml"), "--allow-folder", str(there)])
     assert ran.exit_code == 0, ran.output
     assert CliRunner().invoke(main, ["check", str(here / "s.yaml")]).exit_code == 2
+    readers = "run check sweep study identify assess reliability render view export".split()
+    assert all("allow_folder" in {option.name for option in main.commands[name].params} for name in readers)
 
 
 def test_the_tables_of_a_file_are_listed_with_what_reads_them(tmp_path):

@@ -323,7 +323,7 @@ def table_in(sheet: Sheet, within: str | None, known: Known | None) -> Grid:
 def _only(sheet: Sheet, found: Sequence[Grid], known: Known | None) -> Grid:
     if len(found) > 1:
         there = ", ".join(str(grid.box) for grid in found[:_SHOWN])
-        without = " (one without heads)" if any(not grid.heads for grid in found) else ""
+        without = " (not all with heads)" if not all(grid.heads for grid in found) else ""
         raise InputError(f"has {len(found)} tables{without}: state range, one of {there}")
     if found and found[0].heads:
         return found[0]
@@ -373,9 +373,7 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
     found: list[Box] = []
     for box in boxes:
         over = [n for n, above in enumerate(found) if above.left <= box.right and box.left <= above.right]
-        headless = not _leading(sheet, box)
-        of_text = not headless and len(_leading(sheet, box)) == len(_filled(sheet, box))
-        if over and (headless or (of_text and box.right > box.left)):  # several texts in a row are no note
+        if over and (not _leading(sheet, box) or _is_row_of_texts(sheet, box)):
             found[over[-1]] = found[over[-1]].around(box)
         else:
             found.append(box)
@@ -434,9 +432,9 @@ def _is_text(cell: Any) -> bool:
 
 
 def _leading(sheet: Sheet, box: Box) -> list[int]:
-    """The rows of text at the top of a block."""
-    rows = []
-    for row in range(box.top, box.bottom + 1):
+    """The rows of text at the top of a block, among which its heads are."""
+    rows: list[int] = []
+    for row in range(box.top, min(box.top + _MOST_ABOVE, box.bottom + 1)):
         cells = [cell for cell in _row(sheet, box, row) if cell != ""]
         if not all(map(_is_text, cells)):
             break
@@ -444,9 +442,9 @@ def _leading(sheet: Sheet, box: Box) -> list[int]:
     return rows
 
 
-def _filled(sheet: Sheet, box: Box) -> list[int]:
-    """The rows of a block that have something in them."""
-    return [row for row in range(box.top, box.bottom + 1) if any(cell != "" for cell in _row(sheet, box, row))]
+def _is_row_of_texts(sheet: Sheet, box: Box) -> bool:
+    """Whether a block has texts in several columns and nothing else: below a table it is a part of it and no note."""
+    return box.right > box.left and all(_is_text(cell) for row in _rows(sheet, box) for cell in row if cell != "")
 
 
 def _is_table(grid: Grid) -> bool:
@@ -501,7 +499,7 @@ def _top(sheet: Sheet, box: Box, known: Known | None) -> int | None:
     best = max(leading, key=fits, default=None)
     if known is None or (best is not None and fits(best)[0]):
         return best
-    below = max(range(box.top, min(box.top + _MOST_ABOVE, box.bottom)), key=fits, default=None)
+    below = max(range(box.top, min(box.top + _MOST_ABOVE, box.bottom)), key=fits, default=None)  # not the last row
     return below if below is not None and fits(below)[0] else best
 
 
