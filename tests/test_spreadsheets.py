@@ -580,7 +580,7 @@ def test_files_in_other_folders_are_read_where_the_user_allows_it(tmp_path, monk
     ran = CliRunner().invoke(main, ["check", str(here / "s.yaml"), "--allow-folder", str(there)])
     assert ran.exit_code == 0, ran.output
     assert CliRunner().invoke(main, ["check", str(here / "s.yaml")]).exit_code == 2
-    readers = "run check sweep study identify assess reliability render view export".split()
+    readers = ["run", "check", "sweep", "study", "identify", "assess", "reliability", "render", "view", "export"]
     assert all("allow_folder" in {option.name for option in main.commands[name].params} for name in readers)
 
 
