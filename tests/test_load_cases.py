@@ -104,7 +104,7 @@ def test_load_cases_change_what_the_file_states_or_take_another_scenario(tmp_pat
         ("set: {sim", "set: {gap: 1, sim", "set.gap = 1: there is no 'gap' in the scenario"),
         ("set: {sim", "set: {mass_t: 1, sim", "mass_t: is varied, and set for every case"),
         ("{speed_km_h: 15}", "{trains.b_type.mass_t: 31}", "set, as trains.b_type.mass_t, in load case"),
-        (MINE[MINE.index("cases") :], "cases: c.csv\ntable: c.csv\n", "cases = 'c.csv': is a CSV file, and"),
+        (MINE[MINE.index("cases") :], "cases: c.csv\ntable: c.csv\n", "cases = 'c.csv': is a file, and"),
         ("mass_t: [", "load_case: [", "there is no 'load_case' in the scenario"),
     ],
 )  # fmt: skip

@@ -148,6 +148,15 @@ RIGHT = {
 }
 
 
+def cell(at, value, form=None):
+    def change(s):
+        s[at] = value
+        if form:
+            s[at].number_format = form
+
+    return of(change)
+
+
 def packed(**parts):
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as made:
@@ -182,8 +191,9 @@ RIGHT |= {
     "an unnamed index, as pandas writes it": (of(lambda s: put(s, [[0], [1], [2]], 4, 1)), {}),
     "sheets that are empty": (book(Sheet1=GOOD, Sheet2=[], Sheet3=[]), {}),
     "what it is of, right above": (of(lambda s: None, [["mass, t", 33], ["Force", "of the head"], *GOOD]), {}),
-    "other tables without such heads": (of(lambda s: put(s, [["when", "who"], [2023, "N. N."]], 10, 2)), {}),
+    "other tables without such heads": (of(lambda s: put(s, [["when", "who"], [2023, "N. N."]], 10, 6)), {}),
     "a number among the heads": (of(lambda s: None, [[*row, 2023] for row in GOOD]), {}),
+    "a remark without a head": (cell("D5", "here it buckles"), {}),
     "a break in a head": (of(lambda s: None, [["Stroke_x000D_\n[mm]", "Kraft in kN"], *GOOD[1:]]), {}),
 }
 
@@ -192,15 +202,6 @@ RIGHT |= {
 def test_habits_of_spreadsheets_are_read_as_they_were_meant(tmp_path, made, place):
     """Fails if one of the ways in which people keep a table is refused, or gives other numbers."""
     assert read(tmp_path, made, **place) == READ
-
-
-def cell(at, value, form=None):
-    def change(s):
-        s[at] = value
-        if form:
-            s[at].number_format = form
-
-    return of(change)
 
 
 def hide_row(s):
@@ -253,6 +254,22 @@ WRONG = {
     "heads twice": (book(a=[HEADS * 2, [0, 0, 0, 0]]), {}, "has two columns 'stroke_mm'"),
     "no heads": (book(a=GOOD[1:]), {}, "a: has no table: it must have a line of heads"),
     "a range without heads": (of(lambda s: None), {"range": "B4:C6"}, "coupler!B4:C6: must have a line of heads"),
+    "a row that is longer": (cell("D5", 5), {}, "coupler!D5 = 5: has no head: give the column one, or state range"),
+    "more of it below a line of text": (
+        of(lambda s: put(s, [["plateau"], [400], [500]], 8, 2)),
+        {},
+        "coupler: has 2 tables: state range, one of B3:C6, B8:B10",
+    ),
+    "more of it below, wider": (
+        of(lambda s: put(s, [[400, 1e3, "torn"], ["x", 1, 2]], 8, 2)),
+        {},
+        "coupler!D9 = 2: has no head",
+    ),
+    "more of it beside, without heads": (
+        of(lambda s: put(s, [[400, 1000], [500, 1100]], 4, 6)),
+        {},
+        r"coupler: has 2 tables .not all with heads.: state range, one of B3:C6, F4:G5",
+    ),
     "an empty range": (of(lambda s: None), {"range": "H4:I6"}, "coupler!H4:I6: is empty"),
     "no range": (of(lambda s: None), {"range": "B4-C6"}, "coupler!B4-C6: range must be cells as in"),
     "a sum below": (of(lambda s: put(s, [["largest", 1000]], 8, 2)), {}, "coupler!B8: stroke_mm = 'largest'"),
@@ -341,13 +358,21 @@ def vehicles(folder, rows):
     return trainmj.load(folder / "s.yaml").trains["car"]
 
 
+def test_a_share_may_be_shown_in_percent(tmp_path):
+    """Fails if 50 % of the seats, which is what the cell shows and 0.5 what it holds, are read as something else."""
+    made = of(lambda s: setattr(s["C4"], "number_format", "0%"), [["name", "share"], ["A", 0.5]])
+    made.save(tmp_path / "t.xlsx")
+    units = {"name": "", "share": ""}
+    assert read_beside(tmp_path, "t.xlsx", "t", units.get, ["name"]).columns == {"name": ["A"], "share": [0.5]}
+
+
 def test_masses_and_loads_of_vehicles_come_from_a_sheet(tmp_path):
     """Fails if masses, units or passengers of a table are not those of the vehicles."""
-    head = ["Name", "Mass [kg]", "Length [ft]", "seats", "Share [%]", "kg"]
-    train = vehicles(tmp_path, [head, ["1", 33000, 65.6, 60, 50, 80], [2, 30000, None, 0, 0, 0]])
+    head = ["Name", "Mass [kg]", "Length [ft]", "seats", "Share [%]", "kg", "Freight [kg]"]
+    train = vehicles(tmp_path, [head, ["1", 33000, 65.6, 60, 50, 80, None], [2, 30000, None, None, None, None, 500]])
     assert [(car.name, car.mass_t, car.length_m) for car in train.cars()] == [
         ("1", 35.4, 19.99488),
-        ("2", 30, 20),
+        ("2", 30.5, 20),
     ]
 
 
@@ -555,6 +580,8 @@ def test_files_in_other_folders_are_read_where_the_user_allows_it(tmp_path, monk
     ran = CliRunner().invoke(main, ["check", str(here / "s.yaml"), "--allow-folder", str(there)])
     assert ran.exit_code == 0, ran.output
     assert CliRunner().invoke(main, ["check", str(here / "s.yaml")]).exit_code == 2
+    readers = ["run", "check", "sweep", "study", "identify", "assess", "reliability", "render", "view", "export"]
+    assert all("allow_folder" in {option.name for option in main.commands[name].params} for name in readers)
 
 
 def test_the_tables_of_a_file_are_listed_with_what_reads_them(tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
@@ -16,7 +16,7 @@ import click
 from trainmj.cli.completing import offers, settings
 from trainmj.errors import InputError
 from trainmj.files.kinds import SCENARIO
-from trainmj.files.text import allowed, allowing
+from trainmj.files.text import allowed, allowing, printable
 
 if TYPE_CHECKING:
     from trainmj.files.kinds import Kind
@@ -115,6 +115,12 @@ def say(text: str, err: bool = False) -> None:
 
     hush()
     click.echo(text, err=err)
+
+
+def say_notes(notes: Iterable[str]) -> None:
+    """Say what there is to know of how files were read, apart from what the command prints."""
+    for note in notes:
+        say(f"Note: {printable(note)}", err=True)
 
 
 def say_json(values: Any) -> None:

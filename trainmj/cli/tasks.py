@@ -17,6 +17,7 @@ from trainmj.cli.options import (
     kind_of_input,
     parts_of,
     say_json,
+    say_notes,
     split_assignment,
     takes_allowed,
     takes_changes,
@@ -122,6 +123,7 @@ def sweep(
         cases = trainmj.load_sweep(scenario, changes)
         if vary:
             raise InputError(f"--vary: the sweep file {scenario} states what is varied: write it there")
+    say_notes((*cases.scenario.told, *cases.told))
     if responses is not None:
         cases = replace(cases, responses=parts_of(responses))
     if histories is not None:
@@ -170,6 +172,7 @@ def study(
     """
     kind_of_input(study)
     plan = trainmj.load_study(study)
+    say_notes(plan.source.told)
     from trainmj.study import screen
 
     line = screen.Screen()
@@ -217,6 +220,7 @@ def identify(
     """
     kind_of_input(targets)
     plan = trainmj.load_targets(targets)
+    say_notes(plan.source.told)
     from trainmj.identification import page, screen
     from trainmj.output.page import REPORT
 

@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import date, datetime, time, timedelta
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from trainmj.errors import InputError, close_match
@@ -35,6 +36,7 @@ _SHOWN = 30  # names and tables in a message
 _SAVE = "save it as an Excel workbook (.xlsx)"
 _OLE = b"\xd0\xcf\x11\xe0"
 _RANGE = re.compile(r"\$?[A-Za-z]{1,3}\$?[0-9]{1,7}(:\$?[A-Za-z]{1,3}\$?[0-9]{1,7})?|\$?[A-Za-z]{1,3}:\$?[A-Za-z]{1,3}")
+_FORMULA = re.compile(rb"<(?:\w+:)?f[\s/>]")
 _CELL = re.compile(rb"<(?:\w+:)?c[\s/>]")
 _SPANS = re.compile(rb"<(?:\w+:)?(?:mergeCell|hyperlink)\s[^>]*?\bref\s*=\s*[\"']([^\"']*)")
 _SCALED = re.compile(r"[0#?],+(?![0#?,])")  # a format that shows thousands
@@ -78,6 +80,10 @@ class Box(NamedTuple):
         """Whether two parts overlap or touch."""
         beside = self.left <= other.right + 1 and other.left <= self.right + 1
         return beside and self.top <= other.bottom + 1 and other.top <= self.bottom + 1
+
+    def above(self, other: Box) -> bool:
+        """Whether another part is below this one, in some of its columns."""
+        return self.bottom < other.top and self.left <= other.right and other.left <= self.right
 
     def around(self, other: Box) -> Box:
         """The smallest part that has both."""
@@ -139,8 +145,9 @@ def is_workbook(content: bytes, ending: str) -> bool:
     return False
 
 
+@lru_cache(maxsize=2)
 def read_workbook(content: bytes) -> list[Sheet]:
-    """The sheets of a workbook.
+    """The sheets of a workbook, kept for the next table that is read from it.
 
     Raises:
         InputError: if it is damaged, too large, or of another kind; or a formula has no value.
@@ -148,6 +155,8 @@ def read_workbook(content: bytes) -> list[Sheet]:
     formulas = _checked(content)
     try:
         sheets = _loaded(content, values=True)
+        if not sheets:
+            raise InputError(f"has no sheets, or is a Strict Open XML file: {_SAVE}, not a strict one")
         if not formulas:
             return [_sheet(sheet, {}) for sheet in sheets]
         asked = [_cells(sheet) for sheet in _loaded(content, values=False)]
@@ -181,7 +190,7 @@ def _checked(content: bytes) -> bool:
                     text = file.read(part)
                     if b"<!DOCTYPE" in text or b"<!ENTITY" in text or text.startswith((b"\xff\xfe", b"\xfe\xff")):
                         raise InputError(f"is not as Excel writes it ({part.filename[:60]!a}): {_SAVE} again")
-                    formulas = formulas or b"<f>" in text or b"<f " in text or b"<f/" in text
+                    formulas = formulas or _FORMULA.search(text) is not None
                     cells += len(_CELL.findall(text))
                     spanned += sum(_spanned(found[1].decode("ascii", "replace")) for found in _SPANS.finditer(text))
     except InputError:
@@ -281,7 +290,7 @@ def chosen(sheets: Sequence[Sheet], name: str | None, known: Known | None) -> Sh
     shown = [sheet for sheet in sheets if not sheet.hidden]
     if len(shown) == 1:
         return shown[0]
-    holding = [sheet for sheet in shown if tables_on(sheet, known)]
+    holding = [sheet for sheet in shown if any(grid.heads for grid in tables_on(sheet, known))]
     if len(holding) > 1:
         names = ", ".join(repr(sheet.name) for sheet in holding[:_SHOWN])
         raise InputError(f"has tables on {len(holding)} sheets: state sheet, one of {names}")
@@ -314,8 +323,9 @@ def table_in(sheet: Sheet, within: str | None, known: Known | None) -> Grid:
 def _only(sheet: Sheet, found: Sequence[Grid], known: Known | None) -> Grid:
     if len(found) > 1:
         there = ", ".join(str(grid.box) for grid in found[:_SHOWN])
-        raise InputError(f"has {len(found)} tables: state range, one of {there}")
-    if found:
+        without = " (not all with heads)" if not all(grid.heads for grid in found) else ""
+        raise InputError(f"has {len(found)} tables{without}: state range, one of {there}")
+    if found and found[0].heads:
         return found[0]
     grid = _grid(sheet, _around(sheet.cells), known) if sheet.cells else None  # of text only
     if grid is None:
@@ -350,7 +360,8 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
     """The tables of a sheet: blocks of cells with a line of heads above numbers, from the top.
 
     Rows that empty ones part from a table above them belong to it, unless they have heads of their own. Blocks of text
-    are notes, and so are tables without a known head beside some that have one.
+    are notes, and so are tables without a known head above or beside some that have one. Numbers without any head are
+    listed, too, as they may belong to either.
 
     Args:
         sheet: to look at.
@@ -361,16 +372,16 @@ def tables_on(sheet: Sheet, known: Known | None = None) -> list[Grid]:
         raise InputError(f"is too large: tables go up to {_MOST_CELLS} cells; state range")
     found: list[Box] = []
     for box in boxes:
-        over = [n for n, above in enumerate(found) if above.left <= box.left and box.right <= above.right]
-        headless = not _leading(sheet, box)
-        of_text = not headless and len(_leading(sheet, box)) == len(_filled(sheet, box))
-        if over and (headless or (of_text and box.right > box.left)):  # several texts in a row are no note
+        over = [n for n, above in enumerate(found) if above.left <= box.right and box.left <= above.right]
+        if over and (not _leading(sheet, box) or _is_row_of_texts(sheet, box)):
             found[over[-1]] = found[over[-1]].around(box)
         else:
             found.append(box)
-    grids = [grid for box in found if (grid := _grid(sheet, box, known)) is not None and _has_numbers(grid)]
+    grids = [_grid(sheet, box, known) or Grid(sheet.name, box, [], [], [], _rows(sheet, box)) for box in found]
+    grids = [grid for grid in grids if _is_table(grid)]
     wanted = [grid for grid in grids if known is not None and any(is_named(head, known) for head in grid.heads)]
-    return wanted or grids
+    doubtful = [grid for grid in grids if not grid.heads or any(one.box.above(grid.box) for one in wanted)]
+    return [grid for grid in grids if grid in wanted or grid in doubtful] if wanted else grids
 
 
 def _blocks(sheet: Sheet) -> list[Box]:
@@ -421,9 +432,9 @@ def _is_text(cell: Any) -> bool:
 
 
 def _leading(sheet: Sheet, box: Box) -> list[int]:
-    """The rows of text at the top of a block."""
-    rows = []
-    for row in range(box.top, box.bottom + 1):
+    """The rows of text at the top of a block, among which its heads are."""
+    rows: list[int] = []
+    for row in range(box.top, min(box.top + _MOST_ABOVE, box.bottom + 1)):
         cells = [cell for cell in _row(sheet, box, row) if cell != ""]
         if not all(map(_is_text, cells)):
             break
@@ -431,13 +442,21 @@ def _leading(sheet: Sheet, box: Box) -> list[int]:
     return rows
 
 
-def _filled(sheet: Sheet, box: Box) -> list[int]:
-    """The rows of a block that have something in them."""
-    return [row for row in range(box.top, box.bottom + 1) if any(cell != "" for cell in _row(sheet, box, row))]
+def _is_row_of_texts(sheet: Sheet, box: Box) -> bool:
+    """Whether a block has texts in several columns and nothing else: below a table it is a part of it and no note."""
+    return box.right > box.left and all(_is_text(cell) for row in _rows(sheet, box) for cell in row if cell != "")
 
 
-def _has_numbers(grid: Grid) -> bool:
-    return any(not _is_text(cell) for row in grid.rows for cell in row if cell != "")
+def _is_table(grid: Grid) -> bool:
+    """Whether there are numbers; where there are no heads, several, and nothing else."""
+    cells = [cell for row in grid.rows for cell in row if cell != ""]
+    if grid.heads:
+        return not all(map(_is_text, cells))
+    return len(cells) > 1 and not any(isinstance(cell, str) for cell in cells)
+
+
+def _rows(sheet: Sheet, box: Box) -> list[list[Any]]:
+    return [_row(sheet, box, row) for row in range(box.top, box.bottom + 1)]
 
 
 def _grid(sheet: Sheet, box: Box, known: Known | None) -> Grid | None:
@@ -480,7 +499,7 @@ def _top(sheet: Sheet, box: Box, known: Known | None) -> int | None:
     best = max(leading, key=fits, default=None)
     if known is None or (best is not None and fits(best)[0]):
         return best
-    below = max(range(box.top, min(box.top + _MOST_ABOVE, box.bottom)), key=fits, default=None)
+    below = max(range(box.top, min(box.top + _MOST_ABOVE, box.bottom)), key=fits, default=None)  # not the last row
     return below if below is not None and fits(below)[0] else best
 
 

@@ -256,6 +256,7 @@ def tables_in(file: Path) -> list[Listed]:
                 )
                 for sheet in read_workbook(content)
                 for grid in tables_on(sheet)
+                if grid.heads
             ]
         text, _ = decoded(content)
         if is_deck(text):
@@ -364,6 +365,10 @@ def _check(found: _Found) -> None:
     for k, head in enumerate(heads):
         if not head and heads.count("") > 1 and any(row[k] != "" for row in rows):
             raise InputError(f"column {found.letters[k] if found.letters else k + 1} has values, but no head")
+        numbers = [n for n, row in enumerate(rows) if found.sheet and not head and not isinstance(row[k], str)]
+        if 0 < len(numbers) < len(rows):  # else it numbers the rows; text is a remark
+            at = f"{found.sheet}!{found.letters[k]}{found.lines[numbers[0]]}"
+            raise InputError(f"{at} = {rows[numbers[0]][k]}: has no head: give the column one, or state range")
     for cell in (*heads, *(cell for row in rows for cell in row)) if found.sheet else ():
         if isinstance(cell, str) and (hidden := HIDDEN.search(cell)):
             raise InputError(f"{found.sheet}: has the character {hidden[0]!a} in {str(cell)[:_SHOWN]!a}")

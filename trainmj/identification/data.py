@@ -68,7 +68,7 @@ def observations(
         InputError: without the place in the targets file, which the caller adds.
     """
     if isinstance(part, ChannelData):
-        return _samples(name, part, folder), []
+        return _samples(name, part, folder)
     given = _given(part, folder)
     rows = _chosen(part, given.rows)
     heads = set(rows[0]) if rows else set()
@@ -141,8 +141,8 @@ def _sum(key: str, text: str, heads: Iterable[str]) -> Sum:
         raise InputError(f"{key} = {text!r}: {error}") from None
 
 
-def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
-    """The samples of channels, one channel after the other."""
+def _samples(name: str, part: ChannelData, folder: Path) -> tuple[list[Observation], list[str]]:
+    """The samples of channels, one channel after the other, and notes on how their times were read."""
     said = f"channels {_named_file(part.channels)[:200]!a}"
     table = read_beside(folder, part.channels, said)
     sums = {key: _sum(key, text, table.columns) for key, text in (("time", part.time), *_named(part.values))}
@@ -153,8 +153,8 @@ def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
     time, *values = (
         np.sum([factor * columns[head] for head, factor in terms.items()], axis=0) for terms in sums.values()
     )
-    if head := _stating(sums["time"]):
-        time = np.array([exactly(float(t), _factor(head, "s", "time")[0]) for t in time])
+    seconds, note = _factor(_stating(sums["time"]), "s", "time")
+    time = np.array([exactly(float(t), seconds) for t in time])
     if (back := np.flatnonzero(np.diff(time) <= 0.0)).size:
         rows, head = (int(back[0]), int(back[0]) + 1), next(iter(sums["time"]))
         rule = f"times must increase: {time[rows[0]]:.9g} s comes before it"
@@ -166,11 +166,12 @@ def _samples(name: str, part: ChannelData, folder: Path) -> list[Observation]:
         raise InputError(f"{said}: a channel needs {_FEWEST} times or more: {of_all}")
     if (n := used.size * len(values)) > MAX_VALUES:
         raise InputError(f"{said}: has {n} values, more than {MAX_VALUES}: leave samples out, or use fewer (between_s)")
-    return [
+    found = [
         Observation(name, target, part.set, float(wanted[k]), float(time[k]), _stating(sums[f"values.{target}"]))
         for target, wanted in zip(part.values, values, strict=True)
         for k in used
     ]
+    return found, [f"{name}: {note}"] * bool(note)
 
 
 def _named(values: Mapping[str, str]) -> list[tuple[str, str]]:

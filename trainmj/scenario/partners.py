@@ -137,7 +137,8 @@ def _merged(source: Source, partner: Source, name: str) -> Source:
             )
         values[group] = {**there, thing: value}
     origins |= {home: place for path, place in partner.origins.items() if (home := _home(path, name))}
-    return replace(source, values=values, origins=origins, files=source.files | partner.files)
+    told = tuple(dict.fromkeys((*source.told, *partner.told)))
+    return replace(source, values=values, origins=origins, files=source.files | partner.files, told=told)
 
 
 def _placed(partner: Source, name: str) -> Iterator[tuple[Path, Any]]:

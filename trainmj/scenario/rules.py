@@ -20,10 +20,10 @@ from trainmj.scenario.running_gear import carried_rules, type_rules
 from trainmj.scenario.tolerances import tolerance_rules
 from trainmj.scenario.trains import (
     MAX_VEHICLES,
+    PASSENGERS,
     RIGID_WALL,
     CouplerRef,
     End,
-    Load,
     ObstacleSpec,
     TrainSpec,
     VehicleSpec,
@@ -141,8 +141,8 @@ def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, parts: Parts) -
     mass_t, load = train.mass_t if vehicle.mass_t is None else vehicle.mass_t, train.load_of(vehicle)
     if mass_t is None:
         yield Problem(path, "has no mass_t, and the train states none for all: add one of them")
-    missing = [key for key, value in load if value is None]
-    if missing and len(missing) < len(Load.model_fields):
+    missing = [key for key, value in load if key in PASSENGERS and value is None]
+    if missing and len(missing) < len(PASSENGERS):
         own = vehicle.load is not None
         others = "the train states none for all" if own else "not every vehicle states its own"
         cure = "a load is seats x share x kg" + "; state seats: 0 for none" * ("seats" in missing)
@@ -150,7 +150,7 @@ def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, parts: Parts) -
         yield Problem((*at, "load"), f"has no {' and no '.join(missing)}, and {others}: {cure}")
     elif mass_t is not None and mass_t + train.load_t(vehicle) > MAX_MASS:
         rule = f"makes {mass_t + train.load_t(vehicle):g} t of {mass_t:g} t, more than {MAX_MASS:g} t"
-        yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger")
+        yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger, freight_t that of all freight")
     length_m = train.length_m if vehicle.length_m is None else vehicle.length_m
     body = train.body_of(vehicle)
     if body is not None and mass_t is not None:

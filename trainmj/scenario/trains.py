@@ -19,12 +19,14 @@ End = Literal["front", "rear"]
 """An end of a train."""
 MAX_VEHICLES = 400
 KG = 1e-3  # in t
+PASSENGERS = ("seats", "share", "kg")
+"""The keys of a load that go together."""
 _SUMS = {"total", "totals", "sum", "summe", "gesamt", "somme", "totale", "mean", "average", "mittel", "mittelwert"}
 _SHOWN = 60  # characters of a head in a message
 
 
 class Load(Part):
-    """Passengers: seats x share x kg are added to the mass of a vehicle."""
+    """What is added to the mass of a vehicle: passengers, seats x share x kg, and freight."""
 
     seats: Annotated[float, Field(ge=0, le=5000, allow_inf_nan=False)] | None = Field(
         default=None, description="seats, or places, of a vehicle"
@@ -36,6 +38,12 @@ class Load(Part):
     kg: (
         Annotated[float, Field(ge=0, le=500, allow_inf_nan=False), Above("masses of passengers are in kg each")] | None
     ) = Field(default=None, description="mass of one passenger [kg]")
+    freight_t: (
+        Annotated[
+            float, Field(ge=0, le=200, allow_inf_nan=False), Above("freight is in t; divide by 1000 if it is in kg")
+        ]
+        | None
+    ) = Field(default=None, description="mass of freight, baggage or anything else [t]")
 
 
 _NO_LOAD = Load()
@@ -102,7 +110,7 @@ class VehicleSpec(Part):
     rear: str | None = Field(
         default=None, description="device at its other end, in series with that of the next vehicle"
     )
-    load: Load | None = Field(default=None, description="passengers; the train states what is left out")
+    load: Load | None = Field(default=None, description="passengers and freight; the train states what is left out")
     brakes: BrakesSpec | None = Field(default=None, description="brakes, in place of those of the train")
     rail_friction: Friction | None = Field(
         default=None, description="Coulomb coefficient between wheel and rail, in place of that of the train"
@@ -118,7 +126,7 @@ class VehiclesFile(TableFile):
     """Vehicles in a CSV file or a workbook beside the scenario, a row each.
 
     Columns are name and any of mass_t, length_m, coupler, front, rear, type, rail_friction, and of the load seats,
-    share, kg; others are refused, and an empty cell states nothing.
+    share, kg, freight_t; others are refused, and an empty cell states nothing.
     """
 
     columns: ClassVar = ("name",)
@@ -188,7 +196,7 @@ class TrainSpec(Part):
     )
     front: str | None = Field(default=None, description="device at the front end of the train")
     rear: str | None = Field(default=None, description="device at the rear end of the train")
-    load: Load | None = Field(default=None, description="passengers of each vehicle that states none of its own")
+    load: Load | None = Field(default=None, description="load of each vehicle that states none of its own")
     brakes: BrakesSpec | None = Field(default=None, description="brakes of each vehicle that states none of its own")
     rail_friction: Friction | None = Field(
         default=None, description="Coulomb coefficient between wheel and rail, in place of that of the collision"
@@ -216,7 +224,8 @@ class TrainSpec(Part):
     def load_t(self, vehicle: VehicleSpec) -> float:
         """Mass of the load of a vehicle [t]; 0 if there is none."""
         load = self.load_of(vehicle)
-        return (load.seats or 0.0) * (load.share or 0.0) * (load.kg or 0.0) * KG
+        passengers = (load.seats or 0.0) * (load.share or 0.0) * (load.kg or 0.0) * KG
+        return passengers + load.freight_t if load.freight_t else passengers
 
     def body_of(self, vehicle: VehicleSpec) -> BodySpec | None:
         """The body of a vehicle; None where it is rigid."""
