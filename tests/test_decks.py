@@ -8,6 +8,7 @@ import crash_code
 import numpy as np
 import pytest
 from builders import scenario
+from pages import ROOT
 from test_cli import fails, works
 
 import trainmj
@@ -107,6 +108,14 @@ def test_a_deck_says_what_it_does_differently_for_what_is_in_it_and_no_more():
 
 def test_both_programs_have_a_word_on_every_kind():
     assert set(lsdyna.DIFFERENCES) == set(radioss.DIFFERENCES)
+
+
+@pytest.mark.parametrize("program", [lsdyna, radioss])
+def test_the_page_says_what_the_decks_say(program):
+    """An engineer who reads either must not be told less than one who reads the other."""
+    page = (ROOT / "docs/export.md").read_text().replace("`", "")
+    for said in program.DIFFERENCES.values():
+        assert f" | {said} |\n" in page
 
 
 def test_titles_are_no_keywords():
