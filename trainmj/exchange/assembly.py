@@ -27,6 +27,7 @@ _SLIP = 1e-6  # closure at which rail friction is whole [m]
 _WIDTH = 1e-7  # least from one point of a curve to the next [m]
 _APART = 20.0  # least from one vehicle to the next as they are drawn: springs must not be turned round [m]
 _NEAR = 1.0  # from a node between springs to the vehicle that it goes with, likewise [m]
+_HEAVY = 1e6  # mass of the wall and the ground, which do not move [kg]
 _GROUND = 1000.0  # to the ground, behind the last vehicle, likewise [m]
 _RATE_POINTS = 24  # of the curve of a factor over the rate
 _TURN = 0.02  # slip rate within which a force goes from one curve to the other, where only rates can tell [m/s]
@@ -152,7 +153,7 @@ class _Assembly:
         return most
 
     def _fixed(self, name: str, x: float) -> int:
-        self.deck.nodes.append(Node(name, "", x))
+        self.deck.nodes.append(Node(name, "", x, _HEAVY))
         return len(self.deck.nodes) - 1
 
     def _small(self, name: str, near: int, x: float, stiffness: float, damping: float = 0.0) -> int:

@@ -85,7 +85,8 @@ def _header(deck: Deck) -> Iterator[str]:
     yield "$ Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over"
     yield "$ how much closer they are than at the start; where the nodes stand is for pictures. The first nodes are"
     yield "$ the vehicles; a node named inner, between, plunger or body belongs to a spring, and its mass is taken"
-    yield "$ from that of its vehicle. The step (*CONTROL_TIMESTEP, LCTM) is one that all of them can bear."
+    yield "$ from that of its vehicle. Wall and ground do not move; they have a mass as steps are taken from masses."
+    yield "$ The step (*CONTROL_TIMESTEP, LCTM) is one that all of them can bear."
     yield "$"
     yield "$ What is at the interfaces:"
     yield from (f"$   {side}" for side in deck.sides)
@@ -109,11 +110,11 @@ def _body(deck: Deck) -> Iterator[str]:
     yield "*BOUNDARY_SPC_NODE"
     yield "$#     nid       cid      dofx      dofy      dofz     dofrx     dofry     dofrz"
     for k, node in enumerate(deck.nodes, start=1):
-        yield f"{k:10d}{0:10d}{int(node.mass == 0.0):10d}" + f"{1:10d}" * 5
+        yield f"{k:10d}{0:10d}{int(node.fixed):10d}" + f"{1:10d}" * 5
     yield "*ELEMENT_MASS"
     yield "$#   eid     nid            mass     pid"
-    for k in deck.free():
-        yield f"{k + 1:8d}{k + 1:8d}{fixed(deck.nodes[k].mass * MASS, 16)}{0:8d}"
+    for k, node in enumerate(deck.nodes, start=1):
+        yield f"{k:8d}{k:8d}{fixed(node.mass * MASS, 16)}{0:8d}"
     moving = [k for k in deck.free() if deck.nodes[k].speed]
     if moving:
         yield "*INITIAL_VELOCITY_NODE"

@@ -140,8 +140,7 @@ def _starter(deck: Deck, run: str) -> Iterator[str]:
     for spring in deck.springs:
         tokens[[spring.left, spring.right]] += 0.5 * _TOKEN
     group = 2
-    for k in deck.free():
-        node = deck.nodes[k]
+    for k, node in enumerate(deck.nodes):
         group += 1
         yield from _group(group, node.name, [k + 1])
         yield f"/ADMAS/0/{group}"
@@ -184,7 +183,8 @@ def _header(deck: Deck) -> Iterator[str]:
     yield "# Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over"
     yield "# how much closer they are than at the start; nodes stand so far apart that no spring is turned round."
     yield "# The first nodes are the vehicles; a node named inner, between, plunger or body belongs to a spring, and"
-    yield "# its mass is taken from that of its vehicle. The engine file holds the step to one that all can bear."
+    yield "# its mass is taken from that of its vehicle. Wall and ground do not move; they have a mass as steps are"
+    yield "# taken from masses. The engine file holds the step to one that all nodes can bear."
     yield "#"
     yield "# What is at the interfaces:"
     yield from (f"#   {side}" for side in deck.sides)
