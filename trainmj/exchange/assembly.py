@@ -21,7 +21,7 @@ _HALVINGS = 6  # of that, at most
 _SHARE = 0.003  # of the mass of its vehicle that a node between springs may have
 _DAMPED = 0.5  # dashpot times step over mass, at most; unstable from 2 on
 _SWUNG = 0.05  # stiffness times step squared over mass, likewise; unstable from 4 on
-_HALVED = 2.0  # times the stiffness of a device: that of its slider, and of the spring beside its dashpot
+_STIFF = 100.0  # times the stiffness of a device with a dashpot: that of its slider, which must not spring back
 _RIGID = 20.0  # times the stiffness of what is in series with it: that of a slider which does not spring back
 _SLIP = 1e-6  # closure at which rail friction is whole [m]
 _WIDTH = 1e-7  # least from one point of a curve to the next [m]
@@ -230,36 +230,42 @@ class _Assembly:
             self.deck.springs.append(Crush(name, at.left, at.right, curve, envelope.stiffness / at.times, pulls))
             return
         self.deck.kinds.add("dashpot")
-        node, slider, spring = self._spring_and_dashpot(name, at, envelope.stiffness, envelope.damping)
+        node, slider, spring = self._sprung(name, at, envelope, pulls=pulls)
         inner = at.inside(node)
         curve = self._curve(envelope, at, spring, breaks)
         self.deck.springs.append(Crush(name, inner.left, inner.right, curve, slider, pulls))
 
-    def _spring_and_dashpot(
-        self, name: str, at: _Between, stiffness: float, damping: float, extra: float = 0.0, times: float = _HALVED
+    def _sprung(
+        self, name: str, at: _Between, envelope: Envelope, extra: float = 0.0, pulls: bool = False
     ) -> tuple[int, float, float]:
-        """Spring and dashpot of a device in series with a slider, before its heavy node.
+        """Spring and dashpot of a device, behind a rigid slider and before its heavy node.
 
-        By default each of them has half of the elastic stroke. If the spring beside the dashpot had all of it, the
-        dashpot would carry a part of the force whenever it rises, which that of the law does not while it is crushed;
-        if the slider had all, nothing would hold back what springs back.
+        They are one spring whose force is multiplied by 1 + c v / F, at least by 0, with the mean force F of the curve:
+        a dashpot of its own would carry a part of the force while the curve rises, and hold the device back from
+        following a stroke that lets it go.
 
         Args:
             name: of the device.
             at: where it acts.
-            stiffness: of slider and spring together, of the device [N/m].
-            damping: of the device [N s/m].
-            extra: what else damps the node between them, of the device [N s/m].
-            times: stiffness of the slider over that of both.
+            envelope: of the device.
+            extra: what else damps the node between slider and spring, of the device [N s/m].
+            pulls: whether it is draw gear.
 
         Returns:
             The node between them; the stiffness of the slider and of the spring, both of the closure [N/m].
         """
-        k, c = stiffness / at.times, damping / at.times
-        slider, spring = times * k, times * k / (times - 1.0)
+        k, c = envelope.stiffness / at.times, envelope.damping / at.times
+        slider, spring = _STIFF * k, _STIFF * k / (_STIFF - 1.0)
+        path = envelope.climbing
+        scale = path.energy(float(path.stroke[-1])) / float(path.stroke[-1]) / c  # where the factor is 0 [m/s]
         node = self._before(f"{name} inner", at, slider + spring, c + extra / at.times)
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
-        self.deck.springs.append(Linear(f"{name} elastic", *ends, spring, c))
+        x, y = np.array([-1.0, 0.0, 1.0]), spring * np.array([0.0, 0.0, 1.0])
+        v = np.array([-2.0 * scale, -scale, at.times * self._fastest])
+        factor = np.array([0.0, 0.0, 1.0 + v[-1] / scale])
+        if pulls:
+            y, v, factor = -y[::-1], -v[::-1], factor[::-1]
+        self.deck.springs.append(Elastic(f"{name} elastic", *ends, Curve(x, y), Curve(v, factor)))
         return node, slider, spring
 
     def _curve(self, envelope: Envelope, at: _Between, spring: float = math.inf, breaks: float = math.inf) -> Curve:
@@ -281,7 +287,7 @@ class _Assembly:
         stiffness = envelope.stiffness
         if damping:
             self.deck.kinds.add("dashpot")
-            node, slider, spring = self._spring_and_dashpot(name, at, stiffness, damping, steepest)
+            node, slider, spring = self._sprung(name, at, envelope, steepest)
             inner = at.inside(node)
             sides = inner.left, inner.right
         else:
@@ -412,7 +418,9 @@ class _Assembly:
             elif c == 0.0:
                 self.deck.springs.append(Friction(member.name, at.left, at.right, k, member.collapse, k * h / (k + h)))
             else:
-                node, rigid, _ = self._spring_and_dashpot(member.name, at, k, c, times=_RIGID)
+                rigid = _RIGID * k
+                node = self._before(f"{member.name} inner", at, rigid + k, c)
+                self.deck.springs.append(Linear(f"{member.name} elastic", node, at.right, k * rigid / (rigid - k), c))
                 tangent = rigid * h / (rigid + h)
                 self.deck.springs.append(Friction(member.name, at.left, node, rigid, member.collapse, tangent))
 
