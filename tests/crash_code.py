@@ -37,6 +37,7 @@ class Model:
     curves: dict[int, np.ndarray] = field(default_factory=dict)  # (n, 2) as written
     divided: dict[int, np.ndarray] = field(default_factory=dict)  # and as the program uses them
     loads: list[tuple[int, int]] = field(default_factory=list)  # node, curve
+    raised: list[str] = field(default_factory=list)  # springs whose stiffness is less than a slope of their curve
     step: float = 0.0
     end: float = 0.0
 
@@ -144,14 +145,10 @@ def read_keyword(text: str) -> Model:
             title, section, material = parts[int(part)]
             assert sections[section]
             kind, values = materials[material]
-            if kind == S08:  # KU is at least the steepest slope of the curve
+            if kind == S08:
                 curve = model.curves[int(values[0])]
-                values = [
-                    values[0],
-                    max(values[1], float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))),
-                    values[2],
-                ]
                 assert curve[0].tolist() == [0.0, 0.0], "in the first quadrant, from the origin"
+                values = [values[0], _stiffness(model, title, values[1], curve), values[2]]
             model.springs.append((kind, int(n1), int(n2), [*values, *[0.0] * (N_NUMBERS - len(values))]))
             model.titles.append(title)
     for block in cards.get("*LOAD_NODE_POINT", []):
@@ -166,6 +163,14 @@ def read_keyword(text: str) -> Model:
     for name in ("DEFORC", "NODOUT", "GLSTAT"):
         assert _real(_columns(cards[f"*DATABASE_{name}"][0][0], *[10] * 4)[0]) > 0.0
     return model
+
+
+def _stiffness(model: Model, title: str, stated: float, curve: np.ndarray) -> float:
+    """The unloading stiffness, which is at least the steepest slope of the curve."""
+    steepest = float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))
+    if steepest > stated * (1 + 1e-6):
+        model.raised.append(title)
+    return max(stated, steepest)
 
 
 def _blocks(text: str) -> list[tuple[list[str], list[str]]]:
@@ -253,9 +258,8 @@ def read_starter(text: str, engine: str) -> Model:
             if node in model.mass:
                 model.mass[node] += 0.5 * mass
         kind = {0: H0, 1: H1, 2: H2, 7: H7}[h]
-        if h in (1, 2):  # K is at least the steepest slope of the curve
-            curve = model.curves[force]
-            k = max(k, float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))) if force else k
+        if h in (1, 2):
+            k = _stiffness(model, title, k, model.curves[force])
         second = float(unloading) if h == 7 else float(rate)
         assert e == (1.0 if rate else 0.0)
         model.springs.append((kind, n1, n2, [k, c, float(force), second, 0.0]))

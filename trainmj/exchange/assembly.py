@@ -198,14 +198,27 @@ class _Assembly:
                 at = _Between(left, right, heavy, heavy, 1.0 / element.share, start)
                 self._device(name, at, element.laws[0], element)
                 continue
-            softest = sum(_hardest(law) for law in element.laws)
             nodes = self.deck.nodes
-            middle = self._small(f"{name} between", heavy, 0.5 * (nodes[left].x + nodes[right].x), 2.0 * softest)
+            stiffness, damping = np.sum([self._far(law) for law in element.laws], axis=0)
+            middle = self._small(
+                f"{name} between", heavy, 0.5 * (nodes[left].x + nodes[right].x), float(stiffness), float(damping)
+            )
             one = _Between(left, middle, left, left, 1.0, start)
             other = _Between(middle, right, right if heavy == right else middle, heavy)
             self._device(f"{name} left", one, element.laws[0], element)
             self._device(f"{name} right", other, element.laws[1], replace(element, breaks=math.inf))
             self.deck.kinds.add("series")
+
+    def _far(self, law: Law) -> tuple[float, float]:
+        """Stiffness and damping that a device has at the node which does not go with it [N/m, N s/m]."""
+        k, _ = law.kind.bounds(law, 0.0)
+        if law.kind.name == "hydraulic":
+            return _CONTACT * k, 0.0
+        if law.kind.name == "hysteresis" and not self._slips:
+            return 2.0 * k, float(law.curves[0][1].max()) / _TURN
+        if law.loading.damping:
+            return _STIFF * k, self._rate_damping(law) if law.kind.name == "rate" else 0.0
+        return (_RIGID if law.kind.name == "rate" else 1.0) * k, 0.0
 
     def _device(self, name: str, at: _Between, law: Law, element: Element) -> None:
         """A device by its law."""
@@ -257,7 +270,7 @@ class _Assembly:
         k, c = envelope.stiffness / at.times, envelope.damping / at.times
         slider, spring = _STIFF * k, _STIFF * k / (_STIFF - 1.0)
         path = envelope.climbing
-        scale = path.energy(float(path.stroke[-1])) / float(path.stroke[-1]) / c  # where the factor is 0 [m/s]
+        scale = path.energy(float(path.stroke[-1])) / float(path.stroke[-1]) / c  # at which it carries F [m/s]
         node = self._before(f"{name} inner", at, slider + spring, c + extra / at.times)
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
         x, y = np.array([-1.0, 0.0, 1.0]), spring * np.array([0.0, 0.0, 1.0])
@@ -283,7 +296,7 @@ class _Assembly:
         """The curve at rest and what the rate adds, side by side, behind a contact that lets go; then the dashpot."""
         envelope, path, (_, damping, _, _, until, *_) = law.loading, law.loading.climbing, law.parameters
         more = list(_faster(law, self._fastest))
-        steepest = sum(float(np.abs(force).max()) * factor.steepest for _, force, factor in more)
+        steepest = self._rate_damping(law)
         stiffness = envelope.stiffness
         if damping:
             self.deck.kinds.add("dashpot")
@@ -303,6 +316,10 @@ class _Assembly:
             x = np.concatenate([[-1.0, x[0]], x, x[-1] + np.array([1e-4, 1.0])])
             curve = Curve(*_rising(x, np.concatenate([[0.0, 0.0], f[own], [0.0, 0.0]])))
             self.deck.springs.append(Elastic(f"{name} rate {n}", *sides, curve, Curve(at.times * factor.x, factor.y)))
+
+    def _rate_damping(self, law: Law) -> float:
+        """How fast the force of a device rises with the rate, at most [N s/m]."""
+        return sum(float(np.abs(f).max()) * factor.steepest for _, f, factor in _faster(law, self._fastest))
 
     def _contact(self, name: str, at: _Between, start: float, stiffness: float) -> None:
         """A spring that pushes only, from a closure on, both of the closure."""

@@ -17,10 +17,10 @@ DIFFERENCES = {
         "slope of the curve for KU if that is larger; no curve of a deck is steeper than its KU."
     ),
     "dashpot": (
-        "The curve as *MAT_S08, and behind it K and c as *MAT_S01 and *MAT_S02; KU and K are doubled, so that "
-        "each has half of the elastic stroke. Here spring and dashpot act on the elastic part alone, and "
-        "together never carry more than the curve or less than nothing; in the deck the dashpot carries a "
-        "part of the force while the curve rises, and where the device lets go its spring relaxes by itself."
+        "The curve as *MAT_S08, stiff, and behind it K and c as one *MAT_S04: a spring that pushes only, "
+        "times a factor over its rate v (LCR) of 1 + c v / F, at least 0, with the mean force F of the curve. "
+        "Here it is K e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e "
+        "is F."
     ),
     "rate": (
         "The curve at rest as *MAT_S08, and beside it *MAT_S04 for what the rate adds: a curve times a factor "

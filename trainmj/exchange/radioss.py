@@ -20,10 +20,9 @@ DIFFERENCES = {
         "of the curve; no curve of a deck is steeper than its K."
     ),
     "dashpot": (
-        "The curve with H = 2, and behind it a linear spring with K and C; both stiffnesses are doubled, so "
-        "that each has half of the elastic stroke. Here spring and dashpot act on the elastic part alone, and "
-        "together never carry more than the curve or less than nothing; in the deck the dashpot carries a "
-        "part of the force while the curve rises, and where the device lets go its spring relaxes by itself."
+        "The curve with H = 2, stiff, and behind it K and c as one spring with H = 0 that pushes only, times "
+        "1 + c v / F over its rate v (fct_ID21), at least 0, with the mean force F of the curve. Here it is K "
+        "e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e is F."
     ),
     "rate": (
         "The curve at rest with H = 2, and beside it H = 0 for what the rate adds: a curve times 1 + g over "
