@@ -31,6 +31,7 @@ _HEAVY = 1e6  # mass of the wall and the ground, which do not move [kg]
 _GROUND = 1000.0  # to the ground, behind the last vehicle, likewise [m]
 _RATE_POINTS = 24  # of the curve of a factor over the rate
 _TURN = 0.02  # slip rate within which a force goes from one curve to the other, where only rates can tell [m/s]
+_STANDS = 1e-4  # closure behind the travel of a device over which its unloading curve goes up to the other one [m]
 _PRESSED = 0.005  # rate at which a preload without gas is whole [m/s]
 _BACK = 0.01  # part of what a rate adds that holds its node back where the device lets go
 _HELD = 10.0  # friction that holds a plunger where it is [N]
@@ -351,6 +352,12 @@ class _Assembly:
         at = self._behind(name, at, most + held, max(transition, stop) / at.times)
         soft = math.inf if self._slips else transition
         loading, unloading = (self._slipping(curve, at, travel, soft) for curve in law.curves)
+        if math.isfinite(travel):  # behind its travel it stands, and nothing unloads
+            end = float(loading.x[-2])
+            before = unloading.x < end
+            x = np.concatenate([unloading.x[before], [end, end + _STANDS, end + 1.0]])
+            y = np.concatenate([unloading.y[before], [np.interp(end, unloading.x, unloading.y), held, held]])
+            unloading = Curve(*_rising(x, y))
         if self._slips:
             self.deck.springs.append(Hysteresis(name, at.left, at.right, loading, unloading, transition / at.times))
         else:
