@@ -284,6 +284,8 @@ def test_export_refuses_what_a_deck_cannot_hold(tmp_path):
     said = fails("export", "emu_vertical", "--to", "lsdyna")
     assert "plane: vertical cannot be exported as a deck" in said
     assert "--set plane=line" in said
+    pull = "devices.coupler_c_d.pull={stiffness_kN_per_mm: 50, damping_kN_s_per_m: 9}"
+    assert "M4-M5 draw gear: a draw gear with a dashpot" in fails("export", "b_type", "--set", pull, "--to", "lsdyna")
     out = tmp_path / "model.rad"
     said = fails("export", "b_type", "--to", "radioss", "--out", str(out))
     assert "NAME_0000.rad" in said

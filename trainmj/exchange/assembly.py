@@ -12,6 +12,7 @@ from trainmj.collision.chain import WALL, Chain, Element, Interface
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.kind import Law
 from trainmj.collision.law.rate import LINEAR
+from trainmj.errors import InputError
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Load, Node
 from trainmj.exchange.units import plain
 
@@ -45,6 +46,9 @@ def assembled(chain: Chain, title: str = "", slips: bool = True) -> Deck:
         chain: what moves along the track only.
         title: of the deck.
         slips: whether the program has springs that slip between two curves.
+
+    Raises:
+        InputError: if draw gear has a dashpot.
     """
     deck = _Assembly(chain, title, slips, _STEP).deck
     if any(node.vehicle and node.name != node.vehicle for node in deck.nodes[len(chain.points) :]):
@@ -224,6 +228,11 @@ class _Assembly:
     def _device(self, name: str, at: _Between, law: Law, element: Element) -> None:
         """A device by its law."""
         if element.sign < 0.0:
+            if law.loading.damping:
+                raise InputError(
+                    f"{name}: a draw gear with a dashpot cannot be exported, as it acts only where the draw gear is "
+                    "relieved, which no spring of a deck does: --set damping_kN_s_per_m of the pull to 0"
+                )
             self._crush(name, at, law, pulls=True, breaks=element.breaks)
             self.deck.kinds.add("pull")
             return
@@ -239,19 +248,17 @@ class _Assembly:
     def _crush(self, name: str, at: _Between, law: Law, pulls: bool = False, breaks: float = math.inf) -> None:
         """One spring; with a dashpot a slider, and spring and dashpot behind it."""
         envelope = law.loading
-        if envelope.damping == 0.0:
+        if envelope.damping == 0.0 or not envelope.force.any():
             curve = self._curve(envelope, at, breaks=breaks)
             self.deck.springs.append(Crush(name, at.left, at.right, curve, envelope.stiffness / at.times, pulls))
             return
         self.deck.kinds.add("dashpot")
-        node, slider, spring = self._sprung(name, at, envelope, pulls=pulls)
+        node, slider, spring = self._sprung(name, at, envelope)
         inner = at.inside(node)
-        curve = self._curve(envelope, at, spring, breaks)
-        self.deck.springs.append(Crush(name, inner.left, inner.right, curve, slider, pulls))
+        curve = self._curve(envelope, at, spring)
+        self.deck.springs.append(Crush(name, inner.left, inner.right, curve, slider))
 
-    def _sprung(
-        self, name: str, at: _Between, envelope: Envelope, extra: float = 0.0, pulls: bool = False
-    ) -> tuple[int, float, float]:
+    def _sprung(self, name: str, at: _Between, envelope: Envelope, extra: float = 0.0) -> tuple[int, float, float]:
         """Spring and dashpot of a device, behind a rigid slider and before its heavy node.
 
         They are one spring whose force is multiplied by 1 + c v / F, at least by 0, with the mean force F of the curve:
@@ -263,7 +270,6 @@ class _Assembly:
             at: where it acts.
             envelope: of the device.
             extra: what else damps the node between slider and spring, of the device [N s/m].
-            pulls: whether it is draw gear.
 
         Returns:
             The node between them; the stiffness of the slider and of the spring, both of the closure [N/m].
@@ -277,8 +283,6 @@ class _Assembly:
         x, y = np.array([-1.0, 0.0, 1.0]), spring * np.array([0.0, 0.0, 1.0])
         v = np.array([-2.0 * scale, -scale, at.times * self._fastest])
         factor = np.array([0.0, 0.0, 1.0 + v[-1] / scale])
-        if pulls:
-            y, v, factor = -y[::-1], -v[::-1], factor[::-1]
         self.deck.springs.append(Elastic(f"{name} elastic", *ends, Curve(x, y), Curve(v, factor)))
         return node, slider, spring
 

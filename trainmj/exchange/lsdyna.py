@@ -33,8 +33,8 @@ DIFFERENCES = {
         "*MAT_S01 with the transition stiffness, and behind it two *MAT_S04: the mean of loading and "
         "unloading curve, and half their difference times a factor over the rate of slip (LCR) that goes from "
         "-1 to 1 within 20 mm/s. Here slip begins at the curves; in the deck the force creeps to their mean "
-        "at rest. Behind its travel the device goes on along the transition, beside the stop; here it stands "
-        "there."
+        "at rest. Behind its travel both curves are the same, so that the device stands there beside its "
+        "stop, as here."
     ),
     "hydraulic": (
         "A node as plunger: a stiff contact before it, behind it *MAT_S04 with the orifice over the stroke "
@@ -44,7 +44,7 @@ DIFFERENCES = {
     ),
     "pull": (
         "*MAT_S08 with CTF = -1, shifted by the slack. It breaks as its curve falls to 0 within 0.001 mm, and "
-        "carries nothing behind that, as here."
+        "carries nothing behind that, as here. With a dashpot it is refused."
     ),
     "series": (
         "Two springs with a node of small mass between them, which swings. Here the split at which the forces "

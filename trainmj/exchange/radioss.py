@@ -33,7 +33,7 @@ DIFFERENCES = {
     ),
     "hysteresis": (
         "H = 7 with loading and unloading curve, and the transition stiffness as K, as here. Behind its "
-        "travel the device goes on along the transition, beside the stop; here it stands there."
+        "travel both curves are the same, so that the device stands there beside its stop, as here."
     ),
     "hydraulic": (
         "A node as plunger: a stiff contact before it, behind it H = 0 with the orifice over the stroke and "
@@ -43,7 +43,7 @@ DIFFERENCES = {
     ),
     "pull": (
         "H = 2 with the curve in tension, shifted by the slack. It breaks as its curve falls to 0 within "
-        "0.001 mm, and carries nothing behind that, as here."
+        "0.001 mm, and carries nothing behind that, as here. With a dashpot it is refused."
     ),
     "series": (
         "Two springs with a node of small mass between them, which swings. Here the split at which the forces "
