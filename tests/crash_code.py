@@ -37,6 +37,7 @@ class Model:
     curves: dict[int, np.ndarray] = field(default_factory=dict)  # (n, 2) as written
     divided: dict[int, np.ndarray] = field(default_factory=dict)  # and as the program uses them
     loads: list[tuple[int, int]] = field(default_factory=list)  # node, curve
+    raised: list[str] = field(default_factory=list)  # springs whose stiffness is less than a slope of their curve
     step: float = 0.0
     end: float = 0.0
 
@@ -144,14 +145,10 @@ def read_keyword(text: str) -> Model:
             title, section, material = parts[int(part)]
             assert sections[section]
             kind, values = materials[material]
-            if kind == S08:  # KU is at least the steepest slope of the curve
+            if kind == S08:
                 curve = model.curves[int(values[0])]
-                values = [
-                    values[0],
-                    max(values[1], float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))),
-                    values[2],
-                ]
                 assert curve[0].tolist() == [0.0, 0.0], "in the first quadrant, from the origin"
+                values = [values[0], _stiffness(model, title, values[1], curve), values[2]]
             model.springs.append((kind, int(n1), int(n2), [*values, *[0.0] * (N_NUMBERS - len(values))]))
             model.titles.append(title)
     for block in cards.get("*LOAD_NODE_POINT", []):
@@ -166,6 +163,14 @@ def read_keyword(text: str) -> Model:
     for name in ("DEFORC", "NODOUT", "GLSTAT"):
         assert _real(_columns(cards[f"*DATABASE_{name}"][0][0], *[10] * 4)[0]) > 0.0
     return model
+
+
+def _stiffness(model: Model, title: str, stated: float, curve: np.ndarray) -> float:
+    """The unloading stiffness, which is at least the steepest slope of the curve."""
+    steepest = float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))
+    if steepest > stated * (1 + 1e-6):
+        model.raised.append(title)
+    return max(stated, steepest)
 
 
 def _blocks(text: str) -> list[tuple[list[str], list[str]]]:
@@ -253,9 +258,8 @@ def read_starter(text: str, engine: str) -> Model:
             if node in model.mass:
                 model.mass[node] += 0.5 * mass
         kind = {0: H0, 1: H1, 2: H2, 7: H7}[h]
-        if h in (1, 2):  # K is at least the steepest slope of the curve
-            curve = model.curves[force]
-            k = max(k, float(np.max(np.diff(curve[:, 1]) / np.diff(curve[:, 0])))) if force else k
+        if h in (1, 2):
+            k = _stiffness(model, title, k, model.curves[force])
         second = float(unloading) if h == 7 else float(rate)
         assert e == (1.0 if rate else 0.0)
         model.springs.append((kind, n1, n2, [k, c, float(force), second, 0.0]))
@@ -272,110 +276,126 @@ def _at(curves, first, last, place, x):
     """A curve at x, whose end parts go on; searched for from the last place on, or where it is if evenly divided."""
     k = place
     if last - first > EVEN:
-        k = first + int((x - curves[first, 0]) / (curves[last - 1, 0] - curves[first, 0]) * (last - 1 - first))
+        k = first + int((x - curves[first][0]) / (curves[last - 1][0] - curves[first][0]) * (last - 1 - first))
         k = min(max(k, first), last - 2)
-    while k > first and x < curves[k, 0]:
+    while k > first and x < curves[k][0]:
         k -= 1
-    while k < last - 2 and x >= curves[k + 1, 0]:
+    while k < last - 2 and x >= curves[k + 1][0]:
         k += 1
-    slope = (curves[k + 1, 1] - curves[k, 1]) / (curves[k + 1, 0] - curves[k, 0])
-    return curves[k, 1] + slope * (x - curves[k, 0]), k
+    slope = (curves[k + 1][1] - curves[k][1]) / (curves[k + 1][0] - curves[k][0])
+    return curves[k][1] + slope * (x - curves[k][0]), k
 
 
-def _integrate(mass, speed, kind, ends, numbers, curves, begin, places, loads, step, n_steps, pairs):
+def _integrate(
+    mass,
+    v,
+    kind,
+    ends,
+    numbers,
+    curves,
+    begin,
+    places,
+    loads,
+    step,
+    n_steps,
+    pairs,
+    moved,
+    force,
+    state,
+    before,
+    carried,
+    most,
+    place_of_load,
+):
+    """Step by step; arrays, or lists of lists where it is not compiled, which then are quicker."""
     n, m = len(mass), len(kind)
-    moved, v, force = np.zeros(n), speed.copy(), np.zeros(n)
-    state, before, carried = np.zeros((m, 2)), np.zeros(m), np.zeros(m)
-    most, final = np.zeros(len(pairs)), np.zeros(n)
-    place_of_load = np.array([begin[c] for c in loads[:, 1]])
     for step_number in range(n_steps):
-        force[:] = 0.0
+        for i in range(n):
+            force[i] = 0.0
         for e in range(m):
             i, j = ends[e]
             d, rate = moved[j] - moved[i], v[j] - v[i]  # extension; the rate is that of half a step ago
-            a, b, c, f = numbers[e, 0], numbers[e, 1], numbers[e, 2], 0.0
+            a, b, c, f = numbers[e][0], numbers[e][1], numbers[e][2], 0.0
             kind_e = kind[e]
             if kind_e == LINEAR:
                 f = a * d
             elif kind_e == DAMPER:
                 f = a * rate
             elif kind_e == S03:  # K, KT, FY
-                trial = a * (d - state[e, 0])
-                limit = c + (a * b / (a - b) if b > 0.0 else 0.0) * state[e, 1]
+                trial = a * (d - state[e][0])
+                limit = c + (a * b / (a - b) if b > 0.0 else 0.0) * state[e][1]
                 if abs(trial) > limit:
                     slip = (abs(trial) - limit) / (a + (a * b / (a - b) if b > 0.0 else 0.0))
-                    state[e, 0] += slip if trial > 0 else -slip
-                    state[e, 1] += slip
-                    trial = a * (d - state[e, 0])
+                    state[e][0] += slip if trial > 0 else -slip
+                    state[e][1] += slip
+                    trial = a * (d - state[e][0])
                 f = trial
             elif kind_e == S04:  # curve, curve over rate
                 p = int(a)
-                f, places[e, 0] = _at(curves, begin[p], begin[p + 1], places[e, 0], d)
+                f, places[e][0] = _at(curves, begin[p], begin[p + 1], places[e][0], d)
                 if b > 0.0:
                     p = int(b)
-                    g, places[e, 1] = _at(curves, begin[p], begin[p + 1], places[e, 1], rate)
+                    g, places[e][1] = _at(curves, begin[p], begin[p + 1], places[e][1], rate)
                     f *= g
             elif kind_e == S08:  # curve, KU, CTF
                 p, u = int(a), -c * d
-                if u > state[e, 0]:
-                    envelope, places[e, 0] = _at(curves, begin[p], begin[p + 1], places[e, 0], u)
-                    f = b * (u - state[e, 0])
+                if u > state[e][0]:
+                    envelope, places[e][0] = _at(curves, begin[p], begin[p + 1], places[e][0], u)
+                    f = b * (u - state[e][0])
                     if f >= envelope:
                         f = envelope
-                        state[e, 0] = u - f / b
+                        state[e][0] = u - f / b
                 f *= -c
             else:  # K, C, force, rate or unloading
                 dx = d - before[e]
                 p = int(c)
                 if p > 0:
-                    y, places[e, 0] = _at(curves, begin[p], begin[p + 1], places[e, 0], d)
+                    y, places[e][0] = _at(curves, begin[p], begin[p + 1], places[e][0], d)
                 if kind_e == H0:
                     f = a * d if p == 0 else y
                 elif kind_e == H1:
                     f = carried[e] + a * dx
-                    x = (state[e, 0] if f >= 0.0 else -state[e, 0]) + f / a
-                    y, places[e, 0] = _at(curves, begin[p], begin[p + 1], places[e, 0], x)
+                    x = (state[e][0] if f >= 0.0 else -state[e][0]) + f / a
+                    y, places[e][0] = _at(curves, begin[p], begin[p + 1], places[e][0], x)
                     if (f >= 0.0 and f > y) or (f < 0.0 and f < y):
-                        state[e, 0] += abs(f - y) / a
+                        state[e][0] += abs(f - y) / a
                         f = y
                 elif kind_e == H2:
-                    if d > state[e, 0]:
-                        f = min(a * (d - state[e, 0]), y)
-                        state[e, 0] = d - f / a
-                    elif d < state[e, 1]:
-                        f = max(a * (d - state[e, 1]), y)
-                        state[e, 1] = d - f / a
+                    if d > state[e][0]:
+                        f = min(a * (d - state[e][0]), y)
+                        state[e][0] = d - f / a
+                    elif d < state[e][1]:
+                        f = max(a * (d - state[e][1]), y)
+                        state[e][1] = d - f / a
                 elif kind_e == H7:
-                    q = int(numbers[e, 3])
-                    y2, places[e, 1] = _at(curves, begin[q], begin[q + 1], places[e, 1], d)
+                    q = int(numbers[e][3])
+                    y2, places[e][1] = _at(curves, begin[q], begin[q + 1], places[e][1], d)
                     f = carried[e] + a * dx
                     upper, lower = (y, y2) if d >= 0.0 else (y2, y)
                     f = min(f, upper) if dx >= 0.0 else max(f, lower)
                 carried[e], before[e] = f, d
-                if kind_e == H0 and numbers[e, 3] > 0.0:
-                    q = int(numbers[e, 3])
-                    g, places[e, 1] = _at(curves, begin[q], begin[q + 1], places[e, 1], rate)
+                if kind_e == H0 and numbers[e][3] > 0.0:
+                    q = int(numbers[e][3])
+                    g, places[e][1] = _at(curves, begin[q], begin[q + 1], places[e][1], rate)
                     f *= 1.0 + g
                 f += b * rate
             force[i] += f
             force[j] -= f
         time = step_number * step
         for k in range(len(loads)):
-            p = loads[k, 1]
+            p = loads[k][1]
             f, place_of_load[k] = _at(curves, begin[p], begin[p + 1], place_of_load[k], time)
-            force[loads[k, 0]] += f
+            force[loads[k][0]] += f
         for i in range(n):
             if mass[i] > 0.0:
                 v[i] += force[i] / mass[i] * (step if step_number else 0.5 * step)
                 moved[i] += v[i] * step
         for k in range(len(pairs)):
-            most[k] = max(most[k], moved[pairs[k, 0]] - moved[pairs[k, 1]])
-    final[:] = v
-    return most, final
+            most[k] = max(most[k], moved[pairs[k][0]] - moved[pairs[k][1]])
 
 
 @cache
-def _compiled() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+def _compiled() -> Callable[..., None]:
     return njit(_integrate, cache=True)
 
 
@@ -409,7 +429,15 @@ def run(
             places[e, side] = begin[int(values[e, column])]
     loads = np.array([[place[n], c] for n, c in model.loads], dtype=np.int64).reshape(-1, 2)
     asked = np.array([[place[a], place[b]] for a, b in pairs], dtype=np.int64).reshape(-1, 2)
-    integrate = _integrate if step else _compiled()
-    step = step or model.step
-    steps = round((until or model.end) / step)
-    return integrate(mass, speed, kind, ends, values, np.concatenate(rows), begin, places, loads, step, steps, asked)
+    own = step or model.step
+    steps = round((until or model.end) / own)
+    n, m = len(mass), len(kind)
+    found = [mass, speed, kind, ends, values, np.concatenate(rows), begin, places, loads, own, steps, asked]
+    found += [np.zeros(n), np.zeros(n), np.zeros((m, 2)), np.zeros(m), np.zeros(m), np.zeros(len(asked))]
+    found.append(begin[loads[:, 1]])
+    if step:
+        found = [part.tolist() if isinstance(part, np.ndarray) else part for part in found]
+        _integrate(*found)
+    else:
+        _compiled()(*found)
+    return np.array(found[17]), np.array(found[1])

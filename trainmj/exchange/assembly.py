@@ -12,6 +12,7 @@ from trainmj.collision.chain import WALL, Chain, Element, Interface
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.kind import Law
 from trainmj.collision.law.rate import LINEAR
+from trainmj.errors import InputError
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Load, Node
 from trainmj.exchange.units import plain
 
@@ -21,15 +22,17 @@ _HALVINGS = 6  # of that, at most
 _SHARE = 0.003  # of the mass of its vehicle that a node between springs may have
 _DAMPED = 0.5  # dashpot times step over mass, at most; unstable from 2 on
 _SWUNG = 0.05  # stiffness times step squared over mass, likewise; unstable from 4 on
-_HALVED = 2.0  # times the stiffness of a device: that of its slider, and of the spring beside its dashpot
+_STIFF = 100.0  # times the stiffness of a device with a dashpot: that of its slider, which must not spring back
 _RIGID = 20.0  # times the stiffness of what is in series with it: that of a slider which does not spring back
 _SLIP = 1e-6  # closure at which rail friction is whole [m]
 _WIDTH = 1e-7  # least from one point of a curve to the next [m]
 _APART = 20.0  # least from one vehicle to the next as they are drawn: springs must not be turned round [m]
 _NEAR = 1.0  # from a node between springs to the vehicle that it goes with, likewise [m]
+_HEAVY = 1e6  # mass of the wall and the ground, which do not move [kg]
 _GROUND = 1000.0  # to the ground, behind the last vehicle, likewise [m]
 _RATE_POINTS = 24  # of the curve of a factor over the rate
 _TURN = 0.02  # slip rate within which a force goes from one curve to the other, where only rates can tell [m/s]
+_STANDS = 1e-4  # closure behind the travel of a device over which its unloading curve goes up to the other one [m]
 _PRESSED = 0.005  # rate at which a preload without gas is whole [m/s]
 _BACK = 0.01  # part of what a rate adds that holds its node back where the device lets go
 _HELD = 10.0  # friction that holds a plunger where it is [N]
@@ -43,6 +46,9 @@ def assembled(chain: Chain, title: str = "", slips: bool = True) -> Deck:
         chain: what moves along the track only.
         title: of the deck.
         slips: whether the program has springs that slip between two curves.
+
+    Raises:
+        InputError: if draw gear has a dashpot.
     """
     deck = _Assembly(chain, title, slips, _STEP).deck
     if any(node.vehicle and node.name != node.vehicle for node in deck.nodes[len(chain.points) :]):
@@ -152,7 +158,7 @@ class _Assembly:
         return most
 
     def _fixed(self, name: str, x: float) -> int:
-        self.deck.nodes.append(Node(name, "", x))
+        self.deck.nodes.append(Node(name, "", x, _HEAVY))
         return len(self.deck.nodes) - 1
 
     def _small(self, name: str, near: int, x: float, stiffness: float, damping: float = 0.0) -> int:
@@ -197,18 +203,36 @@ class _Assembly:
                 at = _Between(left, right, heavy, heavy, 1.0 / element.share, start)
                 self._device(name, at, element.laws[0], element)
                 continue
-            softest = sum(_hardest(law) for law in element.laws)
             nodes = self.deck.nodes
-            middle = self._small(f"{name} between", heavy, 0.5 * (nodes[left].x + nodes[right].x), 2.0 * softest)
+            stiffness, damping = np.sum([self._far(law) for law in element.laws], axis=0)
+            middle = self._small(
+                f"{name} between", heavy, 0.5 * (nodes[left].x + nodes[right].x), float(stiffness), float(damping)
+            )
             one = _Between(left, middle, left, left, 1.0, start)
             other = _Between(middle, right, right if heavy == right else middle, heavy)
             self._device(f"{name} left", one, element.laws[0], element)
             self._device(f"{name} right", other, element.laws[1], replace(element, breaks=math.inf))
             self.deck.kinds.add("series")
 
+    def _far(self, law: Law) -> tuple[float, float]:
+        """Stiffness and damping that a device has at the node which does not go with it [N/m, N s/m]."""
+        k, _ = law.kind.bounds(law, 0.0)
+        if law.kind.name == "hydraulic":
+            return _CONTACT * k, 0.0
+        if law.kind.name == "hysteresis" and not self._slips:
+            return 2.0 * k, float(law.curves[0][1].max()) / _TURN
+        if law.loading.damping:
+            return _STIFF * k, self._rate_damping(law) if law.kind.name == "rate" else 0.0
+        return (_RIGID if law.kind.name == "rate" else 1.0) * k, 0.0
+
     def _device(self, name: str, at: _Between, law: Law, element: Element) -> None:
         """A device by its law."""
         if element.sign < 0.0:
+            if law.loading.damping:
+                raise InputError(
+                    f"{name}: a draw gear with a dashpot cannot be exported, as it acts only where the draw gear is "
+                    "relieved, which no spring of a deck does: --set damping_kN_s_per_m of the pull to 0"
+                )
             self._crush(name, at, law, pulls=True, breaks=element.breaks)
             self.deck.kinds.add("pull")
             return
@@ -224,41 +248,42 @@ class _Assembly:
     def _crush(self, name: str, at: _Between, law: Law, pulls: bool = False, breaks: float = math.inf) -> None:
         """One spring; with a dashpot a slider, and spring and dashpot behind it."""
         envelope = law.loading
-        if envelope.damping == 0.0:
+        if envelope.damping == 0.0 or not envelope.force.any():
             curve = self._curve(envelope, at, breaks=breaks)
             self.deck.springs.append(Crush(name, at.left, at.right, curve, envelope.stiffness / at.times, pulls))
             return
         self.deck.kinds.add("dashpot")
-        node, slider, spring = self._spring_and_dashpot(name, at, envelope.stiffness, envelope.damping)
+        node, slider, spring = self._sprung(name, at, envelope)
         inner = at.inside(node)
-        curve = self._curve(envelope, at, spring, breaks)
-        self.deck.springs.append(Crush(name, inner.left, inner.right, curve, slider, pulls))
+        curve = self._curve(envelope, at, spring)
+        self.deck.springs.append(Crush(name, inner.left, inner.right, curve, slider))
 
-    def _spring_and_dashpot(
-        self, name: str, at: _Between, stiffness: float, damping: float, extra: float = 0.0, times: float = _HALVED
-    ) -> tuple[int, float, float]:
-        """Spring and dashpot of a device in series with a slider, before its heavy node.
+    def _sprung(self, name: str, at: _Between, envelope: Envelope, extra: float = 0.0) -> tuple[int, float, float]:
+        """Spring and dashpot of a device, behind a rigid slider and before its heavy node.
 
-        By default each of them has half of the elastic stroke. If the spring beside the dashpot had all of it, the
-        dashpot would carry a part of the force whenever it rises, which that of the law does not while it is crushed;
-        if the slider had all, nothing would hold back what springs back.
+        They are one spring whose force is multiplied by 1 + c v / F, at least by 0, with the mean force F of the curve:
+        a dashpot of its own would carry a part of the force while the curve rises, and hold the device back from
+        following a stroke that lets it go.
 
         Args:
             name: of the device.
             at: where it acts.
-            stiffness: of slider and spring together, of the device [N/m].
-            damping: of the device [N s/m].
-            extra: what else damps the node between them, of the device [N s/m].
-            times: stiffness of the slider over that of both.
+            envelope: of the device.
+            extra: what else damps the node between slider and spring, of the device [N s/m].
 
         Returns:
             The node between them; the stiffness of the slider and of the spring, both of the closure [N/m].
         """
-        k, c = stiffness / at.times, damping / at.times
-        slider, spring = times * k, times * k / (times - 1.0)
+        k, c = envelope.stiffness / at.times, envelope.damping / at.times
+        slider, spring = _STIFF * k, _STIFF * k / (_STIFF - 1.0)
+        path = envelope.climbing
+        scale = path.energy(float(path.stroke[-1])) / float(path.stroke[-1]) / c  # at which it carries F [m/s]
         node = self._before(f"{name} inner", at, slider + spring, c + extra / at.times)
         ends = (node, at.right) if at.heavy == at.right else (at.left, node)
-        self.deck.springs.append(Linear(f"{name} elastic", *ends, spring, c))
+        x, y = np.array([-1.0, 0.0, 1.0]), spring * np.array([0.0, 0.0, 1.0])
+        v = np.array([-2.0 * scale, -scale, at.times * self._fastest])
+        factor = np.array([0.0, 0.0, 1.0 + v[-1] / scale])
+        self.deck.springs.append(Elastic(f"{name} elastic", *ends, Curve(x, y), Curve(v, factor)))
         return node, slider, spring
 
     def _curve(self, envelope: Envelope, at: _Between, spring: float = math.inf, breaks: float = math.inf) -> Curve:
@@ -276,11 +301,11 @@ class _Assembly:
         """The curve at rest and what the rate adds, side by side, behind a contact that lets go; then the dashpot."""
         envelope, path, (_, damping, _, _, until, *_) = law.loading, law.loading.climbing, law.parameters
         more = list(_faster(law, self._fastest))
-        steepest = sum(float(np.abs(force).max()) * factor.steepest for _, force, factor in more)
+        steepest = self._rate_damping(law)
         stiffness = envelope.stiffness
         if damping:
             self.deck.kinds.add("dashpot")
-            node, slider, spring = self._spring_and_dashpot(name, at, stiffness, damping, steepest)
+            node, slider, spring = self._sprung(name, at, envelope, steepest)
             inner = at.inside(node)
             sides = inner.left, inner.right
         else:
@@ -296,6 +321,10 @@ class _Assembly:
             x = np.concatenate([[-1.0, x[0]], x, x[-1] + np.array([1e-4, 1.0])])
             curve = Curve(*_rising(x, np.concatenate([[0.0, 0.0], f[own], [0.0, 0.0]])))
             self.deck.springs.append(Elastic(f"{name} rate {n}", *sides, curve, Curve(at.times * factor.x, factor.y)))
+
+    def _rate_damping(self, law: Law) -> float:
+        """How fast the force of a device rises with the rate, at most [N s/m]."""
+        return sum(float(np.abs(f).max()) * factor.steepest for _, f, factor in _faster(law, self._fastest))
 
     def _contact(self, name: str, at: _Between, start: float, stiffness: float) -> None:
         """A spring that pushes only, from a closure on, both of the closure."""
@@ -327,6 +356,12 @@ class _Assembly:
         at = self._behind(name, at, most + held, max(transition, stop) / at.times)
         soft = math.inf if self._slips else transition
         loading, unloading = (self._slipping(curve, at, travel, soft) for curve in law.curves)
+        if math.isfinite(travel):  # behind its travel it stands, and nothing unloads
+            end = float(loading.x[-2])
+            before = unloading.x < end
+            x = np.concatenate([unloading.x[before], [end, end + _STANDS, end + 1.0]])
+            y = np.concatenate([unloading.y[before], [np.interp(end, unloading.x, unloading.y), held, held]])
+            unloading = Curve(*_rising(x, y))
         if self._slips:
             self.deck.springs.append(Hysteresis(name, at.left, at.right, loading, unloading, transition / at.times))
         else:
@@ -411,7 +446,9 @@ class _Assembly:
             elif c == 0.0:
                 self.deck.springs.append(Friction(member.name, at.left, at.right, k, member.collapse, k * h / (k + h)))
             else:
-                node, rigid, _ = self._spring_and_dashpot(member.name, at, k, c, times=_RIGID)
+                rigid = _RIGID * k
+                node = self._before(f"{member.name} inner", at, rigid + k, c)
+                self.deck.springs.append(Linear(f"{member.name} elastic", node, at.right, k * rigid / (rigid - k), c))
                 tangent = rigid * h / (rigid + h)
                 self.deck.springs.append(Friction(member.name, at.left, node, rigid, member.collapse, tangent))
 

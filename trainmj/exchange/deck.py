@@ -40,15 +40,20 @@ class Node:
         name: in words.
         vehicle: whose mass it is part of; empty for what is fixed.
         x: where it is drawn [m].
-        mass: [kg]; 0 for what is fixed.
+        mass: [kg]; also of what is fixed, as programs take their steps from masses.
         speed: along +x at the start [m/s].
     """
 
     name: str
     vehicle: str
     x: float
-    mass: float = 0.0
+    mass: float
     speed: float = 0.0
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it does not move."""
+        return not self.vehicle
 
 
 @dataclass(frozen=True)
@@ -143,8 +148,8 @@ class Deck:
 
     def fixed(self) -> Iterator[int]:
         """Places of the nodes that do not move."""
-        return (k for k, node in enumerate(self.nodes) if node.mass == 0.0)
+        return (k for k, node in enumerate(self.nodes) if node.fixed)
 
     def free(self) -> Iterator[int]:
         """Places of the nodes that do."""
-        return (k for k, node in enumerate(self.nodes) if node.mass > 0.0)
+        return (k for k, node in enumerate(self.nodes) if not node.fixed)

@@ -12,52 +12,57 @@ from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MAS
 
 DIFFERENCES = {
     "crush": (
-        "*MAT_S08. Loads along its curve, which is that of first loading with its climbs along K; unloads along KU = K "
-        "and loads again along it, as here. LS-DYNA takes the steepest slope of the curve for KU if that is larger; "
-        "no curve written here is steeper than its KU."
+        "*MAT_S08, in compression only. It loads along its curve, which is that of first loading with its "
+        "climbs along K, unloads along KU = K and loads again along it, as here. LS-DYNA takes the steepest "
+        "slope of the curve for KU if that is larger; no curve of a deck is steeper than its KU."
     ),
     "dashpot": (
-        "A slider *MAT_S08, stiff, in series with *MAT_S01 (K) and *MAT_S02 (c): here spring and dashpot act on the "
-        "elastic part and together never carry more than the curve or less than nothing. Where a device lets go, the "
-        "spring of the deck relaxes by itself; here it follows the stroke. The node between them takes its mass from "
-        "its vehicle."
+        "The curve as *MAT_S08, stiff, and behind it K and c as one *MAT_S04: a spring that pushes only, "
+        "times a factor over its rate v (LCR) of 1 + c v / F, at least 0, with the mean force F of the curve. "
+        "Here it is K e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e "
+        "is F."
     ),
     "rate": (
-        "A slider *MAT_S08 for the curve at rest, beside it *MAT_S04 with the factor over the rate (LCR) for what the "
-        "rate adds, in series with *MAT_S01 and *MAT_S02. The rate is that of the slider, here that of the whole "
-        "stroke; the factor is a curve of points, here the formula."
+        "The curve at rest as *MAT_S08, and beside it *MAT_S04 for what the rate adds: a curve times a factor "
+        "over the rate (LCR), of 24 points for a formula; before both a stiff contact, which lets go. Here "
+        "the climb along K limits what the rate adds, too; in the deck that is whole as soon as the contact "
+        "closes. With a dashpot, spring and dashpot take the place of the contact, and the rate is that of "
+        "the *MAT_S08 alone."
     ),
     "hysteresis": (
-        "*MAT_S01 with the transition stiffness, in series with two *MAT_S04: the mean of loading and unloading curve, "
-        "and half their difference times a factor over the rate of slip (LCR) that goes from -1 to 1 within 20 mm/s. "
-        "Here slip begins at the curves; in the deck the force creeps to their mean at rest."
+        "*MAT_S01 with the transition stiffness, and behind it two *MAT_S04: the mean of loading and "
+        "unloading curve, and half their difference times a factor over the rate of slip (LCR) that goes from "
+        "-1 to 1 within 20 mm/s. Here slip begins at the curves; in the deck the force creeps to their mean "
+        "at rest. Behind its travel both curves are the same, so that the device stands there beside its "
+        "stop, as here."
     ),
     "hydraulic": (
-        "A node as plunger: a stiff contact before it, behind it *MAT_S04 with the orifice over the stroke and the "
-        "square of the rate (LCR), and the gas. Here the plunger has no mass and the contact is rigid, and the preload "
-        "without gas is whole at once, there from 5 mm/s."
+        "A node as plunger: a stiff contact before it, behind it *MAT_S04 with the orifice over the stroke "
+        "and the square of the rate (LCR), and the gas. Here the plunger has no mass and the contact is "
+        "rigid; a preload without gas is whole at once, in the deck from 5 mm/s, and 10 N hold a plunger that "
+        "nothing brings back."
     ),
     "pull": (
-        "*MAT_S08 with CTF = -1, shifted by the slack; it breaks as its curve falls to 0 within 0.001 mm, behind which "
-        "it carries nothing, as here."
+        "*MAT_S08 with CTF = -1, shifted by the slack. It breaks as its curve falls to 0 within 0.001 mm, and "
+        "carries nothing behind that, as here. With a dashpot it is refused."
     ),
     "series": (
-        "Two springs with a node of small mass between them, which swings; here the split at which the forces are "
-        "equal is found in every step, and what a snap sets free is lost at once."
+        "Two springs with a node of small mass between them, which swings. Here the split at which the forces "
+        "are equal is found in every step, and what a snap sets free is lost at once."
     ),
     "friction": (
-        "*MAT_S03 to the ground with KT = 0 and FY = mu m g, elastic over the first 0.001 mm; here the friction that "
-        "would stop the vehicle in the step, up to mu m g."
+        "*MAT_S03 to the ground with KT = 0 and FY = mu m g, elastic over the first 0.001 mm. Here it is the "
+        "friction that would stop the vehicle in the step, up to mu m g."
     ),
     "brake": (
-        "In FY of the same spring. A brake that is delayed or rises is whole in FY from the start, less a load along "
-        "the motion that dies away as it is applied: the same while the vehicle goes on or stands, too strong for one "
-        "that is driven back before the brake is whole."
+        "In FY of the same spring. A brake that is delayed or rises is whole in FY from the start, less a "
+        "load along the motion that dies away as the brake is applied: the same while the vehicle goes on or "
+        "stands, too strong for one that is driven back before the brake is whole."
     ),
     "grade": "*LOAD_NODE_POINT of constant force, as here.",
     "body": (
-        "Members as *MAT_S01 and *MAT_S02; one that collapses as *MAT_S03, in series with both where it has a dashpot, "
-        "as here. Nothing says when a member is used up."
+        "Members as *MAT_S01 and *MAT_S02; one that collapses as *MAT_S03, with both behind it where it has a "
+        "dashpot, as here. Nothing says when a member is used up."
     ),
 }
 """What LS-DYNA's law is and does differently, by the kinds of a deck."""
@@ -80,7 +85,8 @@ def _header(deck: Deck) -> Iterator[str]:
     yield "$ Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over"
     yield "$ how much closer they are than at the start; where the nodes stand is for pictures. The first nodes are"
     yield "$ the vehicles; a node named inner, between, plunger or body belongs to a spring, and its mass is taken"
-    yield "$ from that of its vehicle. The step (*CONTROL_TIMESTEP, LCTM) is one that all of them can bear."
+    yield "$ from that of its vehicle. Wall and ground do not move; they have a mass as steps are taken from masses."
+    yield "$ The step (*CONTROL_TIMESTEP, LCTM) is one that all of them can bear."
     yield "$"
     yield "$ What is at the interfaces:"
     yield from (f"$   {side}" for side in deck.sides)
@@ -104,11 +110,11 @@ def _body(deck: Deck) -> Iterator[str]:
     yield "*BOUNDARY_SPC_NODE"
     yield "$#     nid       cid      dofx      dofy      dofz     dofrx     dofry     dofrz"
     for k, node in enumerate(deck.nodes, start=1):
-        yield f"{k:10d}{0:10d}{int(node.mass == 0.0):10d}" + f"{1:10d}" * 5
+        yield f"{k:10d}{0:10d}{int(node.fixed):10d}" + f"{1:10d}" * 5
     yield "*ELEMENT_MASS"
     yield "$#   eid     nid            mass     pid"
-    for k in deck.free():
-        yield f"{k + 1:8d}{k + 1:8d}{fixed(deck.nodes[k].mass * MASS, 16)}{0:8d}"
+    for k, node in enumerate(deck.nodes, start=1):
+        yield f"{k:8d}{k:8d}{fixed(node.mass * MASS, 16)}{0:8d}"
     moving = [k for k in deck.free() if deck.nodes[k].speed]
     if moving:
         yield "*INITIAL_VELOCITY_NODE"

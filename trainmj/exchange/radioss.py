@@ -15,47 +15,53 @@ from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MAS
 
 DIFFERENCES = {
     "crush": (
-        "/PROP/TYPE4 with H = 2, the curve in compression, nothing in tension. Loads along its curve, which is that of "
-        "first loading with its climbs along K; unloads along K and loads again along it, as here. Radioss raises K to "
-        "the steepest slope of the curve; no curve written here is steeper than its K."
+        "H = 2, in compression only. It loads along its curve, which is that of first loading with its climbs "
+        "along K, unloads along K and loads again along it, as here. Radioss raises K to the steepest slope "
+        "of the curve; no curve of a deck is steeper than its K."
     ),
     "dashpot": (
-        "A slider, stiff, with H = 2 in series with a linear spring (K, C): here spring and dashpot act on the elastic "
-        "part and together never carry more than the curve or less than nothing. Where a device lets go, the spring of "
-        "the deck relaxes by itself; here it follows the stroke. The node between them takes its mass from its vehicle."
+        "The curve with H = 2, stiff, and behind it K and c as one spring with H = 0 that pushes only, times "
+        "1 + c v / F over its rate v (fct_ID21), at least 0, with the mean force F of the curve. Here it is K "
+        "e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e is F."
     ),
     "rate": (
-        "A slider with H = 2 for the curve at rest, beside it H = 0 with the factor 1 + (g - 1) over the rate "
-        "(fct_ID21) for what the rate adds, in series with a linear spring. The rate is that of the slider, here that "
-        "of the whole stroke; the factor is a curve of points, here the formula."
+        "The curve at rest with H = 2, and beside it H = 0 for what the rate adds: a curve times 1 + g over "
+        "the rate (fct_ID21), of 24 points for a formula; before both a stiff contact, which lets go. Here "
+        "the climb along K limits what the rate adds, too; in the deck that is whole as soon as the contact "
+        "closes. With a dashpot, spring and dashpot take the place of the contact, and the rate is that of "
+        "the spring with H = 2 alone."
     ),
-    "hysteresis": "H = 7 with loading and unloading curve and the transition stiffness as K, as here.",
+    "hysteresis": (
+        "H = 7 with loading and unloading curve, and the transition stiffness as K, as here. Behind its "
+        "travel both curves are the same, so that the device stands there beside its stop, as here."
+    ),
     "hydraulic": (
-        "A node as plunger: a stiff contact before it, behind it H = 0 with the orifice over the stroke and the square "
-        "of the rate (fct_ID21), and the gas. Here the plunger has no mass and the contact is rigid, and the preload "
-        "without gas is whole at once, there from 5 mm/s."
+        "A node as plunger: a stiff contact before it, behind it H = 0 with the orifice over the stroke and "
+        "the square of the rate (fct_ID21), and the gas. Here the plunger has no mass and the contact is "
+        "rigid; a preload without gas is whole at once, in the deck from 5 mm/s, and 10 N hold a plunger that "
+        "nothing brings back."
     ),
     "pull": (
-        "H = 2 with the curve in tension, shifted by the slack; it breaks as its curve falls to 0 within 0.001 mm, "
-        "behind which it carries nothing, as here."
+        "H = 2 with the curve in tension, shifted by the slack. It breaks as its curve falls to 0 within "
+        "0.001 mm, and carries nothing behind that, as here. With a dashpot it is refused."
     ),
     "series": (
-        "Two springs with a node of small mass between them, which swings; here the split at which the forces are "
-        "equal is found in every step, and what a snap sets free is lost at once."
+        "Two springs with a node of small mass between them, which swings. Here the split at which the forces "
+        "are equal is found in every step, and what a snap sets free is lost at once."
     ),
     "friction": (
-        "H = 1 to the ground with a constant yield force mu m g, elastic over the first 0.001 mm; here the friction "
-        "that would stop the vehicle in the step, up to mu m g."
+        "H = 1 to the ground with the constant yield force mu m g, elastic over the first 0.001 mm. Here it "
+        "is the friction that would stop the vehicle in the step, up to mu m g."
     ),
     "brake": (
-        "In the yield force of the same spring. A brake that is delayed or rises is whole in it from the start, less a "
-        "load along the motion that dies away as it is applied: the same while the vehicle goes on or stands, too "
-        "strong for one that is driven back before the brake is whole."
+        "In the yield force of the same spring. A brake that is delayed or rises is whole in it from the "
+        "start, less a load along the motion that dies away as the brake is applied: the same while the "
+        "vehicle goes on or stands, too strong for one that is driven back before the brake is whole."
     ),
     "grade": "/CLOAD of constant force, as here.",
     "body": (
-        "Members as linear springs; one that collapses with H = 1, in series with a linear spring where it has a "
-        "dashpot, as here. Nothing says when a member is used up."
+        "Members as linear springs; one that collapses with H = 1, with a linear spring behind it where it "
+        "has a dashpot, as here. Nothing says when a member is used up."
     ),
 }
 """What Radioss' law is and does differently, by the kinds of a deck."""
@@ -133,8 +139,7 @@ def _starter(deck: Deck, run: str) -> Iterator[str]:
     for spring in deck.springs:
         tokens[[spring.left, spring.right]] += 0.5 * _TOKEN
     group = 2
-    for k in deck.free():
-        node = deck.nodes[k]
+    for k, node in enumerate(deck.nodes):
         group += 1
         yield from _group(group, node.name, [k + 1])
         yield f"/ADMAS/0/{group}"
@@ -177,7 +182,8 @@ def _header(deck: Deck) -> Iterator[str]:
     yield "# Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over"
     yield "# how much closer they are than at the start; nodes stand so far apart that no spring is turned round."
     yield "# The first nodes are the vehicles; a node named inner, between, plunger or body belongs to a spring, and"
-    yield "# its mass is taken from that of its vehicle. The engine file holds the step to one that all can bear."
+    yield "# its mass is taken from that of its vehicle. Wall and ground do not move; they have a mass as steps are"
+    yield "# taken from masses. The engine file holds the step to one that all nodes can bear."
     yield "#"
     yield "# What is at the interfaces:"
     yield from (f"#   {side}" for side in deck.sides)
