@@ -163,6 +163,8 @@
     const words = $("find").value.toLowerCase().split(/\s+/).filter(Boolean);
     const all = start.values.others.filter((one) => !controls.has(one.name));
     const fits = all.filter((one) => { const text = `${one.name} ${one.words} ${one.unit} ${one.meaning}`.toLowerCase(); return words.every((w) => text.includes(w)); });
+    const named = (one) => words.every((w) => one.name.toLowerCase().includes(w));
+    fits.sort((a, b) => named(b) - named(a)); // those of the name first, each as they stand in the file
     const list = $("found");
     list.hidden = false;
     list.replaceChildren(...fits.slice(0, MOST_FOUND).map((one) => {
