@@ -265,7 +265,7 @@
     const svg = $("editor").firstElementChild;
     let held = null;
     const place = (event) => {
-      const box = svg.getBoundingClientRect(), s = held;
+      const s = held, box = s.box; // of when it was taken: a message may move the page below the hand
       return [((event.clientX - box.left - s.left) / (s.wide - s.left - s.right)) * s.x, ((s.high - s.bottom - (event.clientY - box.top)) / (s.high - s.bottom - s.top)) * s.y]
         .map((at, axis) => at - s.off[axis]);
     };
@@ -274,9 +274,9 @@
       if (k === undefined) return;
       event.preventDefault();
       choose(Number(k));
-      svg.querySelector(`[data-point="${k}"]`).focus();
+      svg.querySelector(`[data-point="${k}"]`).focus({ preventScroll: true });
       const from = pointsOf(start.values.curves[curve])[chosen].at;
-      held = { ...svg.scales, from, off: [0, 0] };
+      held = { ...svg.scales, from, box: svg.getBoundingClientRect(), off: [0, 0] };
       held.off = place(event).map((at, axis) => at - from[axis]);
       svg.setPointerCapture(event.pointerId);
     });
