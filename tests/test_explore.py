@@ -203,12 +203,15 @@ def test_values_have_the_range_of_their_type_and_a_slider_within_it(session):
             assert 0 < notch < high - low
             assert one.least is None or low >= one.least
             assert one.most is None or high <= one.most
+            assert scenario.with_values({one.name: one.value})
         for curve in curves:
             for path, strokes, heights in curve.pieces:
                 assert scenario.locate(f"{path}.stroke_mm")[0] == strokes
                 assert scenario.locate(f"{path}.{curve.height}")[0] == heights
     names = {one["name"]: one for one in session.values["parameters"]}
     assert list(names) == ["mass_t", "empty_stroke_mm", "speed_km_h", "simulation.step_ms"]  # and what was given
+    wagon = Session("wagon", trainmj.load("fra_cem_two"), {"collision.gap_mm": 5}, command)  # without short names
+    assert [one["name"] for one in wagon.values["parameters"]] == ["collision.gap_mm", "collision.speed_km_h"]
     assert "trains.b_type.mass_t" not in {one["name"] for one in session.values["others"]}  # the same as mass_t
 
 

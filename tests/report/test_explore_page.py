@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import signal
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -21,8 +22,8 @@ def served():
     words = ["explore", "b_type", "--no-browser", "--set", "simulation.step_ms=0.5"]
     running = subprocess.Popen([sys.executable, "-m", "trainmj", *words], stdout=subprocess.PIPE, text=True)
     yield running.stdout.readline().split()[1]
-    running.terminate()
-    running.wait(20)
+    running.send_signal(signal.SIGINT)
+    assert running.wait(20) == 130  # as every command that Ctrl-C stops
 
 
 @pytest.fixture

@@ -48,7 +48,7 @@ class Worn:
         for one in self._paths[1:]:
             if one.path.start <= depth:
                 engaged = one
-        engaged.press(stroke)
+        engaged.most = max(engaged.most, stroke)
         if energy > self._absorbed:
             reached = sum(used > 0.0 for used in self.used[1:]) if self.energy.size > 1 else 0
             self.energy[reached] += energy - self._absorbed
@@ -66,7 +66,8 @@ class Worn:
     @property
     def shown(self) -> float:
         """Its stroke, the permanent set at least [m]."""
-        return max(0.0, self._stroke, *[one.permanent for one in self._paths])
+        stroke = max(0.0, self._stroke)  # below which a path has kept more only if it was pressed further
+        return max([stroke, *[one.permanent for one in self._paths if one.most > stroke]])
 
 
 class _Pressed:
@@ -78,17 +79,19 @@ class _Pressed:
     def __init__(self, path: Path) -> None:
         """Not pressed yet."""
         self.path = path
-        self.most = 0.0  # largest stroke of the device on this path [m]
-        self.permanent = 0.0  # stroke of the device that remains without force [m]
-        self._block = alone(Element((path.law,))).tolist()
+        self.most = self._seen = 0.0  # largest stroke of the device on this path [m]
+        self._permanent = 0.0
 
-    def press(self, stroke: float) -> None:
-        """Press it up to a stroke of the device [m], if that is the largest."""
-        if stroke > self.most:
-            self.most = stroke
-            advance(self._block, 0, stroke - self.path.start, 0.0, 0.0, 0.0)
-            state = self._block[ELEMENT.STATE_0], self._block[ELEMENT.STATE_1]
-            self.permanent = self.path.start + float(self.path.law.kind.permanent(self.path.law, *state))
+    @property
+    def permanent(self) -> float:
+        """Stroke of the device that remains without force [m]."""
+        if self.most != self._seen:
+            self._seen, law = self.most, self.path.law
+            block = alone(Element((law,))).tolist()
+            advance(block, 0, self.most - self.path.start, 0.0, 0.0, 0.0)
+            kept = law.kind.permanent(law, block[ELEMENT.STATE_0], block[ELEMENT.STATE_1])
+            self._permanent = self.path.start + float(kept)
+        return self._permanent
 
 
 class _Strut:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 ADDRESS = "127.0.0.1"
 _NAMES = (ADDRESS, "localhost")
 _LARGEST = 2**20  # bytes of a message from the page
+_AT_ONCE = 2  # collisions, each of another page, the pages in turn: MuJoCo steps one while Python tells the other
+_SWITCH = 0.5e-3  # after so many seconds a thread of Python's lets another one go on, which comes back from MuJoCo
 _HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -68,6 +70,7 @@ def serve(session: Session, port: int, ready: Callable[[str], None]) -> None:
     """
     import uvicorn
 
+    sys.setswitchinterval(_SWITCH)
     token = secrets.token_urlsafe(24)
     with listening(port) as found:
         port = found.getsockname()[1]
@@ -107,7 +110,7 @@ def application(session: Session, token: str, port: int) -> ASGIApp:
 
     hosts = [f"{name}:{port}" for name in _NAMES]
     text = html(session, " ".join(f"ws://{host}" for host in hosts))
-    turns = CapacityLimiter(1)  # one computation at a time, the pages in turn: Python would do no two at once
+    turns = CapacityLimiter(_AT_ONCE)
 
     async def page(request: Request) -> HTMLResponse:
         return HTMLResponse(text, headers=_HEADERS | {"Content-Security-Policy": "frame-ancestors 'none'"})

@@ -30,6 +30,7 @@ from trainmj.units import in_digits
 _SAMPLES = 150  # of a line over time, and of the animation
 _KEPT = 3  # collisions, of which a page may ask for more; one of a long train has many megabytes
 _KEY = [quantity for quantity in TRAIN if quantity.key in ("TS", "TAMA")]
+_ALWAYS = "collision.speed_km_h"  # has a slider, whether the scenario gives it a short name or not
 NUMBERS = "numbers"
 """What stands for every number of a collision among the titles of sections."""
 
@@ -80,12 +81,13 @@ class Session:
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """The numbers that may be changed: those with short names or given from the start, all others, and curves."""
+        """The numbers that may be changed: those that have a slider from the start, all others, and curves."""
         numbers, curves = values_of(self.start)
         parameters = parameters_of(self.start, numbers)
         named = {path for one in parameters for path in self.start.paths(one.name)}
         known = {one.name: one for one in numbers}
-        shown = [*parameters, *(known[name] for name in self.given if name in known and name not in named)]
+        wanted = dict.fromkeys((*self.given, _ALWAYS))  # beside what has a short name
+        shown = [*parameters, *(known[name] for name in wanted if name in known and name not in named)]
         others = [one for one in numbers if one.name not in named and one not in shown]
         return {
             "parameters": [one.as_dict() for one in shown],

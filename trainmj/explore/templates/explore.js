@@ -163,6 +163,8 @@
     const words = $("find").value.toLowerCase().split(/\s+/).filter(Boolean);
     const all = start.values.others.filter((one) => !controls.has(one.name));
     const fits = all.filter((one) => { const text = `${one.name} ${one.words} ${one.unit} ${one.meaning}`.toLowerCase(); return words.every((w) => text.includes(w)); });
+    const named = (one) => words.every((w) => one.name.toLowerCase().includes(w));
+    fits.sort((a, b) => named(b) - named(a)); // those of the name first, each as they stand in the file
     const list = $("found");
     list.hidden = false;
     list.replaceChildren(...fits.slice(0, MOST_FOUND).map((one) => {
@@ -263,7 +265,7 @@
     const svg = $("editor").firstElementChild;
     let held = null;
     const place = (event) => {
-      const box = svg.getBoundingClientRect(), s = held;
+      const s = held, box = s.box; // of when it was taken: a message may move the page below the hand
       return [((event.clientX - box.left - s.left) / (s.wide - s.left - s.right)) * s.x, ((s.high - s.bottom - (event.clientY - box.top)) / (s.high - s.bottom - s.top)) * s.y]
         .map((at, axis) => at - s.off[axis]);
     };
@@ -272,9 +274,9 @@
       if (k === undefined) return;
       event.preventDefault();
       choose(Number(k));
-      svg.querySelector(`[data-point="${k}"]`).focus();
+      svg.querySelector(`[data-point="${k}"]`).focus({ preventScroll: true });
       const from = pointsOf(start.values.curves[curve])[chosen].at;
-      held = { ...svg.scales, from, off: [0, 0] };
+      held = { ...svg.scales, from, box: svg.getBoundingClientRect(), off: [0, 0] };
       held.off = place(event).map((at, axis) => at - from[axis]);
       svg.setPointerCapture(event.pointerId);
     });
