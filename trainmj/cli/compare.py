@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from shlex import quote
@@ -11,18 +10,20 @@ from typing import TYPE_CHECKING
 import click
 
 import trainmj
-from trainmj.cli.options import split_assignment, takes_figures, takes_json
+from trainmj.cli.completing import offers
+from trainmj.cli.options import say, say_json, split_assignment, takes_figures, takes_json, takes_time
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import filling
+from trainmj.files.kinds import SCENARIO
 
 if TYPE_CHECKING:
+    from trainmj.files.cover import Cover
     from trainmj.output.style import Format, Width
 
 
 @click.command()
-@click.argument("a")
-@click.argument("b")
+@click.argument("a", shell_complete=offers(SCENARIO, results=True))
+@click.argument("b", shell_complete=offers(SCENARIO, results=True))
 @click.option(
     "--channel",
     "channels",
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def compare(
     a: str,
     b: str,
@@ -53,7 +55,7 @@ def compare(
     out: Path | None,
     figures: tuple[Format, ...],
     figure_width: Width,
-    with_report: bool,
+    cover: Cover | None,
     as_json: bool,
 ) -> None:
     """Hold a result against another one, or against a test.
@@ -66,7 +68,7 @@ def compare(
     Exit code: 0 if the rules are kept that could be judged, or none could; 1 if one is not kept, or the numbers of a
     result may not be used; 2 for wrong input.
     """
-    if with_report and out is None:
+    if cover is not None and out is None:
         raise InputError("--report: needs --out, the folder to write report.html into")
     if align and offset_ms:
         raise InputError("--align: seeks the offset that --offset-ms states: leave one of them out")
@@ -79,6 +81,7 @@ def compare(
     from trainmj.collision.result import find_result
     from trainmj.comparison import folder
     from trainmj.comparison.screen import print_comparison
+    from trainmj.files.folder import filling
     from trainmj.output.page import REPORT
 
     if out is not None:
@@ -93,12 +96,12 @@ def compare(
         words += ([f"--sheet {quote(sheet)}"] if sheet else []) + ([f"--range {quote(cells)}"] if cells else [])
         words += (["--align"] if align else []) + ([f"--offset-ms {offset_ms:g}"] if offset_ms else [])
         command = " ".join(["trainmj compare", quote(a), quote(b), *words, f"--out {quote(str(out))} --report"])
-        folder.write(found, out, command, figures, figure_width, with_report)
+        folder.write(found, out, command, figures, figure_width, cover)
     if as_json:
-        click.echo(json.dumps(found.as_dict(), indent=2))
+        say_json(found.as_dict())
     else:
         print_comparison(found)
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if with_report else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
     if found.kept is False:
         sys.exit(1)

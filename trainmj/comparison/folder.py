@@ -9,6 +9,7 @@ from pathlib import Path
 from trainmj.comparison import figures
 from trainmj.comparison.found import Comparison
 from trainmj.comparison.page import page_of
+from trainmj.files.cover import Cover
 from trainmj.files.folder import staged
 from trainmj.output.page import REPORT
 from trainmj.output.style import ENDINGS, Format, Width, save
@@ -26,9 +27,9 @@ def write(
     command: str,
     formats: Sequence[Format] = ("png",),
     width: Width = "page",
-    with_report: bool = False,
+    cover: Cover | None = None,
 ) -> None:
-    """Write the tables as CSV, all of it as JSON, the figure and, if wanted, the report into a folder.
+    """Write the tables as CSV, all of it as JSON, the figure and, with a cover, the report into a folder.
 
     Raises:
         OutputError: if a file cannot be written.
@@ -41,6 +42,6 @@ def write(
         rows.to_csv(stage / "rules.csv", index=False, float_format="%.9g")
         if formats:
             save(figures.overlay(found, width), stage / "overlay", formats)
-        if with_report:
-            page_of(found, command).write(stage / REPORT)
+        if cover is not None:
+            page_of(found, command).headed(cover).write(stage / REPORT)
         (stage / FILE).write_text(json.dumps(found.as_dict(), indent=2), encoding="utf-8")

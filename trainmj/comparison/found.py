@@ -25,6 +25,7 @@ from trainmj.comparison.rules import Rule, rules
 from trainmj.comparison.sides import Side, of_result
 from trainmj.errors import InputError
 from trainmj.files import mme
+from trainmj.files.shown import Shown
 from trainmj.files.written import finite
 from trainmj.scenario import Scenario
 from trainmj.units import MS
@@ -37,7 +38,7 @@ _MOST_SAID = 6  # differences between two scenarios, and names of channels
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Shown):
     """A result held against another one, or against a test.
 
     Attributes:
@@ -57,6 +58,11 @@ class Comparison:
     differences: tuple[Difference, ...]
     shifted: tuple[Difference, ...]
     rules: tuple[Rule, ...]
+
+    def __repr__(self) -> str:
+        """What was compared, and how many rules are kept."""
+        judged = [rule.kept for rule in self.rules if rule.kept is not None]
+        return f"<Comparison {self.a.name} against {self.b.name}: {sum(judged)} of {len(judged)} rules kept>"
 
     @property
     def unusable(self) -> tuple[str, ...]:
