@@ -330,7 +330,7 @@ def test_every_command_that_may_take_long_shows_a_line_at_once(monkeypatch):
         "run": ["b_type"], "sweep": ["b_type", "--out", "x"], "study": ["b_type", "--out", "x"],
         "identify": ["b_type", "--out", "x"], "assess": ["b_type", "--standard", "en15227"],
         "reliability": ["b_type", "--out", "x"], "report": ["x"], "render": ["b_type", "--out", "x.png"], "verify": [],
-        "paper": [],
+        "paper": [], "compare": ["b_type", "b_type"],
     }  # fmt: skip
     for name, rest in words.items():
         done = CliRunner().invoke(main, [name, *rest])

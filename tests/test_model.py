@@ -166,8 +166,12 @@ def test_bare_model_moves_as_the_full_one_to_the_last_bit(name):
 
 def test_wall_stands_where_the_train_would_touch_it():
     model = visible(line_up(load("b_type_wall", {"collision.gap_mm": 100}))).compile()
-    wall = model.geom("wall")
-    assert wall.pos[0] - wall.size[0] == pytest.approx(0.0)
+    mesh = model.mesh(model.geom("wall").dataid[0])
+    points = model.mesh_vert[mesh.vertadr[0] :][: mesh.vertnum[0]]
+    turned = np.empty(9)
+    mujoco.mju_quat2Mat(turned, model.geom("wall").quat)
+    face = (points @ turned.reshape(3, 3).T)[:, 0].min() + model.geom("wall").pos[0]
+    assert face == pytest.approx(0.0, abs=1e-6)
     assert model.body("M1").pos[0] + 10.0 == pytest.approx(-0.1)
     assert model.ntendon == 6
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
     from trainmj.collision.result import Result
     from trainmj.collision.summary import Summary
+    from trainmj.comparison.found import Comparison
     from trainmj.identification import Found, Identification
     from trainmj.reliability import Reliability, ReliabilityResult
     from trainmj.scenario import Scenario
@@ -219,10 +220,22 @@ def _verification(found: Verification) -> Cell:
     return _cell(f"Verification: {passed} of {len(found.checks)} checks pass", "", tables)
 
 
+def _comparison(found: Comparison) -> Cell:
+    from trainmj.comparison import tables
+
+    cell = Cell(f"{found.a.name} against {found.b.name}", "A is held against B; percentages are of B")
+    cell.facts({"Rules": tables.overall(found)})
+    cell.table(tables.rules(found))
+    for title, some in tables.titled(found):
+        cell.table(tables.differences(some, title, means=False))
+    return cell
+
+
 _CELLS: dict[str, Callable[..., Cell]] = {
     "Scenario": _scenario,
     "Result": _result,
     "Summary": _summary,
+    "Comparison": _comparison,
     "Convergence": _convergence,
     "Sweep": _sweep,
     "SweepResult": _sweep_result,

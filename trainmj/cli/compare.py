@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from shlex import quote
@@ -11,10 +10,11 @@ from typing import TYPE_CHECKING
 import click
 
 import trainmj
-from trainmj.cli.options import split_assignment, takes_figures, takes_json
+from trainmj.cli.completing import offers
+from trainmj.cli.options import say, say_json, split_assignment, takes_figures, takes_json, takes_time
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
-from trainmj.files.folder import filling
+from trainmj.files.kinds import SCENARIO
 
 if TYPE_CHECKING:
     from trainmj.files.cover import Cover
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("a")
-@click.argument("b")
+@click.argument("a", shell_complete=offers(SCENARIO, results=True))
+@click.argument("b", shell_complete=offers(SCENARIO, results=True))
 @click.option(
     "--channel",
     "channels",
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 @takes_figures
 @takes_report
 @takes_json
+@takes_time
 def compare(
     a: str,
     b: str,
@@ -80,6 +81,7 @@ def compare(
     from trainmj.collision.result import find_result
     from trainmj.comparison import folder
     from trainmj.comparison.screen import print_comparison
+    from trainmj.files.folder import filling
     from trainmj.output.page import REPORT
 
     if out is not None:
@@ -96,10 +98,10 @@ def compare(
         command = " ".join(["trainmj compare", quote(a), quote(b), *words, f"--out {quote(str(out))} --report"])
         folder.write(found, out, command, figures, figure_width, cover)
     if as_json:
-        click.echo(json.dumps(found.as_dict(), indent=2))
+        say_json(found.as_dict())
     else:
         print_comparison(found)
         if out is not None:
-            click.echo(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
+            say(f"Written to {out}/" + (f"; open {out / REPORT}" if cover is not None else ""))
     if found.kept is False:
         sys.exit(1)

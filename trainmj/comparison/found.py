@@ -25,6 +25,7 @@ from trainmj.comparison.rules import Rule, rules
 from trainmj.comparison.sides import Side, of_result
 from trainmj.errors import InputError
 from trainmj.files import mme
+from trainmj.files.shown import Shown
 from trainmj.files.written import finite
 from trainmj.scenario import Scenario
 from trainmj.units import MS
@@ -37,7 +38,7 @@ _MOST_SAID = 6  # differences between two scenarios, and names of channels
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison:
+class Comparison(Shown):
     """A result held against another one, or against a test.
 
     Attributes:
@@ -75,8 +76,10 @@ class Comparison:
 
     def __repr__(self) -> str:
         """In a few words."""
-        kept = {None: "no rule can be judged", True: "all rules kept", False: "not kept"}[self.kept]
-        return f"<Comparison of {self.a.name} with {self.b.name}: {len(self.differences)} channels, {kept}>"
+        judged = [rule.kept for rule in self.rules if rule.kept is not None]
+        kept = f"{sum(judged)} of {len(judged)} rules kept" if judged else "no rule can be judged"
+        wrong = "; numbers may not be used" * bool(self.unusable)
+        return f"<Comparison of {self.a.name} with {self.b.name}: {len(self.differences)} channels, {kept}{wrong}>"
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each channel that both have, and once more with a clock put forward: peaks, means, differences."""

@@ -1,4 +1,4 @@
-"""What is printed of a comparison, at most 80 columns wide."""
+"""What is printed of a comparison."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from rich.text import Text
 
 from trainmj.comparison import tables
 from trainmj.comparison.found import Comparison
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import FAILED, new_console, print_table
 
 _MOST = 20  # channels that are printed
 
@@ -17,7 +17,7 @@ def print_comparison(found: Comparison) -> None:
     console.print(Text(f"A: {found.a.name}"))
     console.print(Text(f"B: {found.b.name}"))
     outcome = tables.overall(found)
-    style = "bold reverse" if outcome.kind == "fail" else "bold"
+    style = FAILED if outcome.kind == "fail" else "bold"
     console.print(Text(f"Rules: {tables.count(found)} kept: {outcome.text}", style=style))
     console.print()
     print_table(console, tables.rules(found))
