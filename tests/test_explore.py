@@ -19,7 +19,10 @@ from trainmj.explore import server
 from trainmj.explore.page import html
 from trainmj.explore.session import Session, thinned
 from trainmj.explore.values import parameters_of, values_of
+from trainmj.output.blocks import Section
+from trainmj.output.page import fragment
 from trainmj.scenario import from_yaml
+from trainmj.single.page import subjects
 
 EVERY_KIND = Path(__file__).parent / "every_kind.yaml"
 COARSE = {"simulation.step_ms": 0.5}
@@ -244,6 +247,12 @@ def test_thinned_records_are_for_pictures_only(session):
     assert 50 < len(few.time) <= 100
     assert few.tally is seen.result.tally
     assert few.chain.record_interval == pytest.approx(few.time[1] - few.time[0])
+    for title in ("Outcome", "Interfaces and vehicles", "Checks"):
+        told = []
+        for result in (seen.result, few):
+            subjects(result, seen.summary)[title](section := Section(title, ""))
+            told.append(fragment(section.blocks))
+        assert told[0] == told[1]
 
 
 def test_what_is_missing_or_in_the_way_is_said(monkeypatch):
