@@ -15,6 +15,7 @@ from click.testing import CliRunner
 import trainmj
 from trainmj.cli import main
 from trainmj.cli.options import set_again
+from trainmj.collision.wear import Wear, seen_at
 from trainmj.explore import server
 from trainmj.explore.page import html
 from trainmj.explore.session import Session, thinned
@@ -271,3 +272,16 @@ def test_what_is_missing_or_in_the_way_is_said(monkeypatch):
     done = CliRunner().invoke(main, ["explore", "b_type", "--no-browser"])
     assert done.exit_code == 2
     assert "pip install 'trainmj[explore]'" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["b_type", EVERY_KIND], ids=["without draw gear", "with draw gear"])
+def test_devices_show_the_same_along_a_collision_as_record_by_record(name):
+    """Breaks when the animation, which takes all records at once, shows other strokes than a film."""
+    result = thinned(trainmj.run(trainmj.load(name, {"collision.speed_km_h": 40, "occupants": {}})), 100)
+    wear, history = Wear(result.chain), Wear(result.chain).history(result)
+    along = {place: worn.along(result.of_device("stroke", *place)) for place, worn in Wear(result.chain).worn.items()}
+    for sample in range(len(result.time)):
+        wear.update(seen_at(result, sample))
+        for place, shown in history.items():
+            assert shown[sample] == wear.shown(*place)
+            assert along[place][sample] == wear.worn[place].shown

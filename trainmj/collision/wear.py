@@ -54,6 +54,19 @@ class Worn:
             self.energy[reached] += energy - self._absorbed
             self._absorbed = energy
 
+    def along(self, strokes: Array) -> Array:
+        """(n_sample,) what it would show at each of its strokes [m], followed from new in this order."""
+        shown = np.maximum(0.0, strokes)
+        engaged = np.searchsorted([one.path.start for one in self._paths[1:]], shown, side="right")
+        for n, one in enumerate(self._paths):
+            most = np.maximum.accumulate(np.where(engaged == n, strokes, 0.0))
+            back = np.flatnonzero(most > shown)  # elsewhere nothing more can have been kept
+            pressed, which = np.unique(most[back], return_inverse=True)
+            kept = np.array([one.path.start + _kept(one.path, far) for far in pressed.tolist()])
+            if back.size:
+                shown[back] = np.maximum(shown[back], kept[which])
+        return shown
+
     @property
     def used(self) -> list[float]:
         """(n_stage,) largest strokes of the stages themselves so far [m]."""
@@ -86,12 +99,15 @@ class _Pressed:
     def permanent(self) -> float:
         """Stroke of the device that remains without force [m]."""
         if self.most != self._seen:
-            self._seen, law = self.most, self.path.law
-            block = alone(Element((law,))).tolist()
-            advance(block, 0, self.most - self.path.start, 0.0, 0.0, 0.0)
-            kept = law.kind.permanent(law, block[ELEMENT.STATE_0], block[ELEMENT.STATE_1])
-            self._permanent = self.path.start + float(kept)
+            self._seen, self._permanent = self.most, self.path.start + _kept(self.path, self.most)
         return self._permanent
+
+
+def _kept(path: Path, most: float) -> float:
+    """Stroke of a path that remains without force, pressed at rest up to a stroke of the device [m]."""
+    block = alone(Element((path.law,))).tolist()
+    advance(block, 0, most - path.start, 0.0, 0.0, 0.0)
+    return float(path.law.kind.permanent(path.law, block[ELEMENT.STATE_0], block[ELEMENT.STATE_1]))
 
 
 class _Strut:
@@ -182,6 +198,23 @@ class Wear:
             sides = [self.worn[place] for place in ((k, 0), (k, 1)) if place in self.worn]
             if not (strut.line.shears and any(worn.past(n) for worn in sides)):
                 strut.follow(self.dof, self._stroke[k])
+
+    def history(self, result: Result) -> dict[tuple[int, int], Array]:
+        """(n_sample,) what each device of each interface shows of its stroke at the records of a collision [m].
+
+        By interface and side, as :meth:`shown` says it one record after the other.
+        """
+        found = {place: np.empty(len(result.time)) for place in self._own}
+        if self._coupled:
+            for sample in range(len(result.time)):
+                self.update(seen_at(result, sample))
+                for place, shown in found.items():
+                    shown[sample] = self.shown(*place)
+            return found
+        for k, side in found:
+            share = 0.5 if self._chain.interfaces[k].is_shared else 1.0
+            found[k, side] = share * self.worn[k, side].along(result.of_device("stroke", k, side))
+        return found
 
     def turned(self, k: int, path: int, side: int) -> float:
         """Angle of a strut of an interface against the vehicle on one side [rad], positive as its pitch.

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import Result
-from trainmj.collision.wear import GIVEN, Wear, seen_at
+from trainmj.collision.wear import GIVEN, Wear
 from trainmj.output.blocks import Section, as_json
 from trainmj.output.plot import VIRIDIS, numbers
 from trainmj.units import KJ, KM_H, MM, enough
@@ -134,16 +134,11 @@ def _devices(result: Result, frames: Array) -> list[list[tuple[Array, Array]]]:
 
     A stroke is negative where a draw gear holds vehicles together that are drawn apart.
     """
-    chain, wear = result.chain, Wear(result.chain)
-    places = [(k, side) for k, interface in enumerate(chain.interfaces) for side in range(len(interface.devices))]
-    shown = np.empty((len(result.time), len(places)))
-    for sample in range(len(result.time)):
-        wear.update(seen_at(result, sample))
-        shown[sample] = [wear.shown(k, side) for k, side in places]
+    chain = result.chain
     found: list[list[tuple[Array, Array]]] = [[] for _ in chain.interfaces]
-    for (k, side), stroke in zip(places, shown[frames].T, strict=True):
+    for (k, side), stroke in Wear(chain).history(result).items():
         both = 2.0 if chain.interfaces[k].is_shared else 1.0
-        found[k].append((both * stroke / MM, result.of_device("energy", k, side)[frames] / KJ))
+        found[k].append((both * stroke[frames] / MM, result.of_device("energy", k, side)[frames] / KJ))
     return found
 
 
