@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -42,6 +43,7 @@ __all__ = [
     "changed",
     "device",
     "envelope",
+    "few",
     "joined",
     "planar",
     "pulses",
@@ -205,3 +207,9 @@ def step_once(model: Any, chain: Chain) -> Any:
 def changed(tally: Tally, **fields: Any) -> Tally:
     """A tally with some of its fields replaced."""
     return Tally(**(vars(tally) | fields))
+
+
+def few(values: Iterable[Any], n: int) -> list[Any]:
+    """Values of a parameter of which the default run takes the first n; thorough runs take the others."""
+    every = [value if isinstance(value, tuple) else (value,) for value in values]
+    return [pytest.param(*value, marks=[pytest.mark.thorough] * (k >= n)) for k, value in enumerate(every)]

@@ -57,6 +57,7 @@ def test_a_batch_case_equals_the_single_run_to_the_last_bit(scenarios, single, t
     assert not different, "a batch case depends on threads, places, order or neighbours"
 
 
+@pytest.mark.thorough
 def test_more_sizes_than_are_looked_ahead_for_still_all_run(scenarios, monkeypatch):
     monkeypatch.setattr("trainmj.collision.batch._LOOK_AHEAD", 2)
     monkeypatch.setattr("trainmj.collision.batch._ENGINES", 1)

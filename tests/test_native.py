@@ -14,7 +14,7 @@ import numba
 import numpy as np
 import pandas as pd
 import pytest
-from builders import KINDS_OF_DEVICE, Alone, built, chain, envelope, step_once
+from builders import KINDS_OF_DEVICE, Alone, built, chain, envelope, few, step_once
 from numba import types
 from numba.core import caching, ccallback
 from numba.extending import intrinsic
@@ -115,7 +115,7 @@ def history(rng: np.random.Generator, n: int, steps: int) -> tuple[np.ndarray, n
     )
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", few(range(6), 3))
 def test_compiled_law_equals_the_plain_one_exactly(every, seed):
     """Breaks if the compiler, or a place in the block, makes another law than the one that can be read."""
     case, model, layout = every
@@ -308,7 +308,7 @@ def fast() -> tuple[Scenario, float]:
     return scenario, summarise(run(scenario)).TS_mm
 
 
-@pytest.mark.parametrize("name", [*PHYSICS, "set_mju_user_warning"])
+@pytest.mark.parametrize("name", few(["set_mju_user_warning", *PHYSICS], 3))
 def test_nobodys_callback_is_called_and_it_is_back_afterwards(fast, ours, name):
     """Breaks if a callback of the user's, left from other work, changes a number, stops a run, or is lost."""
     mujoco.set_mjcb_passive(None)

@@ -325,6 +325,7 @@ def test_many_random_trains_with_bodies(any_seed_of_bodies):
     compared(oracles.scenario_of_bodies(any_seed_of_bodies))
 
 
+@pytest.mark.thorough
 def test_random_trains_with_bodies_are_the_same_in_batches_and_with_smaller_steps():
     """Breaks if points or members of many sizes are laid out otherwise in a batch, or steps that are made smaller."""
     chains = {}

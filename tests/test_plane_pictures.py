@@ -126,6 +126,7 @@ def test_pictures_tell_step_and_lift(result):
     assert rows["lift so far"] == f"{1e3 * result.lift.max():.1f} mm"
 
 
+@pytest.mark.thorough
 def test_film_and_still_show_the_pitch(result, tmp_path):
     """Breaks if pictures show vehicles level."""
     try:

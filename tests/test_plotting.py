@@ -103,6 +103,7 @@ def test_panels_stand_side_by_side_where_there_is_room(n, width, columns):
     assert picture.get_figwidth() * 25.4 == pytest.approx(WIDTHS["column" if n == 1 else width])
 
 
+@pytest.mark.thorough
 def test_titles_and_numbers_are_read_as_written(result):
     """A dollar is a dollar, and no number of an axis shows the marks of a formula."""
     odd = replace(result, scenario=load("b_type", {"title": "5 $ and $\\nonsense{ $"}))

@@ -53,6 +53,7 @@ def test_results_with_a_wall_or_an_unequal_partner_are_read_back(name, tmp_path)
     assert summarise(load_result(tmp_path / "r.nc")) == summarise(result)
 
 
+@pytest.mark.thorough
 def test_a_result_of_long_measured_curves_can_be_saved(tmp_path):
     """Not every format of files keeps texts of more than 64 kB."""
     u = 900 * np.linspace(0, 1, 900) ** 1.01  # all digits of a number, to be long with few points

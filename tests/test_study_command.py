@@ -222,6 +222,7 @@ def test_a_surrogate_that_is_constant_has_no_sensitivity_and_the_study_goes_on(a
     assert set(pd.read_csv(again / "04_sensitivity.csv")["response"]) == {"TS", "S_anti"}
 
 
+@pytest.mark.thorough
 def test_another_design_redoes_everything_behind_it(again):
     second = run(small(design__seed=5), again)
     assert set(second.computed) >= BEFORE_FRONTS - {"as it stands"} | {"front on the surrogates"}
@@ -268,6 +269,7 @@ def test_files_of_a_step_that_is_no_longer_wanted_are_taken_away(tmp_path):
     assert (folder / "notes.txt").exists()
 
 
+@pytest.mark.thorough
 def test_a_damaged_record_of_steps_only_costs_time(again, done):
     (again / "steps.json").write_text("[1, 2", encoding="utf-8")
     second = run(small(), again)
@@ -464,6 +466,7 @@ def test_surrogates_are_fitted_once(tmp_path, again, monkeypatch):
     assert len(fitted) == 2
 
 
+@pytest.mark.thorough
 def test_one_factor_one_objective_and_a_design_from_a_file(tmp_path):
     (tmp_path / "points.csv").write_text("M_t\n30\n31\n33\n35\n36\n", encoding="utf-8")
     values = changed(SMALL, "factors.D", None)

@@ -100,6 +100,7 @@ def test_trains_without_numbers_count_as_the_worst():
     assert Statistic("mean_2s", -1, sigmas=2).of(many) == pytest.approx(99.5 - 2 * np.arange(200.0).std(ddof=1))
 
 
+@pytest.mark.thorough
 def test_statistics_are_those_of_the_trains_as_built(done, folder):
     """Breaks if a design is given other draws, or tolerances around other values than its own."""
     table = done.tables["robust_02_simulations"]
@@ -110,6 +111,7 @@ def test_statistics_are_those_of_the_trains_as_built(done, folder):
         assert row["front_q95_mm"] == np.sort(trains["stroke_S1_M1_mm"])[math.ceil(0.95 * 20) - 1]
 
 
+@pytest.mark.thorough
 def test_the_nominal_optimum_sits_on_the_limit_and_the_robust_one_is_confirmed(done, folder):
     """Breaks if the share of trains that pass a limit is not counted over the trains of that design."""
     held = {(row["design"], row["limit"]): row for row in done.summary["robust"]["held"]["limits"]}
@@ -132,6 +134,7 @@ def test_the_nominal_optimum_sits_on_the_limit_and_the_robust_one_is_confirmed(d
     assert cost["robust", "TAMA"] != cost["nominal", "TAMA"]
 
 
+@pytest.mark.thorough
 def test_the_second_run_computes_nothing(done, study, folder):
     again = run(study, folder / "out")
     assert not again.simulated
@@ -145,6 +148,7 @@ def test_threads_do_not_matter(done, study, folder):
         assert table.equals(other.tables[name]), name
 
 
+@pytest.mark.thorough
 def test_screen_and_page_show_both_designs_side_by_side(done, capsys):
     print_study(done)
     screen, page = " ".join(capsys.readouterr().out.split()), page_of_folder(done.folder).html()
@@ -241,6 +245,7 @@ def test_a_design_that_breaks_a_rule_holds_nothing(study, monkeypatch):
     assert all(math.isnan(row["mean"]) for row in facts["objectives"])
 
 
+@pytest.mark.thorough
 def test_a_design_without_a_mean_is_shown_without_what_it_costs(done):
     """Breaks if a design of which no train has numbers, or a mean of 0, ends a finished study in a traceback."""
     summary = json.loads(json.dumps(done.summary))

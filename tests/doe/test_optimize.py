@@ -91,6 +91,7 @@ def test_failed_evaluations_are_counted_and_passed_over():
     assert (front.points[:, 0] <= 4).all()
 
 
+@pytest.mark.thorough
 def test_three_objectives():
     space = Space(tuple(Factor(f"x{i}", 0, 1) for i in range(3)))
 

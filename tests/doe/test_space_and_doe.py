@@ -183,6 +183,7 @@ def test_large_maximin_design_reaches_the_bar_on_one_seed():
     assert optimal_latin_hypercube(unit_space(5), 50, seed=0, levels="centre").quality().smallest_distance >= 0.51
 
 
+@pytest.mark.thorough
 def test_the_papers_kind_of_design_is_as_good_as_the_papers():
     quality = [optimal_latin_hypercube(PAPER, 10, seed=s).quality() for s in range(4)]
     assert max(q.smallest_distance for q in quality) >= 0.348

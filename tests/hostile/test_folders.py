@@ -345,8 +345,8 @@ DEEP = "[" * 200_000
 @pytest.mark.parametrize(
     ("file", "what"),
     [
-        pytest.param(file, what, marks=[pytest.mark.thorough] * (file != "steps.json" and what != other))
-        for file, other in (("02_simulations.csv", "pipe"), ("steps.json", ""), ("summary.json", "../precious"))
+        pytest.param(file, what, marks=[pytest.mark.thorough] * (what != other))
+        for file, other in (("02_simulations.csv", "pipe"), ("steps.json", DEEP), ("summary.json", "../precious"))
         for what in ("/dev/zero", "../precious", DEEP, "a\n" + "x" * 200_000, "pipe")
     ],
 )

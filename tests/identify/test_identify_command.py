@@ -106,6 +106,7 @@ def test_a_bar_that_is_not_kept_is_told_by_the_exit_code(tmp_path):
     assert "NOT" in done.output
 
 
+@pytest.mark.thorough
 def test_trials_serve_another_search_but_not_another_scenario(tmp_path):
     file = targets_file(tmp_path)
     arguments = ["identify", str(file), "--out", str(tmp_path / "out"), "--figures", "none", "--json"]

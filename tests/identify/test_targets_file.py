@@ -393,6 +393,7 @@ def test_the_shipped_files_are_right(name):
     assert {"table_9", "table_13"} <= held_out
 
 
+@pytest.mark.thorough
 def test_both_laws_of_the_b_type_train_are_held_against_the_same_values():
     """Breaks if one of the two shipped targets files is given other data than its sibling."""
     one, other = (load_targets(name) for name in ("b_type", "b_type_s08"))
