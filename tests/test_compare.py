@@ -92,7 +92,7 @@ def test_a_result_is_kept_against_itself(result):
     differences = ["peak_difference", "peak_time_difference_s", "mean_difference", "rms_difference"]
     assert (table[differences] == 0.0).all().all()
     assert found.kept is True
-    assert repr(found).endswith(f": {len(found.differences)} channels, all rules kept>")
+    assert repr(found).endswith(f": {len(found.differences)} channels, 10 of 10 rules kept>")
     assert all(rule.kept for rule in found.rules)
     assert {rule.name for rule in found.rules} == {SEQUENCE, ENERGY, STROKE, FORCE}
 
