@@ -114,12 +114,14 @@ def test_the_conventional_train_is_the_failure_that_the_docs_name():
     ("count", "rounded", "lead", "zones", "near"),
     [
         (1, False, None, None, 0),
-        pytest.param(100, False, (670, 949), (3944, 4339), 80, marks=pytest.mark.thorough),
-        pytest.param(100, True, (624, 1017), (3672, 4557), 82, marks=pytest.mark.thorough),
+        pytest.param(25, False, (670, 934), (3983, 4303), 21, marks=pytest.mark.thorough),
+        pytest.param(25, True, (624, 957), (3774, 4308), 20, marks=pytest.mark.thorough),
     ],
 )
-def test_other_curves_meet_the_walls_and_their_interval_is_the_one_stated(count, rounded, lead, zones, near):
-    """Breaks if a curve of the interval misses a test against a wall, or the interval is not the one in the docs."""
+def test_other_curves_meet_the_walls_and_their_interval_is_known(count, rounded, lead, zones, near):
+    """Breaks if a curve misses a test against a wall, or the interval is another: these are the first of the 100 curves
+    whose intervals the docs state, which `python benchmarks/fra.py` computes in a minute.
+    """
     fra = benchmark("fra")
     curves, _ = fra.sample(count, seed=1, rounded=rounded)
     for curve in curves:
