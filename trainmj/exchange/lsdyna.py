@@ -47,6 +47,10 @@ DIFFERENCES = {
         "*MAT_S08 with CTF = -1, shifted by the slack. It breaks as its curve falls to 0 within 0.001 mm, and "
         "carries nothing behind that, as here. With a dashpot it is refused."
     ),
+    "end": (
+        "Here a collision is not valid from where a curve ends behind which nothing is stated. In the deck its "
+        "last part goes on, and nothing says so: compare the strokes with those above."
+    ),
     "series": (
         "Two springs with a node of small mass between them, which swings. Here the split at which the forces "
         "are equal is found in every step, and what a snap sets free is lost at once."
