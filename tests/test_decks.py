@@ -101,6 +101,14 @@ def test_a_deck_says_what_it_does_differently_for_what_is_in_it_and_no_more():
     assert "S1-M1: head and wagon_buffers, crush, left in series with right" in head
 
 
+def test_a_deck_says_where_its_curves_end():
+    """Breaks when a deck goes on behind the end of a curve without a word, as if that were stated."""
+    for beyond, said in ((None, True), ("hold", False)):
+        deck = assembled(trainmj.line_up(trainmj.load("fra_cem_single", {"devices.cem_end.beyond": beyond})))
+        assert ("crush, not valid behind a device stroke of 1500 mm" in deck.sides[0]) == said
+        assert ("end" in deck.kinds) == said
+
+
 def test_both_programs_have_a_word_on_every_kind():
     assert set(lsdyna.DIFFERENCES) == set(radioss.DIFFERENCES)
 

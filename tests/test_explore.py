@@ -136,6 +136,16 @@ def test_the_newest_values_are_answered_and_those_before_them_dropped(port):
         assert "speed_km_h: 23" in json.loads(page.recv(timeout=20))["yaml"]
 
 
+def test_a_message_of_bytes_is_refused(port):
+    """Breaks when what no page sends fills the terminal with a traceback."""
+    websockets = pytest.importorskip("websockets")
+    with connected(port) as page:
+        page.send(b"\0")
+        with pytest.raises(websockets.exceptions.ConnectionClosed) as closed:
+            page.recv(timeout=10)
+    assert closed.value.rcvd.code == 1003
+
+
 @pytest.mark.parametrize(
     "text",
     [

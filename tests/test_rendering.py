@@ -28,11 +28,13 @@ from trainmj.scenario import Scenario, load, trains
 from trainmj.single import page_animation
 from trainmj.view import film, offscreen, parts
 from trainmj.view.cameras import Director, reach
+from trainmj.view.curves import Line, Panel
 from trainmj.view.drawings import DRAWINGS
 from trainmj.view.frame import Box, Frame
 from trainmj.view.marks import Marks
 from trainmj.view.scene import visible
 from trainmj.view.shapes import Shapes, colour, largest_energy
+from trainmj.view.sheet import INK, Sheet
 
 SMALL = (192, 108)
 
@@ -444,6 +446,18 @@ def test_curves_run_up_to_the_cursor(standard_result):
     dark = np.asarray(sheet.image.convert("L"), dtype=int)[int(box.top) + 35 : int(box.bottom) - 30, 60:610] < 90
     share = np.flatnonzero(dark.any(axis=0)).max() / 565
     assert share == pytest.approx(0.3 / standard_result.time[-1], abs=0.02)
+
+
+@pytest.mark.parametrize("values", [(0.0, 900.0, 900.0), (0.0, 0.0, 900.0)], ids=["above", "below"])
+def test_no_curve_strikes_out_that_it_is_not_valid(values):
+    """Breaks if "not valid" is written where a force that is held behind its curve runs through it."""
+    line = Line("", np.repeat(values, 20), INK)
+    panel = Panel(Box(0, 0, 340, 140), 1.0, "force", "kN", np.linspace(0.0, 1.0, 60), [line], 0.4)
+    sheet = Sheet(Image.new("RGB", (340, 140)))
+    panel.show(sheet, 59)
+    (box,) = [box for text, box in sheet.texts if text == "not valid"]
+    pixels = np.asarray(sheet.image.convert("L"), dtype=int)
+    assert (pixels[int(box.top) : int(box.bottom), int(box.left) : int(box.right)].min(axis=1) >= 60).all()
 
 
 # pictures

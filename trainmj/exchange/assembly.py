@@ -15,6 +15,7 @@ from trainmj.collision.law.rate import LINEAR
 from trainmj.errors import InputError
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Load, Node
 from trainmj.exchange.units import plain
+from trainmj.units import MM
 
 _STEP = 1e-5  # where nothing wants a smaller one [s]
 _FINE = 1e-6  # where there are small masses between springs [s]
@@ -237,6 +238,8 @@ class _Assembly:
             self.deck.kinds.add("pull")
             return
         self.deck.kinds.add(law.kind.name)
+        if math.isfinite(law.end):
+            self.deck.kinds.add("end")
         made = {
             "crush": self._crush,
             "rate": self._rate,
@@ -484,10 +487,13 @@ def _faster(law: Law, fastest: float) -> Iterator[tuple[Array, Array, Curve]]:
 
 def _said(element: Element) -> str:
     """What an element is, in words."""
-    kinds = " on ".join(dict.fromkeys(law.kind.name for law in element.laws))
+    said = " on ".join(dict.fromkeys(law.kind.name for law in element.laws))
     if len(element.laws) == 2:
-        return f"{kinds}, left in series with right"
-    return f"{kinds}, one spring for two equal ones in series" if element.share < 1.0 else kinds
+        said += ", left in series with right"
+    elif element.share < 1.0:
+        said += ", one spring for two equal ones in series"
+    ends = dict.fromkeys(f"{law.end / MM:.6g} mm" for law in element.laws if math.isfinite(law.end))
+    return f"{said}, not valid behind a device stroke of {' or '.join(ends)}" if ends else said
 
 
 def _to_the_end(path: Envelope, energy: float) -> tuple[Array, Array]:

@@ -20,7 +20,8 @@ DIFFERENCES = {
         "The curve as *MAT_S08, stiff, and behind it K and c as one *MAT_S04: a spring that pushes only, "
         "times a factor over its rate v (LCR) of 1 + c v / F, at least 0, with the mean force F of the curve. "
         "Here it is K e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e "
-        "is F."
+        "is F. Pressed again after it has let go a little, it loses half of what it loses here where c v is "
+        "small beside F, three quarters where c v is F."
     ),
     "rate": (
         "The curve at rest as *MAT_S08, and beside it *MAT_S04 for what the rate adds: a curve times a factor "
@@ -45,6 +46,10 @@ DIFFERENCES = {
     "pull": (
         "*MAT_S08 with CTF = -1, shifted by the slack. It breaks as its curve falls to 0 within 0.001 mm, and "
         "carries nothing behind that, as here. With a dashpot it is refused."
+    ),
+    "end": (
+        "Here a collision is not valid from where a curve ends behind which nothing is stated. In the deck its "
+        "last part goes on, and nothing says so: compare the strokes with those above."
     ),
     "series": (
         "Two springs with a node of small mass between them, which swings. Here the split at which the forces "

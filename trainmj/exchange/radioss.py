@@ -22,7 +22,9 @@ DIFFERENCES = {
     "dashpot": (
         "The curve with H = 2, stiff, and behind it K and c as one spring with H = 0 that pushes only, times "
         "1 + c v / F over its rate v (fct_ID21), at least 0, with the mean force F of the curve. Here it is K "
-        "e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e is F."
+        "e + c v with the elastic stroke e, at least 0 and at most the curve: the same where K e is F. "
+        "Pressed again after it has let go a little, it loses half of what it loses here where c v is small "
+        "beside F, three quarters where c v is F."
     ),
     "rate": (
         "The curve at rest with H = 2, and beside it H = 0 for what the rate adds: a curve times 1 + g over "
@@ -44,6 +46,10 @@ DIFFERENCES = {
     "pull": (
         "H = 2 with the curve in tension, shifted by the slack. It breaks as its curve falls to 0 within "
         "0.001 mm, and carries nothing behind that, as here. With a dashpot it is refused."
+    ),
+    "end": (
+        "Here a collision is not valid from where a curve ends behind which nothing is stated. In the deck its "
+        "last part goes on, and nothing says so: compare the strokes with those above."
     ),
     "series": (
         "Two springs with a node of small mass between them, which swings. Here the split at which the forces "

@@ -185,7 +185,6 @@ class _Newest:
 async def _live(socket: WebSocket, session: Session, turns: Any) -> None:
     """Answer a page until it is closed."""
     from anyio import create_task_group, to_thread
-    from starlette.websockets import WebSocketDisconnect
 
     newest = _Newest()
 
@@ -197,15 +196,12 @@ async def _live(socket: WebSocket, session: Session, turns: Any) -> None:
 
     async with create_task_group() as tasks:
         tasks.start_soon(answer)
-        try:
-            while True:
-                message = message_of(await socket.receive_text())
-                if message is None:
-                    await socket.close(1003, "no such message")
-                    break
-                newest.put(message)
-        except WebSocketDisconnect:
-            pass
+        while (told := await socket.receive())["type"] == "websocket.receive":
+            message = message_of(told.get("text") or "")  # of bytes there is none
+            if message is None:
+                await socket.close(1003, "no such message")
+                break
+            newest.put(message)
         tasks.cancel_scope.cancel()
 
 

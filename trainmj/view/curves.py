@@ -114,8 +114,13 @@ class Panel:
             sheet.put(said, (self._x(tick), low), self._small, SOFT, "mm", box)
         if self._until < self._end:
             start = self._x(max(0.0, self._until))
-            if plot.right - start > self._small.getlength("not valid") + 6 * points:
-                sheet.put("not valid", (start + 4 * points, plot.top + 9 * points), self._small, ALARM, "lm", plot)
+            wide = self._small.getlength("not valid") + 6 * points
+            if plot.right - start > wide:
+                at, high = np.linspace(start, start + wide, 20), 9 * points
+                lines = [np.interp(at, self._x(self._time), self._y(line.values)) for line in self._lines]
+                struck = float(np.abs(np.array(lines) - (plot.top + high)).min()) < 0.7 * high
+                y = plot.bottom - high if struck else plot.top + high
+                sheet.put("not valid", (start + 4 * points, y), self._small, ALARM, "lm", plot)
 
     def _drawn(self, past: bool) -> Image.Image:
         """The curves, with a grid, at their full strength or faint."""

@@ -108,7 +108,7 @@
   const bar = (old) => {
     const s = shown.status;
     $("bar-status").replaceChildren(...(old ? [make("span", { id: "old" }, "OLD: ")] : []), verdict({ ...s, text: s.not_valid ? `${s.text}, ${s.not_valid}` : s.text }));
-    $("bar-numbers").replaceChildren(...[...shown.key, s.limits].map((text) => make("span", {}, text + (s.not_valid ? " (not valid)" : ""))));
+    $("bar-numbers").replaceChildren(...[...shown.key, s.limits].map((text) => make("span", {}, text + (s.not_valid && /\d/.test(text) ? " (not valid)" : ""))));
   };
 
   // Sliders
