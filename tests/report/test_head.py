@@ -95,10 +95,15 @@ class TestVerdict:
         assert found.kind == "pass"
         assert found.text == f"All 5 limits are kept; nearest: {nearest.said}, 86 % used."
 
+    def test_speaks_of_two_limits_as_both(self, standard_summary):
+        """Breaks if a client reads "All 2 limits"."""
+        two = verdict(replace(standard_summary, limits=standard_summary.limits[:2]))
+        assert two.text.startswith("Both limits are kept; nearest: ")
+
     @pytest.mark.parametrize(
         ("changes", "kind", "said"),
         [
-            ({"found": 291.5}, "fail", "1 of 5 limits are passed, by most: stroke.*291.5 of 265 mm.*, 10 % over"),
+            ({"found": 291.5}, "fail", "1 of 5 limits is passed: stroke.*291.5 of 265 mm.*, 10 % over"),
             ({"found": 265.02}, "fail", r"265.02 of 265 mm\), 0.0075 % over"),
             ({"found": 795.0}, "fail", ", 3 times the limit"),
             ({"found": float("nan")}, "fail", r"\(no number\)\."),

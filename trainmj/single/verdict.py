@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from trainmj.collision.limits import all_kept
 from trainmj.collision.status import FAILED, Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Verdict, failed, passed, warned
@@ -29,7 +30,8 @@ def verdict(summary: Summary) -> Verdict:
     if past:
         worst = past[0]
         by = _over(worst.used)
-        which = f"{len(past)} of {len(limits)} limits are passed, by most:" if limits[1:] else "The limit is passed:"
+        passed_by = "are passed, by most:" if past[1:] else "is passed:"
+        which = f"{len(past)} of {len(limits)} limits {passed_by}" if limits[1:] else "The limit is passed:"
         return failed(f"{which} {worst.said}{by}.{f' {bodies}' if gave else ''}{cut}")
     if gave:
         return failed(f"{bodies}{cut}")
@@ -37,7 +39,7 @@ def verdict(summary: Summary) -> Verdict:
         said = f"No limit is stated, so that none is judged.{cut}"
         return warned(said) if cut else Verdict("none", said)
     nearest = limits[0]
-    which = f"All {len(limits)} limits are kept; nearest:" if limits[1:] else "The limit is kept:"
+    which = all_kept(len(limits)) + ("; nearest:" if limits[1:] else ":")
     said = f"{which} {nearest.said}, {against(nearest.used, 100.0, 0)} % used.{cut}"
     return (warned if cut else passed)(said)
 
