@@ -173,7 +173,8 @@ def scenarios() -> None:
     columns = [Column(head, text=True) for head in ("Name", "What it is", "Parameters")]
     found = {name: trainmj.load(name) for name in shipped()}
     rows = [(name, scenario.title, "\n".join(scenario.parameters)) for name, scenario in found.items()]
-    print_table(new_console(), Table(columns, rows))
+    console = new_console()
+    print_table(console, Table(columns, rows))
     say("")
     for what, ending, use in (
         ("Partners", ".partner.yaml", "trainmj run TRAIN --set collision.partner=NAME"),
@@ -182,7 +183,7 @@ def scenarios() -> None:
         ("Targets", ".targets.yaml", "trainmj identify NAME"),
         ("Reliability", ".reliability.yaml", "trainmj reliability NAME"),
     ):
-        say(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})")
+        console.print(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})", markup=False)
     say(f"All of them are in {shipped_folder('scenarios')}")
 
 
