@@ -116,6 +116,18 @@ class TestVerdict:
         assert found.kind == kind
         assert re.search(said, found.text)
 
+    def test_is_no_plain_pass_where_other_ties_are_worse(self, standard_summary):
+        """Breaks if a client reads that limits are kept, and only a table says that free ends override."""
+        rows = [
+            {"ties": "free", "status": "override", "reason": "at S1-M1 at 0.2 s"},
+            {"ties": "stated", "status": "over", "reason": ""},
+            {"ties": "tied", "status": "over", "reason": ""},
+        ]
+        found = verdict(standard_summary, rows)
+        assert found.kind == "warn"
+        assert found.text.endswith("86 % used. With free ends: override at S1-M1 at 0.2 s.")
+        assert verdict(standard_summary, rows[1:]) == verdict(standard_summary)
+
     def test_never_calls_anything_kept_that_is_not_known(self, standard_summary):
         """Breaks if the sentence of a run without limits, cut off or unstable reads like a pass."""
         none = replace(standard_summary, limits=())
