@@ -20,6 +20,7 @@ from trainmj.files.cover import Cover
 from trainmj.output.blocks import Bar
 from trainmj.output.page import Page
 from trainmj.output.table import failed, passed
+from trainmj.single.beside import Beside
 from trainmj.single.used import add_used, capacity
 from trainmj.single.verdict import verdict
 from trainmj.sweep.page import page_of_folder
@@ -123,10 +124,10 @@ class TestVerdict:
             {"ties": "stated", "status": "over", "reason": ""},
             {"ties": "tied", "status": "over", "reason": ""},
         ]
-        found = verdict(standard_summary, rows)
+        found = verdict(standard_summary, Beside(tuple(rows)).worse)
         assert found.kind == "warn"
         assert found.text.endswith("86 % used. With free ends: override at S1-M1 at 0.2 s.")
-        assert verdict(standard_summary, rows[1:]) == verdict(standard_summary)
+        assert Beside(tuple(rows[1:])).worse == []
 
     def test_never_calls_anything_kept_that_is_not_known(self, standard_summary):
         """Breaks if the sentence of a run without limits, cut off or unstable reads like a pass."""

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Sequence
 
 from trainmj.collision.limits import all_kept
-from trainmj.collision.status import FAILED, PAST_LIMITS, UNUSABLE, Kind
+from trainmj.collision.status import FAILED, Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Verdict, failed, passed, warned
-from trainmj.single.tables_plane import ended
 from trainmj.units import against
 
 
-def verdict(summary: Summary, bracket: Iterable[Mapping[str, Any]] = ()) -> Verdict:
+def verdict(summary: Summary, worse: Sequence[str] = ()) -> Verdict:
     """Whether the limits are kept: by which one it stands or falls, and by how much.
 
     Args:
         summary: of the collision.
-        bracket: the same with other ties, as of :func:`trainmj.collision.bracket.rows_of`; what is kept by the stated
-            ones alone is no plain pass.
+        worse: what ends worse with other ties, as sentences; what is kept by the stated ones alone is no plain pass.
     """
     found = _by_stated_ties(summary)
-    worse = [row for row in bracket if row["ties"] != "stated" and Kind(row["status"]) in (*PAST_LIMITS, *UNUSABLE)]
-    if found.kind == "fail" or not worse:
-        return found
-    return warned(" ".join([found.text, *(f"With {row['ties']} ends: {ended(row)}." for row in worse)]))
+    return warned(" ".join([found.text, *worse])) if worse and found.kind != "fail" else found
 
 
 def _by_stated_ties(summary: Summary) -> Verdict:
