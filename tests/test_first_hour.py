@@ -297,6 +297,40 @@ class Terminal:
         return True
 
 
+LONG = [
+    "run b_type",
+    "check b_type",
+    "scenarios",
+    "sweep b_type --vary mass_t=30,33 --out x",
+    "study b_type --out x",
+    "identify b_type --out x",
+    "assess b_type --standard en15227",
+    "reliability b_type_as_built --out x",
+    "compare a b",
+    "report x",
+    "explore b_type",
+    "render b_type --out x.png",
+    "export b_type",
+    "verify",
+    "paper",
+]
+
+
+@pytest.mark.parametrize("command", LONG)
+def test_every_long_command_waits_visibly_before_all_else(monkeypatch, command):
+    """Breaks if a terminal stays still while a command imports, reads or computes."""
+
+    class Moves(Exception):
+        pass
+
+    def begin(name):
+        raise Moves(name)
+
+    monkeypatch.setattr(waiting, "waiting", begin)
+    with pytest.raises(Moves, match=f"^{command.split()[0]}$"):
+        main.main(command.split(), standalone_mode=False)
+
+
 def test_a_line_moves_on_a_terminal_and_nowhere_else(monkeypatch, capfd):
     terminal = Terminal()
     with waiting.waiting("paper"):

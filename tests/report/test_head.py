@@ -20,6 +20,7 @@ from trainmj.files.cover import Cover
 from trainmj.output.blocks import Bar
 from trainmj.output.page import Page
 from trainmj.output.table import failed, passed
+from trainmj.single.beside import Beside
 from trainmj.single.used import add_used, capacity
 from trainmj.single.verdict import verdict
 from trainmj.sweep.page import page_of_folder
@@ -95,10 +96,15 @@ class TestVerdict:
         assert found.kind == "pass"
         assert found.text == f"All 5 limits are kept; nearest: {nearest.said}, 86 % used."
 
+    def test_speaks_of_two_limits_as_both(self, standard_summary):
+        """Breaks if a client reads "All 2 limits"."""
+        two = verdict(replace(standard_summary, limits=standard_summary.limits[:2]))
+        assert two.text.startswith("Both limits are kept; nearest: ")
+
     @pytest.mark.parametrize(
         ("changes", "kind", "said"),
         [
-            ({"found": 291.5}, "fail", "1 of 5 limits are passed, by most: stroke.*291.5 of 265 mm.*, 10 % over"),
+            ({"found": 291.5}, "fail", "1 of 5 limits is passed: stroke.*291.5 of 265 mm.*, 10 % over"),
             ({"found": 265.02}, "fail", r"265.02 of 265 mm\), 0.0075 % over"),
             ({"found": 795.0}, "fail", ", 3 times the limit"),
             ({"found": float("nan")}, "fail", r"\(no number\)\."),
@@ -110,6 +116,18 @@ class TestVerdict:
         found = verdict(replace(standard_summary, limits=limits))
         assert found.kind == kind
         assert re.search(said, found.text)
+
+    def test_is_no_plain_pass_where_other_ties_are_worse(self, standard_summary):
+        """Breaks if a client reads that limits are kept, and only a table says that free ends override."""
+        rows = [
+            {"ties": "free", "status": "override", "reason": "at S1-M1 at 0.2 s"},
+            {"ties": "stated", "status": "over", "reason": ""},
+            {"ties": "tied", "status": "over", "reason": ""},
+        ]
+        found = verdict(standard_summary, Beside(tuple(rows)).worse)
+        assert found.kind == "warn"
+        assert found.text.endswith("86 % used. With free ends: override at S1-M1 at 0.2 s.")
+        assert Beside(tuple(rows[1:])).worse == []
 
     def test_never_calls_anything_kept_that_is_not_known(self, standard_summary):
         """Breaks if the sentence of a run without limits, cut off or unstable reads like a pass."""

@@ -14,7 +14,7 @@ from trainmj.errors import OutputError
 from trainmj.output.blocks import Card
 from trainmj.output.console import new_console, print_table
 from trainmj.output.page import Page
-from trainmj.output.plot import axes, dots, layout_of, line, numbers, shade
+from trainmj.output.plot import across, axes, dots, layout_of, line, numbers, room_for_name, shade
 from trainmj.output.table import Column, Table, failed, judged, passed
 
 NASTY = "</script><script>alert('1')</script>&\"'"
@@ -229,3 +229,12 @@ def test_a_column_has_the_decimals_that_its_largest_value_needs(digits, values, 
     """Breaks when the numbers of a small model are shown as zeros, or a count with decimals."""
     (column,) = Table([Column("a", digits=digits)], [(value,) for value in values]).columns
     assert [column.show(value) for value in values] == shown
+
+
+@pytest.mark.parametrize(("low", "said"), [(0.0, "limit of coupler_a_b"), (-5.25, "two lines: " + "limit " * 9)])
+def test_the_name_of_a_limit_has_room_above_its_line(low, said):
+    """Breaks if the name of the highest limit is cut at the edge of a plot on paper, where a line takes a tenth."""
+    shape = across(5.0, said)
+    lines = 1 + shape["label"]["text"].count("<br>")
+    top = room_for_name(shape, low)
+    assert (top - 5.0) / (top - low) == pytest.approx(0.03 + 0.1 * lines)

@@ -34,7 +34,7 @@ def page_of(assessment: Assessment, command: str) -> Page:
     ]
     if least is not None:
         c = least.criterion
-        verdict = judged(c.kept, "kept", "passed over")
+        verdict = judged(c.kept, "kept", "limit passed")
         cards.append(Card("Least margin", tables.margin(least), "%", f"{c.title}, {c.where}".rstrip(", "), verdict))
     section.cards(*cards)
     section.notes(assessment.failed)

@@ -33,12 +33,13 @@ def verdict_in_full(assessment: Assessment) -> Verdict:
     said = whole.text[:1].upper() + whole.text[1:]
     if least is not None:
         c, case = least.criterion, assessment.state_of(least.outcome.case)
-        nearest = "nearest" if c.kept else "by most"
+        nearest = "nearest" if c.kept else "worst"
         said += f"; {nearest}: {c.said}, {case}" + f" (margin {margin(least)} %)" * (
             c.valid and not math.isnan(c.found)
         )
     not_answered = len(assessment.not_computed)
-    said += f". {not_answered} of what is asked is not computed." if not_answered else "."
+    are = "requirement is" if not_answered == 1 else "requirements are"
+    said += f". {not_answered} {are} not computed." if not_answered else "."
     return Verdict(whole.kind, said)
 
 

@@ -124,7 +124,7 @@ def run(
         more |= beside.rows()
         say_json(summary.as_dict() | more)
     else:
-        screen.print_summary(result, summary)
+        screen.print_summary(result, summary, beside)
         screen.print_beside(result.chain, beside)
         if steps is not None:
             screen.print_convergence(steps)

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 import trainmj
-from trainmj.cli.options import set_again, takes_scenario
+from trainmj.cli.options import say, set_again, takes_scenario, takes_time
 from trainmj.errors import InputError
 
 
@@ -21,6 +21,7 @@ from trainmj.errors import InputError
     "--port", type=click.IntRange(0, 65535), metavar="N", default=0, help="Port to listen at; a free one by default."
 )
 @click.option("--no-browser", is_flag=True, help="Only print the address, and open no browser.")
+@takes_time
 def explore(scenario: str, changes: dict[str, Any], port: int, no_browser: bool) -> None:
     """Open a page on which values follow sliders, and the collision follows the values.
 
@@ -41,7 +42,7 @@ def explore(scenario: str, changes: dict[str, Any], port: int, no_browser: bool)
         return " ".join(["trainmj run", quote(scenario), *set_again(every)])
 
     def ready(address: str) -> None:
-        click.echo(f"Open {address}\nServed to this machine only; Ctrl-C stops it.")
+        say(f"Open {address}\nServed to this machine only; Ctrl-C stops it.")
         if not no_browser:
             webbrowser.open(address)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import takes_scenario
+from trainmj.cli.options import say, takes_scenario, takes_time
 from trainmj.errors import InputError
 from trainmj.files.folder import spare
 
@@ -115,6 +115,7 @@ _SEPARATORS = {",": ",", ";": ";", "tab": "\t"}
     "--separator", type=click.Choice(list(_SEPARATORS)), help="With csv: between columns; a comma by default."
 )
 @click.option("--decimal", type=click.Choice([".", ","]), help="With csv: the decimal mark; a point by default.")
+@takes_time
 def export(
     scenario: str,
     changes: dict[str, Any],
@@ -166,7 +167,7 @@ def export(
     from trainmj.exchange.tables import validity
 
     said = f"; {validity(summary)}: {summary.status}" if summary.status.unusable else ""
-    click.echo(f"Written to {place}{'/' if kind in _FOLDERS else ''}{said}")
+    say(f"Written to {place}{'/' if kind in _FOLDERS else ''}{said}")
 
 
 def _write_model(scenario: Scenario, kind: str, out: Path | None, inputs: Iterable[Path]) -> None:
@@ -174,7 +175,7 @@ def _write_model(scenario: Scenario, kind: str, out: Path | None, inputs: Iterab
 
     for file, text in _MODELS[kind](scenario, out).items():
         if file is None:
-            click.echo(text)
+            say(text)
             continue
         spare(inputs, file)
         write_bytes(file, text.encode())

@@ -10,7 +10,7 @@ import click
 
 import trainmj
 from trainmj.cli.completing import offers
-from trainmj.cli.options import kind_of_input, takes_changes
+from trainmj.cli.options import kind_of_input, say, takes_changes, takes_time
 from trainmj.errors import InputError
 from trainmj.files.kinds import KINDS
 
@@ -27,6 +27,7 @@ _SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner", "r
 @click.command()
 @click.argument("file", shell_complete=offers(*KINDS, results=True))
 @takes_changes
+@takes_time
 def check(file: str, changes: dict[str, Any]) -> None:
     """Check a file and print what would run.
 
@@ -59,7 +60,7 @@ def check(file: str, changes: dict[str, Any]) -> None:
         of_sweep.print_plan(sweep)
         loaded = sweep.scenario
         if sweep.load_cases:
-            click.echo(f"\nLoad case {next(iter(sweep.load_cases))}, the first of them:")
+            say(f"\nLoad case {next(iter(sweep.load_cases))}, the first of them:")
     elif kind is RELIABILITY:
         from trainmj.reliability import screen as of_reliability
 
@@ -92,15 +93,15 @@ def check(file: str, changes: dict[str, Any]) -> None:
     except InputError as error:
         if kind is not SWEEP:
             raise
-        click.echo(f"Note: the scenario as it stands: {error}")  # its cases may mend it
+        say(f"Note: the scenario as it stands: {error}")  # its cases may mend it
     else:
         if kind is not SCENARIO:
-            click.echo()
+            say("")
         print_chain(loaded, chain)
         if kind is SCENARIO and loaded.tolerances:
             from trainmj.reliability import screen as of_reliability
 
-            click.echo()
+            say("")
             of_reliability.print_tolerances(trainmj.load_reliability(file, changes))
 
 
@@ -115,10 +116,10 @@ def _say_results(file: str) -> None:
         summary = trainmj.summarise(result)
         said = f"{file}: is a saved result, whole.\n{result.scenario.heading}\n{result.scenario.subject}\n"
         said += f"{in_short(summary.limits)}\nStatus: {summary.status}\n"
-        click.echo(f"{said}Read by: trainmj report, render, run (which computes it again and compares), export")
+        say(f"{said}Read by: trainmj report, render, run (which computes it again and compares), export")
         return
     again = kind.cure.format(folder=source.parent) or f"trainmj report {source.parent}"
-    click.echo(f"{file}: holds {kind.name} ({source.name}). Its report: {again}")
+    say(f"{file}: holds {kind.name} ({source.name}). Its report: {again}")
 
 
 def _say_tables(file: Path) -> None:
@@ -138,9 +139,9 @@ def _say_tables(file: Path) -> None:
         else:
             said = f"{n} rows of {', '.join(table.columns)}"
             use = f"a sweep, study, reliability or targets file as a table or data: {place.file}"
-        click.echo(f"{where}: {said}; named by {use}")
+        say(f"{where}: {said}; named by {use}")
         for note in table.notes:
-            click.echo(f"Note: {note}")
+            say(f"Note: {note}")
 
 
 def _run_into(file: str) -> Scenario:
@@ -152,11 +153,12 @@ def _run_into(file: str) -> Scenario:
     path = find_file(file, PARTNER.ending, "partner")
     title, name = read_partner(path).values["title"], path.name.removesuffix(PARTNER.ending)
     scenario = trainmj.load("b_type").with_partner(name, path.parent).with_values({"collision.partner": name})
-    click.echo(f"{title}. A scenario runs into it with collision.partner: {name}; here b_type does.")
+    say(f"{title}. A scenario runs into it with collision.partner: {name}; here b_type does.")
     return scenario
 
 
 @click.command()
+@takes_time
 def scenarios() -> None:
     """List the scenarios that ship with trainmj.
 
@@ -171,8 +173,9 @@ def scenarios() -> None:
     columns = [Column(head, text=True) for head in ("Name", "What it is", "Parameters")]
     found = {name: trainmj.load(name) for name in shipped()}
     rows = [(name, scenario.title, "\n".join(scenario.parameters)) for name, scenario in found.items()]
-    print_table(new_console(), Table(columns, rows))
-    click.echo()
+    console = new_console()
+    print_table(console, Table(columns, rows))
+    say("")
     for what, ending, use in (
         ("Partners", ".partner.yaml", "trainmj run TRAIN --set collision.partner=NAME"),
         ("Assessments", ".assessment.yaml", "trainmj assess TRAIN --standard NAME"),
@@ -180,8 +183,8 @@ def scenarios() -> None:
         ("Targets", ".targets.yaml", "trainmj identify NAME"),
         ("Reliability", ".reliability.yaml", "trainmj reliability NAME"),
     ):
-        click.echo(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})")
-    click.echo(f"All of them are in {shipped_folder('scenarios')}")
+        console.print(f"{what}: {', '.join(sorted(shipped_files(ending)))} ({use})", markup=False)
+    say(f"All of them are in {shipped_folder('scenarios')}")
 
 
 @click.command()
@@ -206,4 +209,4 @@ def schema(kind: str) -> None:
         models |= {"assessment": AssessmentFile, "partner": PartnerFile, "reliability": ReliabilityFile}
         model: Any = models[kind]
         found = {"$schema": files.JSON_SCHEMA} | model.model_json_schema() | {"title": f"trainmj {kind}"}
-    click.echo(json.dumps(found, indent=2))
+    say(json.dumps(found, indent=2))

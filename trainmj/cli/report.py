@@ -35,6 +35,16 @@ _COVER = {
 """What heads a report, as options of commands; see :class:`trainmj.files.cover.Cover`."""
 
 
+class _OfHead(click.Option):
+    """One of the options of what heads a report; help lists them as one."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        if self.name != next(iter(_COVER)):
+            return None
+        said = "Head of the report, each a line of text; --date today takes the date of the clock."
+        return f"{', '.join(f'--{name}' for name in _COVER)} TEXT", said
+
+
 def takes_cover(function: F) -> F:
     """The options of what heads a report, given as the Cover ``cover``; they go before what the scenario states."""
 
@@ -43,7 +53,9 @@ def takes_cover(function: F) -> F:
         return function(cover=cover_given({name: values.pop(name) for name in _COVER}), **values)
 
     for name, said in reversed(_COVER.items()):
-        with_cover = click.option(f"--{name}", metavar="TEXT", help=f"At the head of the report: {said}.")(with_cover)
+        with_cover = click.option(f"--{name}", metavar="TEXT", cls=_OfHead, help=f"At the head of the report: {said}.")(
+            with_cover
+        )
     return cast(F, with_cover)
 
 

@@ -87,8 +87,13 @@ def in_short(criteria: Sequence[Criterion]) -> str:
     if any(not criterion.valid for criterion in criteria):
         return f"None of {n} limits can be judged: the numbers are not valid." if n > 1 else _NOT_JUDGED
     if not passed:
-        return f"All {n} limits are kept." if n > 1 else "The limit is kept."
+        return f"{all_kept(n)}."
     return f"{len(passed)} of {n} limits passed: {', '.join(passed)}."
+
+
+def all_kept(n: int) -> str:
+    """That all of some limits are kept."""
+    return "The limit is kept" if n == 1 else f"{'Both' if n == 2 else f'All {n}'} limits are kept"
 
 
 _NOT_JUDGED = "The limit cannot be judged: the numbers are not valid."

@@ -16,9 +16,8 @@ def print_comparison(found: Comparison) -> None:
     console = new_console()
     console.print(Text(f"A: {found.a.name}"))
     console.print(Text(f"B: {found.b.name}"))
-    outcome = tables.overall(found)
-    style = FAILED if outcome.kind == "fail" else "bold"
-    console.print(Text(f"Rules: {tables.count(found)} kept: {outcome.text}", style=style))
+    outcome = tables.sentence(found)
+    console.print(Text(outcome.text, style=FAILED if outcome.kind == "fail" else "bold"))
     console.print()
     print_table(console, tables.rules(found))
     for text in tables.said(found):

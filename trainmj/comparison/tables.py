@@ -34,8 +34,11 @@ def sentence(found: Comparison) -> Verdict:
     if found.kept is None:
         return judged(None, unknown="No rule can be judged by the channels that both have.")
     more = f" and {len(wrong) - 3} more" if len(wrong) > 3 else ""
-    kept = f"All {count(found).split()[0]} rules that can be judged are kept; no compliance is claimed."
-    return judged(found.kept, kept, f"Not kept: {', '.join(wrong[:3])}{more}.")
+    n = sum(rule.kept is not None for rule in found.rules)
+    every = "The one rule" if n == 1 else "Both rules" if n == 2 else f"All {n} rules"
+    kept = f"{every} that can be judged {'is' if n == 1 else 'are'} kept; no compliance is claimed."
+    are = "rule is" if n == 1 else "rules is" if len(wrong) == 1 else "rules are"
+    return judged(found.kept, kept, f"{len(wrong)} of {n} {are} not kept: {', '.join(wrong[:3])}{more}.")
 
 
 def count(found: Comparison) -> str:

@@ -51,8 +51,8 @@ def _verdict(found: Found) -> Verdict:
     for role in found.samples:
         of = found.fit[found.fit["role"] == role]
         values, outside = int(of["values"].sum()), int(of["outside"].sum())
-        counts.append(f"{values - outside} of {values} values of {role}")
-    said = f"{', '.join(counts)} are within what is allowed"
+        counts.append(f"{values - outside} of {values} {role.replace(' ', '-')} values")
+    said = f"{' and '.join(counts)} are within what is allowed"
     if not stated:
         return Verdict("none", f"{said}; no bars are stated.")
     return judged(

@@ -69,10 +69,16 @@ def shaded(start: float, end: float, said: str) -> dict[str, Any]:
     return {"shapes": [part | look | {"label": named}]}
 
 
-def across(y: float, said: str, dash: str = "dash") -> dict[str, Any]:
-    """A shape of a layout: a line across a whole plot at a value of y, such as a limit, named on it."""
-    named = {"text": _in_lines(said, _ON_A_LINE), "textposition": "end", "yanchor": "bottom", "font": {"size": 11}}
+def across(y: float, said: str, dash: str = "dash", place: str = "end") -> dict[str, Any]:
+    """A shape of a layout: a line across a whole plot at a value of y, such as a limit, named at a place on it."""
+    named = {"text": _in_lines(said, _ON_A_LINE), "textposition": place, "yanchor": "bottom", "font": {"size": 11}}
     return _ruled(dash) | {"x0": 0, "x1": 1, "xref": "paper", "y0": _near(y), "y1": _near(y), "label": named}
+
+
+def room_for_name(shape: Mapping[str, Any], low: float) -> float:
+    """Up to where a vertical axis from a value on has to reach for a name on a line to be whole, on paper too."""
+    share = 0.03 + 0.1 * (1 + shape["label"]["text"].count("<br>"))
+    return float((shape["y0"] - share * low) / (1.0 - share))
 
 
 def upright(x: float, dash: str = "dash") -> dict[str, Any]:

@@ -48,6 +48,12 @@ class Beside:
         return found | ({} if self.margins is None else {"margins": [margin.as_dict() for margin in self.margins]})
 
     @property
+    def worse(self) -> list[str]:
+        """A sentence for each of the other ties with which a limit is passed, or numbers may not be used."""
+        bad = [row for row in self.bracket if Kind(row["status"]) in (*PAST_LIMITS, *UNUSABLE)]
+        return [f"With {row['ties']} ends: {tables_plane.ended(row)}." for row in bad if row["ties"] != "stated"]
+
+    @property
     def past_limits(self) -> bool:
         """Whether with any of the ties a limit was passed, one vehicle overrode another, or it failed."""
         return any(Kind(row["status"]) in (*PAST_LIMITS, *UNUSABLE) for row in self.bracket)

@@ -63,7 +63,7 @@ def page_of_run(result: Result, summary: Summary, file: Path | None = None, besi
         subtitle=result.scenario.subject,
         command=_commands(file),
         versions=result.versions,
-        verdict=verdict(summary),
+        verdict=verdict(summary, () if beside is None else beside.worse),
         cover=result.scenario.report,
     )
     for title, add in subjects(result, summary, beside).items():

@@ -12,7 +12,7 @@ from trainmj.collision.chain import Brake, Chain, places_of_sides
 from trainmj.collision.envelope import Array
 from trainmj.collision.result import SHOWN, Result
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, shade, shaded
+from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, room_for_name, shade, shaded
 from trainmj.output.style import BLUE, GREEN, ORANGE, PURPLE, SKY, YELLOW
 from trainmj.single.figures import BODIES, OF_INTERFACES, flight_of
 from trainmj.single.marks import Mark, marks
@@ -23,7 +23,7 @@ MOST_LINES = 8
 
 _MOST_SAMPLES = 1000  # of a line over time; more are thinned
 _DARK = "#404040"
-_DASHES = ("dash", "dot", "dashdot")
+_LOOKS = (("dash", "end"), ("dot", "middle"), ("dashdot", "start"))  # of limits, so that names do not meet
 _MOVING = ("#08306b", "#7fb5de")
 _PARTNER = ("#8c3a00", "#f5a65b")
 
@@ -100,10 +100,11 @@ def plot_over_time(
     """A plot over time, all lines read out at once, limits as lines across it; shaded where not valid."""
     shapes = shaded(result.tally.valid_until, float(result.time[-1]), "not valid")["shapes"] if result.not_valid else []
     values = []
-    for mark, dash in zip(marked, cycle(_DASHES)):
-        shapes.append(across(mark.value, mark.name, dash))
+    for mark, (dash, place) in zip(marked, cycle(_LOOKS)):
+        shapes.append(across(mark.value, mark.name, dash, place))
+        low = -1.05 * mark.value if mark.both else 0.0
+        values += [room_for_name(shapes[-1], low), low]
         shapes += [across(-mark.value, "", dash)] if mark.both else []
-        values += [1.12 * mark.value, *([-1.05 * mark.value] if mark.both else [])]  # with room for the name
     seen = {"autorangeoptions": {"include": values}} if values else {}
     layout = axes("Time", "s", axis, unit, hovermode="x unified", xaxis={"hoverformat": ".4g"}, yaxis=seen)
     layout |= {"shapes": shapes} if shapes else {}

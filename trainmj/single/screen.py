@@ -31,12 +31,14 @@ if TYPE_CHECKING:
     from trainmj.collision.convergence import Convergence
 
 
-def print_summary(result: Result, summary: Summary) -> None:
+def print_summary(result: Result, summary: Summary, beside: Beside | None = None) -> None:
     """Status, criteria, interfaces, vehicles, bodies, energy and checks of one collision."""
     console = new_console()
     _print_head(console, result.scenario)
     kept = all(criterion.kept for criterion in summary.limits)
     console.print(Text(in_short(summary.limits), style="" if kept else FAILED))
+    for sentence in () if beside is None else beside.worse:
+        console.print(Text(sentence, style=FAILED))
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
     _print_not_valid(console, summary)
     mark = f" ({summary.not_valid})" if summary.not_valid else ""

@@ -176,7 +176,7 @@ def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
         until = (row["valid_until_s"] for row in rows)
         cells.append(("valid until", "s", *("the end" if t is None else failed(f"{t:.4g}") for t in until)))
     cells.append(("status", "", *(outcome(Kind(row["status"])) for row in rows)))
-    reasons = [f"{row['ties']}: {_said(row)}." for row in rows if row["reason"]]
+    reasons = [f"{row['ties']}: {ended(row)}." for row in rows if row["reason"]]
     note = " ".join(
         [
             "Free: nothing holds ends together vertically; stated: what the scenario states does; tied: ties of any "
@@ -188,7 +188,8 @@ def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
     return Table(heads, cells, "Bracket", note)
 
 
-def _said(row: Mapping[str, Any]) -> str:
+def ended(row: Mapping[str, Any]) -> str:
+    """How a collision of a bracket ended, and why."""
     reason = str(row["reason"])
     return f"{row['status']}{' ' if reason.startswith('at ') else ': '}{reason}"
 

@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
+from trainmj.collision.limits import all_kept
 from trainmj.collision.status import FAILED, Kind
 from trainmj.collision.summary import Summary
 from trainmj.output.table import Verdict, failed, passed, warned
 from trainmj.units import against
 
 
-def verdict(summary: Summary) -> Verdict:
-    """Whether the limits are kept: by which one it stands or falls, and by how much."""
+def verdict(summary: Summary, worse: Sequence[str] = ()) -> Verdict:
+    """Whether the limits are kept: by which one it stands or falls, and by how much.
+
+    Args:
+        summary: of the collision.
+        worse: what ends worse with other ties, as sentences; what is kept by the stated ones alone is no plain pass.
+    """
+    found = _by_stated_ties(summary)
+    return warned(" ".join([found.text, *worse])) if worse and found.kind != "fail" else found
+
+
+def _by_stated_ties(summary: Summary) -> Verdict:
     kind = summary.status.kind
     if kind in FAILED:
         return failed(f"No number may be used. {_sentence(str(summary.status))}.")
@@ -29,7 +41,8 @@ def verdict(summary: Summary) -> Verdict:
     if past:
         worst = past[0]
         by = _over(worst.used)
-        which = f"{len(past)} of {len(limits)} limits are passed, by most:" if limits[1:] else "The limit is passed:"
+        passed_by = "are passed, by most:" if past[1:] else "is passed:"
+        which = f"{len(past)} of {len(limits)} limits {passed_by}" if limits[1:] else "The limit is passed:"
         return failed(f"{which} {worst.said}{by}.{f' {bodies}' if gave else ''}{cut}")
     if gave:
         return failed(f"{bodies}{cut}")
@@ -37,7 +50,7 @@ def verdict(summary: Summary) -> Verdict:
         said = f"No limit is stated, so that none is judged.{cut}"
         return warned(said) if cut else Verdict("none", said)
     nearest = limits[0]
-    which = f"All {len(limits)} limits are kept; nearest:" if limits[1:] else "The limit is kept:"
+    which = all_kept(len(limits)) + ("; nearest:" if limits[1:] else ":")
     said = f"{which} {nearest.said}, {against(nearest.used, 100.0, 0)} % used.{cut}"
     return (warned if cut else passed)(said)
 

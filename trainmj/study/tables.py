@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from trainmj.collision.limits import all_kept
 from trainmj.collision.status import Kind
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.study.designs import governs
@@ -97,7 +98,7 @@ def limits_in_short(summary: Summary) -> Verdict:
         return Verdict("none", "No limit is stated.")
     if over:
         return failed(f"{len(over)} of {len(rows)} limits passed: {', '.join(over)}.")
-    return passed(f"All {len(rows)} limits are kept." if len(rows) > 1 else "The limit is kept.")
+    return passed(f"{all_kept(len(rows))}.")
 
 
 def verdict_in_full(summary: Summary) -> Verdict:

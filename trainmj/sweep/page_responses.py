@@ -13,7 +13,7 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import NOT_VALID, PAST_LIMITS, UNUSABLE, WHY_NOT_VALID, Kind
 from trainmj.output.blocks import Section
-from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, plain, scale, shade
+from trainmj.output.plot import GREY, VIRIDIS, Trace, across, axes, dots, line, plain, room_for_name, scale, shade
 from trainmj.output.style import PALETTE
 from trainmj.output.table import Column, Table, worded
 from trainmj.sweep.outcome import USED
@@ -105,10 +105,11 @@ def add_responses(
     A limit of a response, by its column, is a line across its plot where the values come near it.
     """
     drawn = _thinned(table)
-    if len(factors) > 1:
-        section.text("Each over the number that moves its mean most, as main effects say.")
+    said = ["Each over the number that moves its mean most, as main effects say."] if len(factors) > 1 else []
     if table["status"].isin(PAST_LIMITS).any():
-        section.text("Hollow points passed a limit.")
+        said.append("Hollow points: cases that passed a limit, be it of another response.")
+    if said:
+        section.text(" ".join(said))
     if table["status"].isin(NOT_VALID).any():
         section.text(f"Crosses are not valid: {WHY_NOT_VALID}. Main effects leave them out.")
     if len(drawn) < len(table):
@@ -128,8 +129,8 @@ def add_responses(
         limit = (limits or {}).get(r.name)
         if limit is not None and limit <= _NEAR * drawn[r.name].abs().max():
             layout["shapes"] = [across(limit, f"limit {limit:.6g} {r.unit}")]
-            span = max(limit, drawn[r.name].max()) - drawn[r.name].min()
-            layout["yaxis"] |= {"autorangeoptions": {"include": [limit + 0.1 * span]}}  # with room for its name
+            room = room_for_name(layout["shapes"][0], min(limit, float(drawn[r.name].min())))
+            layout["yaxis"] |= {"autorangeoptions": {"include": [room]}}
         section.plot(traces, layout, title=f"{r.title} over {first.axis[0]}", height=360, half=True)
 
 

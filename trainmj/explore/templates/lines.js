@@ -43,6 +43,7 @@ const lines = (() => {
     for (const list of values) for (const v of list) if (v !== null && v !== undefined) { low = Math.min(low, v); high = Math.max(high, v); }
     if (!(low <= high)) [low, high] = [0, 1];
     if (shapes.rangemode === "tozero") low = Math.min(low, 0);
+    for (const v of shapes.autorangeoptions?.include ?? []) { low = Math.min(low, v); high = Math.max(high, v); }
     const room = axis === "y" ? 0.05 * (high - low) || 1 : 0.01 * (high - low) || 1;
     return [low - (axis === "y" || low < 0 ? room : 0), high + room];
   };
@@ -103,7 +104,8 @@ const lines = (() => {
     pen.rect(LEFT, TOP, width - LEFT - RIGHT, height - BOTTOM - TOP);
     pen.clip();
     for (const shape of layout.shapes ?? []) {
-      const left = across(shape.x0), right = across(shape.x1);
+      const whole = shape.xref === "paper";
+      const left = whole ? LEFT : across(shape.x0), right = whole ? width - RIGHT : across(shape.x1);
       const of = (y) => (shape.yref === "paper" ? TOP + (1 - y) * (height - BOTTOM - TOP) : up(y));
       if (shape.type === "rect") {
         pen.globalAlpha = shape.opacity ?? 1;
@@ -121,9 +123,12 @@ const lines = (() => {
       }
       if (shape.label) {
         pen.fillStyle = "#22262e";
-        pen.textAlign = "left";
-        pen.textBaseline = "top";
-        pen.fillText(plain(shape.label.text), Math.max(left, LEFT) + 4, of(shape.y1) + 4);
+        const line = shape.type === "line", place = line ? shape.label.textposition : "start";
+        pen.textAlign = { start: "left", middle: "center", end: "right" }[place];
+        pen.textBaseline = line ? "bottom" : "top";
+        const x = { start: Math.max(left, LEFT) + 4, middle: (left + right) / 2, end: right - 4 }[place];
+        const lines = shape.label.text.split("<br>");
+        lines.forEach((text, k) => pen.fillText(plain(text), x, of(shape.y1) + (line ? -2 - 13 * (lines.length - 1 - k) : 4)));
       }
     }
     for (const one of drawn) {
