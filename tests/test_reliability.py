@@ -242,6 +242,8 @@ def test_other_input_is_refused_and_fresh_starts_over(folder):
         run("out", runs=4, seed=4)
     with pytest.raises(InputError, match=r"tolerances\.mass\.percent 3 then, 2 now"):
         run("out", runs=4, tolerances=TOLERANCES | {"mass": TOLERANCES["mass"] | {"percent": 2}})
+    again = run("out", runs=4, set={"report": {"revision": "B"}, "title": "Revision B"})
+    assert (again.computed, next(iter(again.plan.scenarios.values())).report.revision) == (0, "B")
     trainmj.run_reliability(plan(runs=4, seed=4), "out", fresh=True, threads=1, figures=())
 
 

@@ -106,19 +106,18 @@ class Store:
             db.executemany(_STATE, about.items())
 
     def agree(self, origin: Origin) -> None:
-        """State the origin in a new file; in another one, check that its cases are of this origin.
+        """State the origin, with its words as they are now; in a file that has cases, check that they are of it.
 
         Raises:
             InputError: naming what has changed.
         """
         there = self.about()
-        if not there or not len(self):
-            self.describe(origin.about())
-        elif changed := origin.new_identity(there) + origin.new_input(there):
+        if there and len(self) and (changed := origin.new_identity(there) + origin.new_input(there)):
             raise InputError(
                 f"{self.file}: holds other results: {in_words(changed)}: run it as it was, take another folder, "
                 "or start over with --fresh"
             )
+        self.describe(origin.about())
 
     def finished(self) -> set[Any]:
         """Keys of the cases that are in the file."""

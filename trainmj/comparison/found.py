@@ -33,7 +33,6 @@ from trainmj.units import MS
 if TYPE_CHECKING:
     import pandas as pd
 
-_WORDS = ("title", "notes", "sources", "parameters", "changed")
 _MOST_SAID = 6  # differences between two scenarios, and names of channels
 
 
@@ -236,7 +235,7 @@ def _remarks(found: Comparison) -> Iterator[str]:
 
 def _of_collision(scenario: Scenario) -> dict[str, Any]:
     """The values of a scenario without words about it."""
-    return {key: value for key, value in scenario.values().items() if key not in _WORDS}
+    return {key: value for key, value in scenario.counted().items() if key != "parameters"}
 
 
 def _cut(found: Comparison, name: str, start: float, end: float) -> bool:

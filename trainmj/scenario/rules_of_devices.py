@@ -47,7 +47,9 @@ def curve_rules(path: Path, curve: Curve | CurveFile | Metering | MeteringFile) 
         yield Problem(path, f"needs as many strokes as {what}; it has {n} and {m}")
     for i, (a, b) in enumerate(pairwise(curve.stroke_mm)):
         if b < a + _LEAST_WIDTH:
-            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:.12g} mm before it{_by(a, b)}: strokes grow")
+            yield Problem(
+                (*path, "stroke_mm", i + 1), f"must be more than the {a:.12g} mm before it{_by(a, b)}: strokes grow"
+            )
 
 
 def size_of(parts: Parts) -> float:
@@ -186,7 +188,9 @@ def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> 
                 f"must end where the curve at rest does, at {end:.12g} mm, and ends at {stroke[-1]:.12g} mm",
             )
         if device.shear_off is not None and device.shear_off.force_kN < force[-1]:
-            rule = f"must be at least the {force[-1]:.12g} kN at which the curve at {at_rate.speed_m_per_s:.12g} m/s ends"
+            rule = (
+                f"must be at least the {force[-1]:.12g} kN at which the curve at {at_rate.speed_m_per_s:.12g} m/s ends"
+            )
             yield Problem((*path, "shear_off", "force_kN"), rule)
 
 
@@ -197,7 +201,9 @@ def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float)
     yield from _units(path, end, most, size)
     yield from _limit(path, device.stroke_limit_mm, end, "the loading curve")
     if unloading[0][-1] < end - _LEAST_WIDTH:
-        rule = f"must reach as far as loading, to {end:.12g} mm, and ends at {unloading[0][-1]:.12g} mm: extend the curve"
+        rule = (
+            f"must reach as far as loading, to {end:.12g} mm, and ends at {unloading[0][-1]:.12g} mm: extend the curve"
+        )
         yield Problem((*path, "unloading"), rule)
         return
     for u in sorted({*loading[0], *(u for u in unloading[0] if u <= end)}):
@@ -234,7 +240,9 @@ def _hydraulic(path: Path, device: Hydraulic, size: float) -> Iterator[Problem]:
             return
         least = device.gas.force_at_kN(device.stroke_mm)
         if least > MAX_FORCE:
-            rule = f"gives {least:g} kN at {device.stroke_mm:.12g} mm of stroke, more than {MAX_FORCE:g} kN: lengthen it"
+            rule = (
+                f"gives {least:g} kN at {device.stroke_mm:.12g} mm of stroke, more than {MAX_FORCE:g} kN: lengthen it"
+            )
             yield Problem((*path, "gas", "length_mm"), rule)
             return
     yield from _collapse(path, device, least, "without speed ")

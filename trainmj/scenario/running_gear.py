@@ -151,7 +151,7 @@ def type_rules(path: Path, of: VehicleType) -> Iterator[Problem]:
         yield Problem((*path, "body", "cog_height_m"), rule)
     if abs(body.cog_x_m) >= 0.5 * bogies.centres_m:
         rule = (
-            f"must be between the bogies, {0.5 * bogies.centres_m:.12g} m from the middle of the vehicle, or one of them "
+            f"must be between the bogies, {bogies.centres_m / 2:.12g} m from the middle of the vehicle, or one of them "
             "carries nothing"
         )
         yield Problem((*path, "body", "cog_x_m"), rule)
@@ -167,7 +167,9 @@ def carried_rules(path: Path, of: VehicleType, vehicle: str, mass_t: float, leng
     """What is wrong with a type for a vehicle of some name, mass and length, whose statement of it is at the path."""
     bogies, own_t = of.bogies, mass_t - of.bogies.mass_t
     if own_t < LEAST_MASS:
-        rule = f"leaves {own_t:.12g} t of the {mass_t:.12g} t of {vehicle} for the car body: frames and wheelsets together"
+        rule = (
+            f"leaves {own_t:.12g} t of the {mass_t:.12g} t of {vehicle} for the car body: frames and wheelsets together"
+        )
         yield Problem(path, f"{rule} have {bogies.mass_t:.12g} t, and mass_t is that of the whole vehicle")
         return
     wheels_m = bogies.centres_m + bogies.wheelbase_m
