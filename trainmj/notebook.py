@@ -105,8 +105,8 @@ def _result(result: Result) -> Cell:
 
 
 def _summary(summary: Summary) -> Cell:
-    from trainmj.collision.limits import in_short
     from trainmj.collision.quantities import TRAIN
+    from trainmj.collision.verdict import verdict
     from trainmj.single import tables
 
     cell = Cell("One collision")
@@ -114,9 +114,8 @@ def _summary(summary: Summary) -> Cell:
         cell.facts({"NOT VALID": failed(f"after {summary.valid_until_s:.4g} s: {tables.why_not_valid(summary)}")})
     there = [(q, summary.values[q.name]) for q in TRAIN if q.name in summary.values]
     numbers = {q.heading: f"{q.text(value)} {q.unit}".rstrip() for q, value in there}
-    kept = all(c.kept for c in summary.limits)
-    limits = {"Limits": judged(kept, *[in_short(summary.limits)] * 2)} if summary.limits else {}
-    cell.facts({"Status": f"{summary.status}, {summary.duration_s:.3f} s simulated", **limits, **numbers})
+    status = f"{summary.status}, {summary.duration_s:.3f} s simulated"
+    cell.facts({"Verdict": verdict(summary), "Status": status, **numbers})
     for table in (tables.limits(summary.limits).marked(summary.not_valid),) if summary.limits else ():
         cell.table(table)
     cell.table(tables.interfaces(summary))

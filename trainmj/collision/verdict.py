@@ -1,13 +1,16 @@
-"""The verdict on a collision in one sentence, for whoever reads no further."""
+"""The verdict on a collision in one sentence: the same on the terminal, in a report, a notebook and Python."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from trainmj.collision.status import FAILED, Kind
-from trainmj.collision.summary import Summary
 from trainmj.output.table import Verdict, failed, passed, warned
 from trainmj.units import against
+
+if TYPE_CHECKING:
+    from trainmj.collision.summary import Summary
 
 
 def verdict(summary: Summary) -> Verdict:
