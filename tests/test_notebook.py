@@ -70,7 +70,7 @@ SAID = {
     "Comparison": ["rules kept"],
     "Convergence": ["ettled at", "TS_mm"],
     "Sweep": ["2 cases", "collision.gap_mm"],
-    "SweepResult": ["2 cases, 0 failed, 0 not valid, 2 past a limit"],
+    "SweepResult": ["0 of 2 cases end within all limits; 2 past a limit"],
     "Study": ["D, M for TS, TAMA"],
     "Identification": ["11 values from"],
     "Standard": ["EN 15227", "identical_train"],

@@ -139,7 +139,7 @@ def _sweep(sweep: Sweep) -> Cell:
 def _sweep_result(result: SweepResult) -> Cell:
     from trainmj.sweep import screen
 
-    said = screen.said_of_result(result)
+    said = [result.verdict.text, *screen.said_of_result(result)]
     return _cell(f"Sweep: {result.cases} cases", "", screen.tables_of_result(result), said)
 
 

@@ -129,6 +129,10 @@ class Store:
         query = f'SELECT "{self._key}", status, reason FROM results WHERE status IN ({marks}) ORDER BY "{self._key}"'
         return self._select(query, tuple(kinds))
 
+    def counts(self) -> dict[str, int]:
+        """How many cases ended in each way, by status."""
+        return dict(self._select("SELECT status, count(*) FROM results GROUP BY status"))
+
     def column(self, name: str, before: Key) -> Iterator[Any]:
         """The values of a column in the order of the keys, of those before a key; None where a case has none."""
         name = _quoted(name) if name in self._names else "NULL"
