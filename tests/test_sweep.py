@@ -240,7 +240,7 @@ def test_cases_past_a_limit_are_counted_and_can_be_the_exit_code(tmp_path):
     assert (done.returncode, "1 of 2 cases end within all limits; 1 past a limit." in done.stdout) == (0, True), (
         done.stdout
     )
-    assert "The first: case 1, stroke exhausted: at S1-M1 anti_climber (" in done.stdout
+    assert "The first: case 1, stroke exhausted: at S1-M1 anti_climber (" in " ".join(done.stdout.split())
     assert trainmj_sweep(*words, "--fail-on-limit").returncode == 1
     table = trainmj.read_table(tmp_path)
     assert list(table.status) == ["over", "stroke exhausted"]

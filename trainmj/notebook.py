@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from trainmj.errors import InputError, close_match
 from trainmj.output.cell import Cell
 from trainmj.output.style import WIDTHS, Width, encode, styled
-from trainmj.output.table import Table, failed, judged, worded
+from trainmj.output.table import Table, failed, worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -173,7 +173,7 @@ def _found(found: Found) -> Cell:
     from trainmj.identification import tables
 
     cell = Cell(found.plan.title, str(found.folder))
-    cell.facts({"Bars": judged(found.kept, "kept", "not kept"), **tables.constraints(found)})
+    cell.facts({"Verdict": tables.verdict(found), **tables.constraints(found)})
     for table in (tables.parameters(found), *(tables.fit(found, role) for role in found.samples)):
         cell.table(table)
     return cell
@@ -208,7 +208,8 @@ def _reliability_result(result: ReliabilityResult) -> Cell:
     from trainmj.reliability import screen, tables
 
     made = (tables.probabilities, tables.causes, tables.rare, tables.indices, tables.quantiles)
-    return _cell(result.plan.title, screen.in_short(result), (of(result) for of in made), screen.remarks(result))
+    said = [tables.verdict(result).text, *screen.remarks(result)]
+    return _cell(result.plan.title, "", (of(result) for of in made), said)
 
 
 def _verification(found: Verification) -> Cell:
@@ -223,7 +224,7 @@ def _comparison(found: Comparison) -> Cell:
     from trainmj.comparison import tables
 
     cell = Cell(f"{found.a.name} against {found.b.name}", "A is held against B; percentages are of B")
-    cell.facts({"Rules": tables.overall(found)})
+    cell.facts({"Verdict": tables.verdict(found)})
     cell.table(tables.rules(found))
     for title, some in tables.titled(found):
         cell.table(tables.differences(some, title, means=False))

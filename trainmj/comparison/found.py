@@ -74,11 +74,11 @@ class Comparison(Shown):
         return False if self.unusable else all(judged) if judged else None
 
     def __repr__(self) -> str:
-        """In a few words."""
-        judged = [rule.kept for rule in self.rules if rule.kept is not None]
-        kept = f"{sum(judged)} of {len(judged)} rules kept" if judged else "no rule can be judged"
-        wrong = "; numbers may not be used" * bool(self.unusable)
-        return f"<Comparison of {self.a.name} with {self.b.name}: {len(self.differences)} channels, {kept}{wrong}>"
+        """What is compared, and the verdict."""
+        from trainmj.comparison.tables import verdict  # which is made of this
+
+        channels = f"{len(self.differences)} channels"
+        return f"<Comparison of {self.a.name} with {self.b.name}: {channels}. {verdict(self).text}>"
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each channel that both have, and once more with a clock put forward: peaks, means, differences."""

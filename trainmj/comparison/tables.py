@@ -7,26 +7,12 @@ from collections.abc import Sequence
 
 from trainmj.comparison.differences import Difference
 from trainmj.comparison.found import Comparison
-from trainmj.comparison.rules import ALLOWED, MEANING, Rule
+from trainmj.comparison.rules import ALLOWED, MEANING
 from trainmj.output.table import Column, Table, Verdict, judged, worded
 from trainmj.units import against
 
-_UNJUDGED = "not judged"
 
-
-def verdict(rule: Rule) -> Verdict:
-    """Whether a rule is kept."""
-    return judged(rule.kept, "kept", "not kept", _UNJUDGED)
-
-
-def overall(found: Comparison) -> Verdict:
-    """Whether all rules are kept that could be judged, and numbers may be used."""
-    if found.unusable:
-        return judged(False, no="not usable")
-    return judged(found.kept, "kept", "not kept", "none could be judged")
-
-
-def sentence(found: Comparison) -> Verdict:
+def verdict(found: Comparison) -> Verdict:
     """The verdict on the whole in one sentence."""
     wrong = [f"{rule.name} {rule.where}".rstrip() for rule in found.rules if rule.kept is False]
     if found.unusable:
@@ -35,7 +21,11 @@ def sentence(found: Comparison) -> Verdict:
         return judged(None, unknown="No rule can be judged by the channels that both have.")
     more = f" and {len(wrong) - 3} more" if len(wrong) > 3 else ""
     kept = f"All {count(found).split()[0]} rules that can be judged are kept; no compliance is claimed."
-    return judged(found.kept, kept, f"Not kept: {', '.join(wrong[:3])}{more}.")
+    return judged(
+        found.kept,
+        kept,
+        f"{len(wrong)} of {count(found).split()[-1]} rules are not kept: {', '.join(wrong[:3])}{more}.",
+    )
 
 
 def count(found: Comparison) -> str:
@@ -52,7 +42,7 @@ def rules(found: Comparison) -> Table:
             rule.where,
             *(None if math.isnan(value) else f"{value:.5g} {rule.unit}" for value in (rule.a, rule.b)),
             _off(rule.percent),
-            verdict(rule),
+            judged(rule.kept, "kept", "not kept", "not judged"),
         )
         for rule in found.rules
     ]

@@ -115,9 +115,8 @@ def _widths(needs: Sequence[_Need], room: int) -> list[int]:
 
 
 def print_verdict(console: Console, verdict: Verdict) -> None:
-    """The verdict on a whole, as one line where there is no terminal."""
-    style = FAILED if verdict.kind == "fail" else "bold"
-    console.print(Text(verdict.text, style=style), soft_wrap=not console.is_terminal)
+    """The verdict on a whole, by itself."""
+    console.print(Text(verdict.text, style=FAILED if verdict.kind == "fail" else "bold"))
 
 
 def print_table(console: Console, table: Table) -> None:

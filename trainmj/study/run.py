@@ -22,6 +22,7 @@ from trainmj.study.plan import Study, load_study
 from trainmj.study.robust import Sampler, held, margins, margins_in, robust_of
 from trainmj.study.simulator import FILE, Simulator
 from trainmj.study.summary import summary_of, tables_of
+from trainmj.study.tables import verdict
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -60,10 +61,8 @@ class StudyResult(Shown):
     changes: tuple[str, ...]
 
     def __repr__(self) -> str:
-        """Title, the chosen design, and whether it is to be trusted."""
-        chosen = ", ".join(f"{name} = {value:.5g}" for name, value in self.summary["decision"]["chosen"].items())
-        trusted = "trusted" if self.summary["trusted"] else "NOT TRUSTED"
-        return f"<StudyResult {self.summary['title']}: {chosen}, {trusted}; in {self.folder}>"
+        """Title, verdict, and where it is."""
+        return f"<StudyResult {self.summary['title']}. {verdict(self.summary).text} In {self.folder}>"
 
 
 class Watch:

@@ -122,9 +122,9 @@ def _commands(sweep: Swept, folder: str) -> str:
 def _verdict(sweep: Swept) -> Verdict:
     status = sweep.table["status"]
     wrong = sweep.table[status.isin((*UNUSABLE, *PAST_LIMITS))][["status", "reason"]].fillna("")
-    first = first_of((int(n), *map(str, of)) for n, *of in wrong.itertuples())
+    first = first_of((int(n), str(status), str(reason)) for n, status, reason in wrong.itertuples())
     outcome = outcome_of(sweep.table, sweep.titles, sweep.planned) if sweep.titles else None
-    return verdict(status.value_counts().to_dict(), sweep.planned, first, outcome)
+    return verdict({str(kind): int(n) for kind, n in status.value_counts().items()}, sweep.planned, first, outcome)
 
 
 def _add_outcome(section: Section, sweep: Swept) -> None:
