@@ -8,7 +8,7 @@ from textwrap import wrap
 import numpy as np
 
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Linear, Spring
-from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
+from trainmj.exchange.writing import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
 
 DIFFERENCES = {
     "crush": (

@@ -11,7 +11,7 @@ import numpy as np
 
 from trainmj.errors import InputError
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Spring
-from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
+from trainmj.exchange.writing import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
 
 DIFFERENCES = {
     "crush": (
