@@ -158,8 +158,8 @@ def test_threads_do_not_matter(train, standard, found):
 
 def test_what_is_shown_in_a_session_is_short(found, standard):
     """Breaks when an assessment in a notebook prints whole scenarios and chains."""
-    verdict = "passed as far as computed" if found.passed else "not passed"
-    assert repr(found) == f"<Assessment {found.title}: {verdict}, {found.kept_of_judged}>"
+    passed = "Passed as far as computed" if found.passed else "Not passed"
+    assert repr(found).startswith(f"<Assessment {found.title}. {passed}: {found.kept_of_judged}; ")
     assert all(len(repr(thing)) < 1000 for thing in (found, standard, *found.outcomes)), repr(found.outcomes[0])
 
 

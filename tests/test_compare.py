@@ -92,7 +92,9 @@ def test_a_result_is_kept_against_itself(result):
     differences = ["peak_difference", "peak_time_difference_s", "mean_difference", "rms_difference"]
     assert (table[differences] == 0.0).all().all()
     assert found.kept is True
-    assert repr(found).endswith(f": {len(found.differences)} channels, 10 of 10 rules kept>")
+    assert repr(found).endswith(
+        f": {len(found.differences)} channels. All 10 rules that can be judged are kept; no compliance is claimed.>"
+    )
     assert all(rule.kept for rule in found.rules)
     assert {rule.name for rule in found.rules} == {SEQUENCE, ENERGY, STROKE, FORCE}
 
@@ -139,11 +141,14 @@ def test_a_channel_that_ends_early_is_compared_only_while_both_are_there(result)
 
 
 def test_records_and_lengths_may_differ_and_are_said(result):
-    other = trainmj.run(result.scenario.with_values({"simulation.record_every_ms": 3, "simulation.time_limit_s": 0.15}))
+    other = trainmj.run(result.scenario.with_values({"simulation.record_every_ms": 3, "simulation.time_limit_s": 0.15,
+                                                        "title": "Another", "report": {"revision": "B"}}))  # fmt: skip
     found = compare(other, result)
     said = " ".join(found.remarks)
     assert "Records are 3 ms apart in A and 1 ms in B" in said
     assert "The scenarios differ: simulation.record_every_ms 3 in A, not stated in B, simulation.time_limit_s" in said
+    assert "title" not in said
+    assert "report" not in said
     assert "Only in B: acceleration_cfc60_M1_g" in said
     assert all(row.to_s <= 0.15 for row in found.differences)
     worst = found.to_frame().set_index("channel")["rms_difference_percent"]

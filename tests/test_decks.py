@@ -14,7 +14,7 @@ from test_cli import fails, works
 import trainmj
 from trainmj.exchange import lsdyna, radioss
 from trainmj.exchange.assembly import assembled
-from trainmj.exchange.units import fixed, plain
+from trainmj.exchange.writing import fixed, plain
 
 FORMATS = ("lsdyna", "radioss")
 COARSE = 4e-4

@@ -171,6 +171,28 @@ def test_a_history_of_another_scenario_or_version_is_computed_again(place, monke
         assert (folder / "case_0.nc").read_bytes() == kept
 
 
+WORDED = {"title": "T", "notes": "N", "report": {"revision": "B"}, "sources": {"collision.speed_km_h": "measured: S"}}
+
+
+@every_command
+def test_a_new_cover_title_note_or_source_computes_nothing_again_and_is_in_the_new_report(place, command):
+    """Breaks if the next revision of a report costs its results, or is printed with the old letter."""
+    there = tables(place / command)
+    with (place / "train.yaml").open("w", encoding="utf-8") as out:
+        YAML().dump(WORDED | TRAIN, out)
+    code, said = do(place, command, "--report")
+    assert code == 0, said
+    assert tables(place / command) == there
+    again = {
+        "sweep": "were there",
+        "study": "0 collisions computed now, steps done now: none",
+        "identify": "0 new trials",
+    }
+    assert again[command] in " ".join(said.split())
+    page = (place / command / "report.html").read_text(encoding="utf-8")
+    assert "<dt>Revision</dt><dd>B</dd>" in page
+
+
 def test_a_misspelt_response_leaves_what_is_there_even_if_it_starts_over(place):
     there = tables(place / "sweep")
     code, output = do(place, "sweep", "--responses", "TS_m", "--fresh")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,15 @@ from studies import run as run_study
 from studies import small
 
 import trainmj
+from trainmj.collision.verdict import verdict as verdict_of
+from trainmj.comparison import page as comparison_page
+from trainmj.comparison import tables
+from trainmj.comparison.screen import print_comparison
 from trainmj.scenario import Scenario
+from trainmj.single import page as single_page
+from trainmj.single.screen import print_summary
+from trainmj.sweep import page as sweep_page
+from trainmj.sweep.screen import print_sweep
 
 LIMITS = {"TS_mm": 5, "TAMA_g": 400}
 TITLE = "<b>A & B</b>"
@@ -66,11 +75,11 @@ def things(scenario, result, tmp_path_factory) -> dict[str, object]:
 SAID = {
     "Scenario": [r"1 vehicle", "km/h"],
     "Result": ["limit passed", "TS", r"0\.030 s"],
-    "Summary": ["limit passed", "1 of 2 limits passed: TS"],
-    "Comparison": ["rules kept"],
+    "Summary": ["limit passed", "1 of 2 limits are passed, by most: TS"],
+    "Comparison": [r"rules .*kept"],
     "Convergence": ["ettled at", "TS_mm"],
     "Sweep": ["2 cases", "collision.gap_mm"],
-    "SweepResult": ["2 cases, 0 failed, 0 not valid, 2 past a limit"],
+    "SweepResult": ["0 of 2 cases end within all limits; 2 past a limit"],
     "Study": ["D, M for TS, TAMA"],
     "Identification": ["11 values from"],
     "Standard": ["EN 15227", "identical_train"],
@@ -104,9 +113,29 @@ def test_a_notebook_shows_the_tables_of_the_report_escaped_and_light(things, nam
 def test_numbers_of_a_cell_are_those_of_the_summary(things):
     summary = things["Summary"]
     html = summary._repr_html_()
-    assert "1 of 2 limits passed: TS" in html
+    assert "1 of 2 limits are passed, by most: TS" in html
     assert f"{summary.TS_mm:.1f} mm" in html
     assert 'class="verdict fail"' in html
+
+
+def test_a_verdict_is_one_sentence_wherever_it_is_read(things, capsys):
+    """Breaks if terminal, report, notebook and Python judge the same result in words of their own."""
+    result, summary, swept, compared = (things[name] for name in ("Result", "Summary", "SweepResult", "Comparison"))
+    for verdict, thing, page, show in (
+        (
+            verdict_of(summary),
+            summary,
+            single_page.page_of_run(result, summary),
+            lambda: print_summary(result, summary),
+        ),
+        (swept.verdict, swept, sweep_page.page_of_folder(swept.folder), lambda: print_sweep(swept)),
+        (tables.verdict(compared), compared, comparison_page.page_of(compared, ""), lambda: print_comparison(compared)),
+    ):
+        show()
+        assert verdict.text in " ".join(capsys.readouterr().out.split())
+        assert verdict.text in repr(thing)
+        assert verdict.text in unescape(thing._repr_html_())
+        assert page.verdict == verdict
 
 
 def test_what_is_not_valid_says_so_in_both_ways():

@@ -242,6 +242,8 @@ def test_other_input_is_refused_and_fresh_starts_over(folder):
         run("out", runs=4, seed=4)
     with pytest.raises(InputError, match=r"tolerances\.mass\.percent 3 then, 2 now"):
         run("out", runs=4, tolerances=TOLERANCES | {"mass": TOLERANCES["mass"] | {"percent": 2}})
+    again = run("out", runs=4, set={"report": {"revision": "B"}, "title": "Revision B"})
+    assert (again.computed, next(iter(again.plan.scenarios.values())).report.revision) == (0, "B")
     trainmj.run_reliability(plan(runs=4, seed=4), "out", fresh=True, threads=1, figures=())
 
 
@@ -321,7 +323,7 @@ def test_the_command_from_a_scenario_alone(folder):
     assert done.exit_code == 0, done.output
     said = " ".join(done.output.split())
     assert "32 scrambled Sobol' draws of 4 random quantities" in said
-    assert "P(any limit) = " in said
+    assert "A limit is passed with a probability of " in said
     assert "mean if passed" in said
     page = Path("out/report.html").read_text(encoding="utf-8")
     assert "Running probability: any limit" in page
@@ -410,7 +412,9 @@ def test_python_takes_a_scenario(folder):
     """Breaks if the public function needs a file."""
     scenario = trainmj.Scenario.from_values(SMALL | {"tolerances": TOLERANCES})
     found = trainmj.run_reliability(scenario, "out", engine=Linear(), figures=())
-    assert repr(found).startswith("<ReliabilityResult Reliability: Two cars on crush tubes: P(any limit) = ")
+    assert repr(found).startswith(
+        "<ReliabilityResult Reliability: Two cars on crush tubes. A limit is passed with a prob"
+    )
     assert found.plan.spec.runs == 1000
     asked = trainmj.load_reliability("small.yaml", {"tolerances": TOLERANCES})
     assert asked.scenarios[""].tolerances == scenario.tolerances

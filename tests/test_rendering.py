@@ -31,10 +31,10 @@ from trainmj.view.cameras import Director, reach
 from trainmj.view.curves import Line, Panel
 from trainmj.view.drawings import DRAWINGS
 from trainmj.view.frame import Box, Frame
-from trainmj.view.marks import Marks
 from trainmj.view.scene import visible
 from trainmj.view.shapes import Shapes, colour, largest_energy
 from trainmj.view.sheet import INK, Sheet
+from trainmj.view.warnings import Warnings
 
 SMALL = (192, 108)
 
@@ -319,7 +319,7 @@ def told(result, size: tuple[int, int], at: float = 1e9, marks: list[str] | None
     ends = reach(chain, result.point_position)
     frame = Frame.of(*size, ends[1] - ends[0])
     director = Director("overview", chain, frame, ends)
-    wear, marked = Wear(chain), Marks(result)
+    wear, marked = Wear(chain), Warnings(result)
     overlay = film.overlay_of(result, frame, "0.1 x real time", full, marked)
     sample = int(np.abs(result.time - at).argmin())
     for k in range(sample + 1):

@@ -140,8 +140,8 @@ def test_long_words_and_many_columns_are_parted_between_columns(seen):
 def test_the_first_lines_say_how_many_limits_were_passed(screens, seen):
     """Breaks if one has to read a table to know whether a limit was passed."""
     said = {
-        "run": "All 5 limits are kept.",
-        "sweep": "Limits passed in 2 of 4 cases.",
+        "run": "All 5 limits are kept; nearest: ",
+        "sweep": "2 of 4 cases end within all limits; 2 past a limit. The first: case ",
         "assess": "Not passed: 7 of 9 criteria kept",
     }
     for name, words in said.items():

@@ -85,7 +85,8 @@ def test_the_command_prints_a_summary_of_80_columns_that_tells_the_whole_story(t
     said = " ".join(told.stdout.split())
     for words in (
         "Smallest distance", "Simulated: all 10", "left out", "Hypervolume, surrogates' front over simulator's",
-        "Weights", "chosen: TOPSIS", "as it", "predicted", "simulated", "≤ 265 mm", "of the check: over", "Verdict: ",
+        "Weights", "chosen: TOPSIS", "as it", "predicted", "simulated", "≤ 265 mm", "of the check: over",
+        "Chosen: D = ", "its limit is kept: S_anti ≤ 265 mm, found ",
     ):  # fmt: skip
         assert words in said
 

@@ -145,8 +145,8 @@ def test_a_sweep_counts_such_cases_with_their_interface(tmp_path):
     vary = ("--vary", "collision.speed_km_h=5,8,25")
     words = ("sweep", EVERY_KIND, *SETS, "--set", "limits=null", *vary, "--out", tmp_path)
     said = command(*words, "--report", code=0)
-    assert "3 cases, 0 failed, 1 not valid, 0 past a limit" in said
-    assert "The first that is not valid: case 2, curve ended: at M4-M5 (" in said
+    assert "0 of 3 cases end within all limits; 1 not valid; 2 cut off by the time limit." in said
+    assert "The first: case 2, curve ended: at M4-M5 (" in said
     command(*words, "--fail-on-limit", code=1)
     table = trainmj.read_table(tmp_path)
     assert table["status"].tolist() == ["time limit", "time limit", Kind.CURVE_ENDED]

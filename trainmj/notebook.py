@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from trainmj.errors import InputError, close_match
 from trainmj.output.cell import Cell
 from trainmj.output.style import WIDTHS, Width, encode, styled
-from trainmj.output.table import Table, failed, judged, worded
+from trainmj.output.table import Table, failed, worded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,8 +105,8 @@ def _result(result: Result) -> Cell:
 
 
 def _summary(summary: Summary) -> Cell:
-    from trainmj.collision.limits import in_short
     from trainmj.collision.quantities import TRAIN
+    from trainmj.collision.verdict import verdict
     from trainmj.single import tables
 
     cell = Cell("One collision")
@@ -114,9 +114,8 @@ def _summary(summary: Summary) -> Cell:
         cell.facts({"NOT VALID": failed(f"after {summary.valid_until_s:.4g} s: {tables.why_not_valid(summary)}")})
     there = [(q, summary.values[q.name]) for q in TRAIN if q.name in summary.values]
     numbers = {q.heading: f"{q.text(value)} {q.unit}".rstrip() for q, value in there}
-    kept = all(c.kept for c in summary.limits)
-    limits = {"Limits": judged(kept, *[in_short(summary.limits)] * 2)} if summary.limits else {}
-    cell.facts({"Status": f"{summary.status}, {summary.duration_s:.3f} s simulated", **limits, **numbers})
+    status = f"{summary.status}, {summary.duration_s:.3f} s simulated"
+    cell.facts({"Verdict": verdict(summary), "Status": status, **numbers})
     for table in (tables.limits(summary.limits).marked(summary.not_valid),) if summary.limits else ():
         cell.table(table)
     cell.table(tables.interfaces(summary))
@@ -140,7 +139,7 @@ def _sweep(sweep: Sweep) -> Cell:
 def _sweep_result(result: SweepResult) -> Cell:
     from trainmj.sweep import screen
 
-    said = screen.said_of_result(result)
+    said = [result.verdict.text, *screen.said_of_result(result)]
     return _cell(f"Sweep: {result.cases} cases", "", screen.tables_of_result(result), said)
 
 
@@ -174,7 +173,7 @@ def _found(found: Found) -> Cell:
     from trainmj.identification import tables
 
     cell = Cell(found.plan.title, str(found.folder))
-    cell.facts({"Bars": judged(found.kept, "kept", "not kept"), **tables.constraints(found)})
+    cell.facts({"Verdict": tables.verdict(found), **tables.constraints(found)})
     for table in (tables.parameters(found), *(tables.fit(found, role) for role in found.samples)):
         cell.table(table)
     return cell
@@ -209,7 +208,8 @@ def _reliability_result(result: ReliabilityResult) -> Cell:
     from trainmj.reliability import screen, tables
 
     made = (tables.probabilities, tables.causes, tables.rare, tables.indices, tables.quantiles)
-    return _cell(result.plan.title, screen.in_short(result), (of(result) for of in made), screen.remarks(result))
+    said = [tables.verdict(result).text, *screen.remarks(result)]
+    return _cell(result.plan.title, "", (of(result) for of in made), said)
 
 
 def _verification(found: Verification) -> Cell:
@@ -224,7 +224,7 @@ def _comparison(found: Comparison) -> Cell:
     from trainmj.comparison import tables
 
     cell = Cell(f"{found.a.name} against {found.b.name}", "A is held against B; percentages are of B")
-    cell.facts({"Rules": tables.overall(found)})
+    cell.facts({"Verdict": tables.verdict(found)})
     cell.table(tables.rules(found))
     for title, some in tables.titled(found):
         cell.table(tables.differences(some, title, means=False))

@@ -115,10 +115,10 @@ def test_trials_serve_another_search_but_not_another_scenario(tmp_path):
     changed = CliRunner().invoke(main, arguments)
     assert changed.exit_code == 0, changed.output
     with (tmp_path / "train.yaml").open("a") as out:
-        out.write("notes: changed\n")
+        out.write("notes: changed\nlimits: {TS_mm: 1000}\n")
     refused = CliRunner().invoke(main, arguments)
     assert refused.exit_code == 2
-    assert "trials.sqlite: holds other results: notes not stated then, changed now" in refused.output
+    assert 'trials.sqlite: holds other results: limits not stated then, {"TS_mm": 1000} now' in refused.output
 
 
 def test_a_trial_that_fails_in_one_case_has_no_response_there_whether_it_is_simulated_or_read(tmp_path):

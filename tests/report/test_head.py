@@ -15,6 +15,7 @@ from click.testing import CliRunner
 import trainmj
 from trainmj.cli import main
 from trainmj.collision.status import Kind, Status
+from trainmj.collision.verdict import verdict
 from trainmj.errors import InputError
 from trainmj.files.cover import Cover
 from trainmj.output.blocks import Bar
@@ -22,7 +23,6 @@ from trainmj.output.page import Page
 from trainmj.output.table import failed, passed
 from trainmj.single.beside import Beside
 from trainmj.single.used import add_used, capacity
-from trainmj.single.verdict import verdict
 from trainmj.sweep.page import page_of_folder
 from trainmj.units import KJ
 

@@ -44,8 +44,9 @@ class Assessment(Shown):
 
     def __repr__(self) -> str:
         """Title and verdict: an assessment holds whole scenarios."""
-        verdict = "passed as far as computed" if self.passed else "not passed"
-        return f"<Assessment {self.title}: {verdict}, {self.kept_of_judged}>"
+        from trainmj.assessment.tables import verdict  # which is made of this
+
+        return f"<Assessment {self.title}. {verdict(self).text}>"
 
     @property
     def title(self) -> str:

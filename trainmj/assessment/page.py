@@ -17,7 +17,7 @@ def page_of(assessment: Assessment, command: str) -> Page:
     spec = assessment.standard.spec
     subtitle = f"Train: that of {assessment.train.heading}. Edition: {spec.edition or 'not stated'}."
     page = Page(assessment.title, subtitle, command, assessment.versions)
-    page.verdict, page.cover = tables.verdict_in_full(assessment), assessment.train.report
+    page.verdict, page.cover = tables.verdict(assessment), assessment.train.report
     section = page.section("Verdict")
     worst = assessment.judged
     kept = sum(row.criterion.kept for row in worst)

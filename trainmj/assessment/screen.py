@@ -7,7 +7,7 @@ from rich.text import Text
 from trainmj.assessment import tables
 from trainmj.assessment.found import Assessment
 from trainmj.assessment.plan import Standard
-from trainmj.output.console import FAILED, new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.output.sources import sources_table
 
 
@@ -19,8 +19,7 @@ def print_assessment(assessment: Assessment) -> None:
     console.print(Text(f"Train: that of {assessment.train.heading}"))
     if spec.edition:
         console.print(Text(f"Edition: {spec.edition}"))
-    verdict = tables.verdict(assessment)
-    console.print(Text(verdict.text.capitalize(), style=FAILED if verdict.kind == "fail" else "bold"))
+    print_verdict(console, tables.verdict(assessment))
     for sentence in assessment.failed:
         console.print(Text(f"- {sentence}"))
     for made in (tables.criteria, tables.cases, tables.remarks, tables.not_computed):

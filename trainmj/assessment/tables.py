@@ -18,19 +18,11 @@ _INDENT = "\u00a0\u00a0"
 
 
 def verdict(assessment: Assessment) -> Verdict:
-    """The whole, in a few words."""
-    text = assessment.kept_of_judged
-    if assessment.failed:
-        all_kept = all(row.criterion.kept for row in assessment.judged)
-        return failed(f"not passed: {text}" + (", and more is wrong" if all_kept else ""))
-    return (warned if any(o.cut for o in assessment.outcomes) else passed)(f"passed as far as computed: {text}")
-
-
-def verdict_in_full(assessment: Assessment) -> Verdict:
     """The whole in a sentence, with the criterion that comes nearest to its limit, or passes it by most."""
-    whole = verdict(assessment)
     least = max(assessment.judged, key=lambda row: row.rank, default=None)
-    said = whole.text[:1].upper() + whole.text[1:]
+    said = f"{'Passed as far as computed' if assessment.passed else 'Not passed'}: {assessment.kept_of_judged}"
+    if assessment.failed and all(row.criterion.kept for row in assessment.judged):
+        said += ", and more is wrong"
     if least is not None:
         c, case = least.criterion, assessment.state_of(least.outcome.case)
         nearest = "nearest" if c.kept else "worst"
@@ -40,7 +32,9 @@ def verdict_in_full(assessment: Assessment) -> Verdict:
     not_answered = len(assessment.not_computed)
     are = "requirement is" if not_answered == 1 else "requirements are"
     said += f". {not_answered} {are} not computed." if not_answered else "."
-    return Verdict(whole.kind, said)
+    if assessment.failed:
+        return failed(said)
+    return (warned if any(outcome.cut for outcome in assessment.outcomes) else passed)(said)
 
 
 def criteria(assessment: Assessment) -> Table:

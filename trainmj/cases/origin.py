@@ -12,6 +12,7 @@ from trainmj.errors import InputError
 from trainmj.files.text import from_json, printable
 from trainmj.files.yaml import parse
 from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario.scenario import without_words
 
 _VERSION = "version_"
 _SCENARIO = "scenario"
@@ -54,7 +55,10 @@ class Origin:
         return identity.changes(versions_in(about), self.identity)
 
     def new_input(self, about: Mapping[str, str]) -> list[str]:
-        """What has changed in the input: ``collision.speed_km_h 25 then, 30 now``."""
+        """What has changed in the input: ``collision.speed_km_h 25 then, 30 now``.
+
+        Words about a scenario may change.
+        """
         now = self.about()
         found: list[str] = []
         for name, scenario in self._scenarios().items():
@@ -63,7 +67,8 @@ class Origin:
                 found.append(f"{case or name} not stated then")
             elif about[name] != now[name]:
                 try:
-                    found += _differences(parse(about[name], name).values, scenario.values(), case)
+                    then = without_words(parse(about[name], name).values)
+                    found += _differences(then, scenario.counted(), case)
                 except InputError as error:
                     found.append(f"the {error}, then")
         for name in self.inputs:

@@ -106,19 +106,18 @@ class Store:
             db.executemany(_STATE, about.items())
 
     def agree(self, origin: Origin) -> None:
-        """State the origin in a new file; in another one, check that its cases are of this origin.
+        """State the origin, with its words as they are now; in a file that has cases, check that they are of it.
 
         Raises:
             InputError: naming what has changed.
         """
         there = self.about()
-        if not there or not len(self):
-            self.describe(origin.about())
-        elif changed := origin.new_identity(there) + origin.new_input(there):
+        if there and len(self) and (changed := origin.new_identity(there) + origin.new_input(there)):
             raise InputError(
                 f"{self.file}: holds other results: {in_words(changed)}: run it as it was, take another folder, "
                 "or start over with --fresh"
             )
+        self.describe(origin.about())
 
     def finished(self) -> set[Any]:
         """Keys of the cases that are in the file."""
@@ -129,6 +128,10 @@ class Store:
         marks = ", ".join("?" * len(kinds))
         query = f'SELECT "{self._key}", status, reason FROM results WHERE status IN ({marks}) ORDER BY "{self._key}"'
         return self._select(query, tuple(kinds))
+
+    def counts(self) -> dict[str, int]:
+        """How many cases ended in each way, by status."""
+        return dict(self._select("SELECT status, count(*) FROM results GROUP BY status"))
 
     def column(self, name: str, before: Key) -> Iterator[Any]:
         """The values of a column in the order of the keys, of those before a key; None where a case has none."""

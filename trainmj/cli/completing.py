@@ -152,7 +152,7 @@ def _scalars(values: dict[str, Any], path: str = "") -> Iterator[tuple[str, str]
             yield at, value
 
 
-_NO_SETTINGS = ("title", "notes", "sources", "parameters", "tolerances")
+_NO_SETTINGS = ("title", "notes", "report", "sources", "parameters", "tolerances")
 _NO_SCALAR = ("{", "[", "&", "*", "|", ">", "!")
 
 

@@ -108,14 +108,14 @@ def check(file: str, changes: dict[str, Any]) -> None:
 def _say_results(file: str) -> None:
     """What results there are, whole or not, and what reads them."""
     from trainmj.cli.report import what_is_at
-    from trainmj.collision.limits import in_short
+    from trainmj.collision.verdict import verdict
 
     kind, source = what_is_at(Path(file))
     if source.suffix == ".nc":
         result = trainmj.load_result(source)  # whole: a checksum covers every byte
         summary = trainmj.summarise(result)
         said = f"{file}: is a saved result, whole.\n{result.scenario.heading}\n{result.scenario.subject}\n"
-        said += f"{in_short(summary.limits)}\nStatus: {summary.status}\n"
+        said += f"{verdict(summary).text}\nStatus: {summary.status}\n"
         say(f"{said}Read by: trainmj report, render, run (which computes it again and compares), export")
         return
     again = kind.cure.format(folder=source.parent) or f"trainmj report {source.parent}"

@@ -78,27 +78,6 @@ class Criterion:
         return {name: getattr(self, name) for name in names}
 
 
-def in_short(criteria: Sequence[Criterion]) -> str:
-    """How many limits were passed, and which, in one sentence."""
-    n = len(criteria)
-    if not n:
-        return "No limit is stated."
-    passed = [criterion.said for criterion in criteria if not criterion.kept]
-    if any(not criterion.valid for criterion in criteria):
-        return f"None of {n} limits can be judged: the numbers are not valid." if n > 1 else _NOT_JUDGED
-    if not passed:
-        return f"{all_kept(n)}."
-    return f"{len(passed)} of {n} limits passed: {', '.join(passed)}."
-
-
-def all_kept(n: int) -> str:
-    """That all of some limits are kept."""
-    return "The limit is kept" if n == 1 else f"{'Both' if n == 2 else f'All {n}'} limits are kept"
-
-
-_NOT_JUDGED = "The limit cannot be judged: the numbers are not valid."
-
-
 def of_responses(
     chain: Chain,
     columns: Mapping[str, Column],

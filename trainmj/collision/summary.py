@@ -18,7 +18,7 @@ from trainmj.collision.block import Tally
 from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
-from trainmj.collision.limits import Criterion, in_short, of_responses, of_stages
+from trainmj.collision.limits import Criterion, of_responses, of_stages
 from trainmj.collision.line import Line
 from trainmj.collision.measured import UNSTABLE, Measured, Side
 from trainmj.collision.quantities import (
@@ -49,6 +49,7 @@ from trainmj.collision.records import (
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
 from trainmj.collision.status import Kind, Status, not_valid
+from trainmj.collision.verdict import verdict
 from trainmj.files.arguments import chosen_of
 from trainmj.files.shown import Shown
 from trainmj.files.written import finite
@@ -103,10 +104,10 @@ class Summary(Shown, Numbers):
         return [_crushed(_place(*one), one[1]) for one in found] + bodies
 
     def __repr__(self) -> str:
-        """Status, criteria and limits: a summary holds every number."""
+        """Status, criteria and verdict: a summary holds every number."""
         of = {q.name: q for q in TRAIN if q.name in self.values}
         said = ", ".join(f"{q.heading} {q.text(self.values[name])} {q.unit}".rstrip() for name, q in of.items())
-        return f"<Summary {self.status}; {said}. {in_short(self.limits)}>"
+        return f"<Summary {self.status}; {said}. {verdict(self).text}>"
 
     def to_frame(self, of: str = "responses") -> pd.DataFrame:
         """The numbers as a table.

@@ -33,7 +33,6 @@ from trainmj.units import MS
 if TYPE_CHECKING:
     import pandas as pd
 
-_WORDS = ("title", "notes", "sources", "parameters", "changed")
 _MOST_SAID = 6  # differences between two scenarios, and names of channels
 
 
@@ -75,11 +74,11 @@ class Comparison(Shown):
         return False if self.unusable else all(judged) if judged else None
 
     def __repr__(self) -> str:
-        """In a few words."""
-        judged = [rule.kept for rule in self.rules if rule.kept is not None]
-        kept = f"{sum(judged)} of {len(judged)} rules kept" if judged else "no rule can be judged"
-        wrong = "; numbers may not be used" * bool(self.unusable)
-        return f"<Comparison of {self.a.name} with {self.b.name}: {len(self.differences)} channels, {kept}{wrong}>"
+        """What is compared, and the verdict."""
+        from trainmj.comparison.tables import verdict  # which is made of this
+
+        channels = f"{len(self.differences)} channels"
+        return f"<Comparison of {self.a.name} with {self.b.name}: {channels}. {verdict(self).text}>"
 
     def to_frame(self) -> pd.DataFrame:
         """A row for each channel that both have, and once more with a clock put forward: peaks, means, differences."""
@@ -236,7 +235,7 @@ def _remarks(found: Comparison) -> Iterator[str]:
 
 def _of_collision(scenario: Scenario) -> dict[str, Any]:
     """The values of a scenario without words about it."""
-    return {key: value for key, value in scenario.values().items() if key not in _WORDS}
+    return {key: value for key, value in scenario.counted().items() if key != "parameters"}
 
 
 def _cut(found: Comparison, name: str, start: float, end: float) -> bool:

@@ -27,12 +27,12 @@ def page_of(found: Comparison, command: str) -> Page:
         subtitle="A is held against B; percentages are of B",
         command=command,
         versions=found.a.result.versions,
-        verdict=tables.sentence(found),
+        verdict=tables.verdict(found),
         cover=found.a.result.scenario.report,
     )
     outcome = page.section("Outcome")
     outcome.cards(
-        Card("Rules", tables.count(found), "kept", "of those that could be judged", tables.overall(found)),
+        Card("Rules", tables.count(found), "kept", "of those that could be judged"),
         Card("Channels", str(len(found.differences)), "in both", "compared while both are there"),
     )
     outcome.table(tables.rules(found))

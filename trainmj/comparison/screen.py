@@ -6,7 +6,7 @@ from rich.text import Text
 
 from trainmj.comparison import tables
 from trainmj.comparison.found import Comparison
-from trainmj.output.console import FAILED, new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 
 _MOST = 20  # channels that are printed
 
@@ -16,8 +16,7 @@ def print_comparison(found: Comparison) -> None:
     console = new_console()
     console.print(Text(f"A: {found.a.name}"))
     console.print(Text(f"B: {found.b.name}"))
-    outcome = tables.sentence(found)
-    console.print(Text(outcome.text, style=FAILED if outcome.kind == "fail" else "bold"))
+    print_verdict(console, tables.verdict(found))
     console.print()
     print_table(console, tables.rules(found))
     for text in tables.said(found):

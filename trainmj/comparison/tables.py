@@ -7,26 +7,12 @@ from collections.abc import Sequence
 
 from trainmj.comparison.differences import Difference
 from trainmj.comparison.found import Comparison
-from trainmj.comparison.rules import ALLOWED, MEANING, Rule
+from trainmj.comparison.rules import ALLOWED, MEANING
 from trainmj.output.table import Column, Table, Verdict, judged, worded
 from trainmj.units import against
 
-_UNJUDGED = "not judged"
 
-
-def verdict(rule: Rule) -> Verdict:
-    """Whether a rule is kept."""
-    return judged(rule.kept, "kept", "not kept", _UNJUDGED)
-
-
-def overall(found: Comparison) -> Verdict:
-    """Whether all rules are kept that could be judged, and numbers may be used."""
-    if found.unusable:
-        return judged(False, no="not usable")
-    return judged(found.kept, "kept", "not kept", "none could be judged")
-
-
-def sentence(found: Comparison) -> Verdict:
+def verdict(found: Comparison) -> Verdict:
     """The verdict on the whole in one sentence."""
     wrong = [f"{rule.name} {rule.where}".rstrip() for rule in found.rules if rule.kept is False]
     if found.unusable:
@@ -55,7 +41,7 @@ def rules(found: Comparison) -> Table:
             rule.where,
             *(None if math.isnan(value) else f"{value:.5g} {rule.unit}" for value in (rule.a, rule.b)),
             _off(rule.percent),
-            verdict(rule),
+            judged(rule.kept, "kept", "not kept", "not judged"),
         )
         for rule in found.rules
     ]

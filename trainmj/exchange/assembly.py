@@ -14,7 +14,7 @@ from trainmj.collision.kind import Law
 from trainmj.collision.law.rate import LINEAR
 from trainmj.errors import InputError
 from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Load, Node
-from trainmj.exchange.units import plain
+from trainmj.exchange.writing import plain
 from trainmj.units import MM
 
 _STEP = 1e-5  # where nothing wants a smaller one [s]

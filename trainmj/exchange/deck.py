@@ -6,8 +6,9 @@ positive where it pushes them apart. Curves are straight between their points an
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from textwrap import wrap
 
 import numpy as np
 
@@ -153,3 +154,31 @@ class Deck:
     def free(self) -> Iterator[int]:
         """Places of the nodes that do."""
         return (k for k, node in enumerate(self.nodes) if not node.fixed)
+
+
+def header(
+    deck: Deck, mark: str, about: Iterable[str], program: str, differences: Mapping[str, str], width: int
+) -> Iterator[str]:
+    """The comments at the head of a file.
+
+    Args:
+        deck: that is written.
+        mark: of a comment.
+        about: lines on the file.
+        program: that reads it.
+        differences: what it does differently, by kind of device; those of the deck are said.
+        width: of a line, in characters.
+    """
+    yield f"{mark} {deck.title}"
+    yield mark
+    yield from (f"{mark} {line}" for line in about)
+    yield mark
+    yield f"{mark} What is at the interfaces:"
+    yield from (f"{mark}   {side}" for side in deck.sides)
+    yield mark
+    yield f"{mark} What {program} does differently from trainmj:"
+    for kind, said in differences.items():
+        if kind in deck.kinds:
+            first, further = f"{mark}   {kind + ':':<12}", f"{mark}   {'':<12}"
+            yield from wrap(said, width, initial_indent=first, subsequent_indent=further)
+    yield mark

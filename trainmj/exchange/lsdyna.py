@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from textwrap import wrap
 
 import numpy as np
 
-from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Linear, Spring
-from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
+from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Linear, Spring, header
+from trainmj.exchange.writing import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
 
 DIFFERENCES = {
     "crush": (
@@ -77,30 +76,20 @@ _PER_PART = 10.0  # intervals in the narrowest part of a curve
 _OUTPUTS = 2000  # most records of histories
 _AXIS = 1  # id of the direction x
 
+_ABOUT = (
+    "Units: t, mm, s, N. Run it in double precision: strokes are told apart to 1e-6 mm over 1e6 mm.",
+    "Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over",
+    "how much closer they are than at the start; where the nodes stand is for pictures. The first nodes are",
+    "the vehicles; a node named inner, between, plunger or body belongs to a spring, and its mass is taken",
+    "from that of its vehicle. Wall and ground do not move; they have a mass as steps are taken from masses.",
+    "The step (*CONTROL_TIMESTEP, LCTM) is one that all of them can bear.",
+)
+"""What whoever opens a file must know of it, in lines."""
+
 
 def written(deck: Deck) -> str:
     """The keyword file."""
-    return "\n".join([*_header(deck), "*KEYWORD", *_body(deck), "*END", ""])
-
-
-def _header(deck: Deck) -> Iterator[str]:
-    yield f"$ {deck.title}"
-    yield "$"
-    yield "$ Units: t, mm, s, N. Run it in double precision: strokes are told apart to 1e-6 mm over 1e6 mm."
-    yield "$ Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over"
-    yield "$ how much closer they are than at the start; where the nodes stand is for pictures. The first nodes are"
-    yield "$ the vehicles; a node named inner, between, plunger or body belongs to a spring, and its mass is taken"
-    yield "$ from that of its vehicle. Wall and ground do not move; they have a mass as steps are taken from masses."
-    yield "$ The step (*CONTROL_TIMESTEP, LCTM) is one that all of them can bear."
-    yield "$"
-    yield "$ What is at the interfaces:"
-    yield from (f"$   {side}" for side in deck.sides)
-    yield "$"
-    yield "$ What LS-DYNA does differently from trainmj:"
-    for kind, said in DIFFERENCES.items():
-        if kind in deck.kinds:
-            yield from wrap(said, 96, initial_indent=f"$   {kind + ':':<12}", subsequent_indent=f"$   {'':<12}")
-    yield "$"
+    return "\n".join([*header(deck, "$", _ABOUT, "LS-DYNA", DIFFERENCES, 96), "*KEYWORD", *_body(deck), "*END", ""])
 
 
 def _body(deck: Deck) -> Iterator[str]:

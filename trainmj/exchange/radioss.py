@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from textwrap import wrap
 
 import numpy as np
 
 from trainmj.errors import InputError
-from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Spring
-from trainmj.exchange.units import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
+from trainmj.exchange.deck import Crush, Curve, Deck, Elastic, Friction, Hysteresis, Linear, Spring, header
+from trainmj.exchange.writing import FORCE_PER_LENGTH, FORCE_PER_RATE, LENGTH, MASS, fixed
 
 DIFFERENCES = {
     "crush": (
@@ -78,6 +77,16 @@ _OUTPUTS = 2000  # most records of histories
 _RULE = "#---1----|----2----|----3----|----4----|----5----|----6----|----7----|----8----|----9----|---10----|"
 _FAR = 1.0  # how far a curve goes on where nothing acts [m]
 
+_ABOUT = (
+    "Units: Mg (t), mm, s, N. Run it in double precision: strokes are told apart to 1e-6 mm over 1e6 mm.",
+    "Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over",
+    "how much closer they are than at the start; nodes stand so far apart that no spring is turned round.",
+    "The first nodes are the vehicles; a node named inner, between, plunger or body belongs to a spring, and",
+    "its mass is taken from that of its vehicle. Wall and ground do not move; they have a mass as steps are",
+    "taken from masses. The engine file holds the step to one that all nodes can bear.",
+)
+"""What whoever opens a file must know of it, in lines."""
+
 
 def names(starter: Path) -> tuple[str, Path]:
     """The name of the run and the engine file that belong to a starter file.
@@ -121,7 +130,7 @@ def engine(deck: Deck, run: str) -> str:
 
 def _starter(deck: Deck, run: str) -> Iterator[str]:
     yield "#RADIOSS STARTER"
-    yield from _header(deck)
+    yield from header(deck, "#", _ABOUT, "Radioss", DIFFERENCES, 92)
     yield "/BEGIN"
     yield run
     yield f"{_VERSION:10d}{0:10d}"
@@ -179,26 +188,6 @@ def _starter(deck: Deck, run: str) -> Iterator[str]:
     yield "#     var1"
     yield f"{'DEF':<10}"
     yield from (f"{k:10d}" for k in range(1, len(deck.springs) + 1))
-
-
-def _header(deck: Deck) -> Iterator[str]:
-    yield f"# {deck.title}"
-    yield "#"
-    yield "# Units: Mg (t), mm, s, N. Run it in double precision: strokes are told apart to 1e-6 mm over 1e6 mm."
-    yield "# Written by trainmj. Every node slides along x only. A spring acts between two nodes, its force over"
-    yield "# how much closer they are than at the start; nodes stand so far apart that no spring is turned round."
-    yield "# The first nodes are the vehicles; a node named inner, between, plunger or body belongs to a spring, and"
-    yield "# its mass is taken from that of its vehicle. Wall and ground do not move; they have a mass as steps are"
-    yield "# taken from masses. The engine file holds the step to one that all nodes can bear."
-    yield "#"
-    yield "# What is at the interfaces:"
-    yield from (f"#   {side}" for side in deck.sides)
-    yield "#"
-    yield "# What Radioss does differently from trainmj:"
-    for kind, said in DIFFERENCES.items():
-        if kind in deck.kinds:
-            yield from wrap(said, 92, initial_indent=f"#   {kind + ':':<12}", subsequent_indent=f"#   {'':<12}")
-    yield "#"
 
 
 def _group(number: int, name: str, nodes: list[int]) -> Iterator[str]:

@@ -16,9 +16,10 @@ from trainmj.files.source import Path, dotted, groups_of, type_at
 from trainmj.scenario import Scenario
 from trainmj.scenario.curves import Curve, Metering, listed
 from trainmj.scenario.parts import Parts
+from trainmj.scenario.scenario import WORDS
 from trainmj.units import unit_of, words
 
-_ABOUT = ("title", "notes", "changed", "sources", "parameters", "curves", "tolerances", "bracket")
+_ABOUT = (*WORDS, "parameters", "curves", "tolerances", "bracket")
 """Keys in which no number is looked for: no collision reads them, or devices lead to what is there."""
 
 _USUAL = {"mm": 100.0, "m": 5.0, "km/h": 50.0, "t": 50.0, "kN": 1000.0, "kN/mm": 100.0, "kN s/m": 1000.0, "ms": 10.0}

@@ -87,9 +87,10 @@ class Found(Drawn):
     seconds: float
 
     def __repr__(self) -> str:
-        """Title, the values found, and whether the bars are kept."""
-        kept = "bars kept" if self.kept else "BARS NOT KEPT"
-        return f"<Found {self.plan.title}: misfit {self.known.chi2:.3g}, {kept}; in {self.folder}>"
+        """Title, misfit, verdict, and where it is."""
+        from trainmj.identification.tables import verdict  # which is made of this
+
+        return f"<Found {self.plan.title}: misfit {self.known.chi2:.3g}. {verdict(self).text} In {self.folder}>"
 
     @cached_property
     def scenario(self) -> Scenario:

@@ -14,7 +14,7 @@ from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.plot import GREY, axes, dots, line
 from trainmj.output.style import BLUE, styled
-from trainmj.output.table import Verdict, judged
+from trainmj.output.table import judged
 from trainmj.scenario import to_yaml
 
 _BAND = {"fillcolor": "#888888", "opacity": 0.15, "line": {"width": 0}, "layer": "below"}
@@ -24,7 +24,7 @@ def page_of(found: Found, command: str = "") -> Page:
     """The page of an identification; the command makes it again."""
     plan = found.plan
     page = Page(plan.title, subtitle=tables.size(plan), command=command, versions=identity())
-    page.verdict, page.cover = _verdict(found), plan.scenario.report
+    page.verdict, page.cover = tables.verdict(found), plan.scenario.report
     _outcome(page.section("Outcome"), found)
     for role in found.samples:
         _fit(page.section(role.capitalize()), found, role)
@@ -42,22 +42,6 @@ def page_of(found: Found, command: str = "") -> Page:
     if plan.spec.notes:
         files.text(plan.spec.notes)
     return page
-
-
-def _verdict(found: Found) -> Verdict:
-    """Whether the bars of fit and check are kept, and how many values are within what is allowed."""
-    stated = [kept for kept in found.fit["kept"] if kept is not None]
-    counts = []
-    for role in found.samples:
-        of = found.fit[found.fit["role"] == role]
-        values, outside = int(of["values"].sum()), int(of["outside"].sum())
-        counts.append(f"{values - outside} of {values} {role.replace(' ', '-')} values")
-    said = f"{' and '.join(counts)} are within what is allowed"
-    if not stated:
-        return Verdict("none", f"{said}; no bars are stated.")
-    return judged(
-        all(stated), f"All bars are kept; {said}.", f"{stated.count(False)} of {len(stated)} bars are not kept; {said}."
-    )
 
 
 def command_of(targets: str, found: Found) -> str:

@@ -14,7 +14,7 @@ from trainmj.identification.found import FOUND, Found
 from trainmj.identification.plan import Identification
 from trainmj.identification.search import Progress
 from trainmj.identification.uncertainty import MEANING, Uncertainty
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.output.waiting import hush
 
 _WHAT = {"explore": "trials explored", "refine": "iterations of the refinement", "finish": "iterations of the finish"}
@@ -77,6 +77,7 @@ def print_found(found: Found) -> None:
     before = f", {found.there} collisions were there" if found.there else ""
     console.print(Text(plan.title, style="bold"))
     console.print(f"{tables.size(plan)}; {found.simulated} new trials{before}", markup=False)
+    print_verdict(console, tables.verdict(found))
     console.print(f"Misfit: {_misfit(found.known)}", markup=False)
     for role in found.samples:
         console.print()

@@ -58,6 +58,22 @@ _VALUES = {
 }
 
 
+def verdict(found: Found) -> Verdict:
+    """Whether the bars of fit and check are kept, and how many values are within what is allowed."""
+    stated = [kept for kept in found.fit["kept"] if kept is not None]
+    counts = []
+    for role in found.samples:
+        of = found.fit[found.fit["role"] == role]
+        values, outside = int(of["values"].sum()), int(of["outside"].sum())
+        counts.append(f"{values - outside} of {values} values of {role}")
+    said = f"{', '.join(counts)} are within what is allowed"
+    if not stated:
+        return Verdict("none", f"{said}; no bars are stated.")
+    return judged(
+        all(stated), f"All bars are kept; {said}.", f"{stated.count(False)} of {len(stated)} bars are not kept; {said}."
+    )
+
+
 def size(plan: Identification) -> str:
     """How much is sought from how much."""
     fitted = plan.fitted

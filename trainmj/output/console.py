@@ -114,6 +114,11 @@ def _widths(needs: Sequence[_Need], room: int) -> list[int]:
     return found
 
 
+def print_verdict(console: Console, verdict: Verdict) -> None:
+    """The verdict on a whole, by itself."""
+    console.print(Text(verdict.text, style=FAILED if verdict.kind == "fail" else "bold"))
+
+
 def print_table(console: Console, table: Table) -> None:
     """Print a table; the columns that a line has no room for go below, with the first column again."""
     needs = [_Need.of(table, k) for k in range(len(table.columns))]

@@ -9,6 +9,7 @@ import numpy as np
 
 from trainmj.output.style import BLUE, GREY, ORANGE, figure
 from trainmj.reliability.found import Passed, ReliabilityResult
+from trainmj.reliability.tables import titled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,11 +19,6 @@ def shown(result: ReliabilityResult) -> list[Passed]:
     """What is drawn over the draws: any limit, and the one that governs."""
     governing = result.governing
     return [result.any] + ([governing] if governing is not None else [])
-
-
-def titled(one: Passed) -> str:
-    """A limit and its load case in words."""
-    return f"{one.title}{f', {one.case}' if one.case else ''}"
 
 
 def convergence(result: ReliabilityResult) -> Figure:

@@ -198,8 +198,10 @@ class ReliabilityResult(Drawn):
     versions: Mapping[str, str]
 
     def __repr__(self) -> str:
-        """Title and the probability that any limit is passed."""
-        return f"<ReliabilityResult {self.plan.title}: P(any limit) = {self.any.estimate.value:.4g}>"
+        """Title and verdict."""
+        from trainmj.reliability.tables import verdict  # which is made of this
+
+        return f"<ReliabilityResult {self.plan.title}. {verdict(self).text}>"
 
     @property
     def any(self) -> Passed:

@@ -9,9 +9,8 @@ from trainmj.output.page import Page
 from trainmj.output.plot import Trace, axes, line
 from trainmj.output.sources import sources_table
 from trainmj.output.style import PALETTE
-from trainmj.output.table import Verdict
 from trainmj.reliability import tables
-from trainmj.reliability.figures import shown, titled
+from trainmj.reliability.figures import shown
 from trainmj.reliability.found import Passed, ReliabilityResult
 from trainmj.reliability.screen import remarks
 from trainmj.scenario import to_yaml
@@ -21,7 +20,7 @@ def page_of(result: ReliabilityResult, command: str = "") -> Page:
     """The page of a reliability run; the command makes it again."""
     plan = result.plan
     page = Page(plan.title, subtitle=f"{tables.size(plan)}.", command=command, versions=result.versions)
-    page.verdict, page.cover = _verdict(result), next(iter(plan.scenarios.values())).report
+    page.verdict, page.cover = tables.verdict(result), next(iter(plan.scenarios.values())).report
     section = page.section("Probabilities")
     section.cards(*_cards(result))
     section.notes(remark[:1].upper() + remark[1:] for remark in remarks(result))
@@ -52,16 +51,6 @@ def page_of(result: ReliabilityResult, command: str = "") -> Page:
     return page
 
 
-def _verdict(result: ReliabilityResult) -> Verdict:
-    """How likely a limit is passed, and which one governs."""
-    whole, governing = result.any, result.governing
-    if governing is None:
-        return Verdict("none", "No limit is stated, so that none is judged.")
-    level, share = 100 * result.plan.spec.level, tables.share(whole.estimate.value)
-    said = f"A limit is passed with a probability of {share} ({level:g} % interval {tables.interval(whole.estimate)})"
-    return Verdict("none", f"{said}; {titled(governing)} governs with {tables.share(governing.estimate.value)}.")
-
-
 def _cards(result: ReliabilityResult) -> list[Card]:
     whole, governing = result.any, result.governing
     cards = [Card("P(any limit)", tables.share(whole.estimate.value), note=tables.interval(whole.estimate))]
@@ -70,7 +59,7 @@ def _cards(result: ReliabilityResult) -> list[Card]:
             Card(
                 "Governs",
                 tables.share(governing.estimate.value),
-                note=f"{titled(governing)}, {tables.interval(governing.estimate)}",
+                note=f"{tables.titled(governing)}, {tables.interval(governing.estimate)}",
             )
         )
     cards.append(Card("Draws", str(result.plan.spec.runs), note=f"{result.unusable} collisions without usable numbers"))
@@ -91,7 +80,7 @@ def _running(section: Section, one: Passed, level: float) -> None:
         line("probability", r.draws, r.value, colour=PALETTE[0]),
     ]
     layout = axes("draws", "", "probability", "", xaxis={"type": "log"}, yaxis={"rangemode": "tozero"})
-    section.plot(traces, layout, title=f"Running probability: {titled(one)}", height=300, half=True)
+    section.plot(traces, layout, title=f"Running probability: {tables.titled(one)}", height=300, half=True)
 
 
 def _distribution(section: Section, one: Passed) -> None:
@@ -104,4 +93,4 @@ def _distribution(section: Section, one: Passed) -> None:
     layout = axes(
         f"part of the limit of {one.limit:.12g} {one.unit} that is used", "%", "share of the draws at or below", ""
     )
-    section.plot(traces, layout, title=f"How much is used: {titled(one)}", height=320)
+    section.plot(traces, layout, title=f"How much is used: {tables.titled(one)}", height=320)

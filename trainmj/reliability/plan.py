@@ -121,7 +121,7 @@ class Reliability(Shown):
     @property
     def inputs(self) -> dict[str, Any]:
         """What the collisions depend on besides the first scenario."""
-        others = {name: scenario.values() for name, scenario in list(self.scenarios.items())[1:]}
+        others = {name: scenario.counted() for name, scenario in list(self.scenarios.items())[1:]}
         return {
             "draws": {"seed": self.spec.seed, "draws": self.spec.draws},
             "load_cases": list(self.cases),

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from trainmj.collision.status import UNUSABLE, Kind
 from trainmj.files.text import printable
-from trainmj.output.console import new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.reliability import tables
 from trainmj.reliability.found import ReliabilityResult
 from trainmj.reliability.plan import Reliability
@@ -35,7 +35,7 @@ def print_reliability(result: ReliabilityResult) -> None:
     console = new_console()
     console.print(Text(result.plan.title, style="bold"))
     console.print(tables.size(result.plan), soft_wrap=True)
-    console.print(Text(in_short(result), style="bold"))
+    print_verdict(console, tables.verdict(result))
     for remark in remarks(result):
         console.print(Text(f"Note: {remark}"))
     for made in (tables.probabilities, tables.causes, tables.rare, tables.indices, tables.quantiles):
@@ -47,16 +47,6 @@ def print_reliability(result: ReliabilityResult) -> None:
     there = "all were there" if not result.computed else f"{result.computed} collisions computed now"
     console.print(f"{there.capitalize()}, {result.seconds:.1f} s")
     console.print(f"Written to {result.folder}", soft_wrap=True)
-
-
-def in_short(result: ReliabilityResult) -> str:
-    """The probability that any limit is passed, and which one it is most likely to be, in a sentence."""
-    whole, one = result.any.estimate, result.governing
-    said = f"P({result.any.title}) = {tables.share(whole.value)} ({tables.interval(whole)})"
-    if one is None:
-        return said
-    case, place = (f" in {one.case}" if one.case else ""), (f", mostly at {one.place}" if one.place else "")
-    return f"{said}; governed by {one.title}{case}{place}: {tables.share(one.estimate.value)}"
 
 
 def remarks(result: ReliabilityResult) -> Iterator[str]:

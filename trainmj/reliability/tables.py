@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from trainmj.collision.status import FAILED, MEANING, NOT_VALID, PAST_LIMITS, Kind
 from trainmj.doe.probability import Estimate
-from trainmj.output.table import Column, Table, failed, judged, passed, warned, worded
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.reliability.found import Passed, ReliabilityResult
 from trainmj.reliability.plan import Reliability
 from trainmj.units import against, readable
@@ -42,6 +42,24 @@ def size(plan: Reliability) -> str:
     each = f", each in {cases} load cases" if cases > 1 else ""
     kind = {"sobol": "scrambled Sobol'", "latin_hypercube": "Latin hypercube"}.get(plan.spec.draws, "random")
     return f"{n} {kind} draws of {d} random quantit{'ies' if d > 1 else 'y'}{each}"
+
+
+def verdict(result: ReliabilityResult) -> Verdict:
+    """How likely a limit is passed, and which one is most likely to be, in one sentence."""
+    whole, one = result.any.estimate, result.governing
+    found = (
+        f"with a probability of {share(whole.value)} ({100 * result.plan.spec.level:g} % interval {interval(whole)})"
+    )
+    if one is None:
+        more = f"; a car body gives way, or numbers may not be used, {found}." if whole.value else "."
+        return Verdict("none", f"No limit is stated, so that none is judged{more}")
+    place = f", mostly at {one.place}" if one.place else ""
+    return Verdict("none", f"A limit is passed {found}; {titled(one)} governs with {share(one.estimate.value)}{place}.")
+
+
+def titled(one: Passed) -> str:
+    """A limit and its load case in words."""
+    return f"{one.title}{f', {one.case}' if one.case else ''}"
 
 
 def probabilities(result: ReliabilityResult) -> Table:

@@ -123,12 +123,12 @@ def body_rules(path: Path, body: BodySpec, mass_t: float, length_m: float) -> It
     """What is wrong with a body for a vehicle of some mass and length."""
     own = mass_t - body.bogies_t
     if own < LEAST_MASS:
-        rule = f"leaves {own:g} t of {mass_t:g} t for the body: it is the mass of each of two bogies"
+        rule = f"leaves {own:.12g} t of {mass_t:.12g} t for the body: it is the mass of each of two bogies"
         yield Problem((*path, "bogies", "mass_t"), rule)
     if body.bogies and body.bogies.centres_m > length_m:
-        yield Problem((*path, "bogies", "centres_m"), f"must be at most the length of the vehicle ({length_m:g} m)")
+        yield Problem((*path, "bogies", "centres_m"), f"must be at most the length of the vehicle ({length_m:.12g} m)")
     if sum(body.attached_m) > length_m:
-        rule = f"must be at most the length of the vehicle together ({length_m:g} m)"
+        rule = f"must be at most the length of the vehicle together ({length_m:.12g} m)"
         yield Problem((*path, "attached_m"), rule)
     if body.hardening_kN_per_mm and body.collapse_force_kN is None:
         rule = "needs collapse_force_kN: a body that stays elastic does not harden"

@@ -149,7 +149,7 @@ def _vehicle(path: Path, train: TrainSpec, vehicle: VehicleSpec, parts: Parts) -
         at = path if own else path[:2]
         yield Problem((*at, "load"), f"has no {' and no '.join(missing)}, and {others}: {cure}")
     elif mass_t is not None and mass_t + train.load_t(vehicle) > MAX_MASS:
-        rule = f"makes {mass_t + train.load_t(vehicle):g} t of {mass_t:g} t, more than {MAX_MASS:g} t"
+        rule = f"makes {mass_t + train.load_t(vehicle):.12g} t of {mass_t:.12g} t, more than {MAX_MASS:g} t"
         yield Problem((*path, "load"), f"{rule}: kg is the mass of one passenger, freight_t that of all freight")
     length_m = train.length_m if vehicle.length_m is None else vehicle.length_m
     body = train.body_of(vehicle)
@@ -203,7 +203,7 @@ def _collision(parts: Parts) -> Iterator[Problem]:
     if collision.speed_km_h - collision.partner_speed_km_h < _LEAST_CLOSING - 1e-9:
         yield Problem(
             ("collision", "speed_km_h"),
-            f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:g}) by {_LEAST_CLOSING:g} km/h or "
+            f"must be more than partner_speed_km_h ({collision.partner_speed_km_h:.12g}) by {_LEAST_CLOSING:g} km/h or "
             "more: the two sides must approach each other",
         )
     sides = [parts.trains[name] for name in (collision.train, collision.partner) if name in parts.trains]
@@ -254,9 +254,9 @@ def _simulation(parts: Parts) -> Iterator[Problem]:
         ("averaging_ms", s.averaging_ms or 0.0, s.steps_per_window),
     ):
         if abs(length - steps * s.step_ms) > 1e-9 * length:
-            yield Problem(("simulation", key), f"must be a whole multiple of step_ms ({s.step_ms:g} ms)")
+            yield Problem(("simulation", key), f"must be a whole multiple of step_ms ({s.step_ms:.12g} ms)")
     if s.time_limit_s * 1e3 < s.record_every_ms * (1 - 1e-9):
-        yield Problem(("simulation", "time_limit_s"), f"must be at least record_every_ms ({s.record_every_ms:g} ms)")
+        yield Problem(("simulation", "time_limit_s"), f"must be at least record_every_ms ({s.record_every_ms:.12g} ms)")
     if s.time_limit_s * 1e3 / s.step_ms > _MOST_STEPS:
         yield Problem(
             ("simulation", "time_limit_s"),

@@ -47,7 +47,9 @@ def curve_rules(path: Path, curve: Curve | CurveFile | Metering | MeteringFile) 
         yield Problem(path, f"needs as many strokes as {what}; it has {n} and {m}")
     for i, (a, b) in enumerate(pairwise(curve.stroke_mm)):
         if b < a + _LEAST_WIDTH:
-            yield Problem((*path, "stroke_mm", i + 1), f"must be more than the {a:g} mm before it: strokes grow")
+            yield Problem(
+                (*path, "stroke_mm", i + 1), f"must be more than the {a:.12g} mm before it{_by(a, b)}: strokes grow"
+            )
 
 
 def size_of(parts: Parts) -> float:
@@ -59,6 +61,11 @@ def size_of(parts: Parts) -> float:
     if c.partner in parts.obstacles:
         sides.append(parts.obstacles[c.partner].mass_t or 0.0)
     return float(min([1.0, *((mass / _FULL_SIZE) ** (1 / 3) for mass in sides if mass > 0.0)]))
+
+
+def _by(before: float, behind: float) -> str:
+    """By how much a stroke must be more than the one before it, if it is more, but too little."""
+    return f" by {_LEAST_WIDTH:.6f} mm or more" if behind > before else ""
 
 
 def device_rules(
@@ -109,14 +116,14 @@ def _curve_ref(path: Path, ref: CurveRef, parts: Parts) -> Iterator[Problem]:
         at, first = listed(ref)[0]
         start = ("curves", first) if isinstance(first, str) else (*path, *at)
         whose = dotted(path[:-1] if path[-1] == "curve" else path)
-        rule = f"the curve of {whose} must start at a stroke of 0, not {stroke[0]:g} mm"
+        rule = f"the curve of {whose} must start at a stroke of 0, not {stroke[0]:.12g} mm"
         yield Problem((*start, "stroke_mm", 0), rule)
     before = 0.0
     for n, (at, part) in enumerate(listed(ref)):
         stroke, _ = parts.curve_points(part)
         if n and stroke and stroke[0] < before + _LEAST_WIDTH:
-            rule = f"must continue from the {before:g} mm of the part before it, and begins at {stroke[0]:g} mm"
-            yield Problem((*path, *at), rule)
+            least = f"more than the {before:.12g} mm at which the part before it ends{_by(before, stroke[0])}"
+            yield Problem((*path, *at), f"must begin at {least}, not at {stroke[0]:.12g} mm: strokes grow")
         before = stroke[-1] if stroke else before
 
 
@@ -138,7 +145,7 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: flo
             length, most = length + stroke[-1], max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
             yield from _limit(at, stage.stroke_limit_mm, stroke[-1], "the curve")
             if stage.shear_off is not None and stage.shear_off.force_kN < force[-1]:
-                rule = f"must be at least the {force[-1]:g} kN at which the curve ends"
+                rule = f"must be at least the {force[-1]:.12g} kN at which the curve ends"
                 yield Problem((*at, "shear_off", "force_kN"), rule)
         if before is not None and before.shear_off and stage.empty_stroke_mm < 2 * before.shear_off.ramp_mm:
             yield Problem(
@@ -168,7 +175,7 @@ def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> 
         return
     for n, (slow, fast) in enumerate(pairwise(device.rate_curves())):
         if fast.speed_m_per_s <= slow.speed_m_per_s:
-            rule = f"must be more than the {slow.speed_m_per_s:g} m/s before it: speeds grow"
+            rule = f"must be more than the {slow.speed_m_per_s:.12g} m/s before it: speeds grow"
             yield Problem((*at, n + 1, "speed_m_per_s"), rule)
     if not whole:
         return
@@ -178,10 +185,12 @@ def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> 
         if abs(stroke[-1] - end) > _LEAST_WIDTH:
             yield Problem(
                 (*at, n, "curve"),
-                f"must end where the curve at rest does, at {end:g} mm, and ends at {stroke[-1]:g} mm",
+                f"must end where the curve at rest does, at {end:.12g} mm, and ends at {stroke[-1]:.12g} mm",
             )
         if device.shear_off is not None and device.shear_off.force_kN < force[-1]:
-            rule = f"must be at least the {force[-1]:g} kN at which the curve at {at_rate.speed_m_per_s:g} m/s ends"
+            rule = (
+                f"must be at least the {force[-1]:.12g} kN at which the curve at {at_rate.speed_m_per_s:.12g} m/s ends"
+            )
             yield Problem((*path, "shear_off", "force_kN"), rule)
 
 
@@ -192,13 +201,15 @@ def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float)
     yield from _units(path, end, most, size)
     yield from _limit(path, device.stroke_limit_mm, end, "the loading curve")
     if unloading[0][-1] < end - _LEAST_WIDTH:
-        rule = f"must reach as far as loading, to {end:g} mm, and ends at {unloading[0][-1]:g} mm: extend the curve"
+        rule = (
+            f"must reach as far as loading, to {end:.12g} mm, and ends at {unloading[0][-1]:.12g} mm: extend the curve"
+        )
         yield Problem((*path, "unloading"), rule)
         return
     for u in sorted({*loading[0], *(u for u in unloading[0] if u <= end)}):
         inwards, outwards = _at(loading, u), _at(unloading, u)
         if outwards > inwards * (1 + _ROUND_OFF):
-            rule = f"is above loading at {u:g} mm, {outwards:g} kN over {inwards:g} kN: lower it there"
+            rule = f"is above loading at {u:.12g} mm, {outwards:.12g} kN over {inwards:.12g} kN: lower it there"
             yield Problem((*path, "unloading"), rule)
             break
     for key, (stroke, force) in (("loading", loading), ("unloading", unloading)):
@@ -224,12 +235,14 @@ def _hydraulic(path: Path, device: Hydraulic, size: float) -> Iterator[Problem]:
     yield from _stiff_end(path, device)
     if isinstance(device, GasHydraulicDevice):
         if device.gas.length_mm <= device.stroke_mm * (1 + _ROUND_OFF):
-            rule = f"must be more than the {device.stroke_mm:g} mm of stroke: gas is not pressed to nothing"
+            rule = f"must be more than the {device.stroke_mm:.12g} mm of stroke: gas is not pressed to nothing"
             yield Problem((*path, "gas", "length_mm"), rule)
             return
         least = device.gas.force_at_kN(device.stroke_mm)
         if least > MAX_FORCE:
-            rule = f"gives {least:g} kN at {device.stroke_mm:g} mm of stroke, more than {MAX_FORCE:g} kN: lengthen it"
+            rule = (
+                f"gives {least:g} kN at {device.stroke_mm:.12g} mm of stroke, more than {MAX_FORCE:g} kN: lengthen it"
+            )
             yield Problem((*path, "gas", "length_mm"), rule)
             return
     yield from _collapse(path, device, least, "without speed ")
@@ -257,7 +270,7 @@ def _metering(path: Path, metering: Metering | MeteringFile, stroke_mm: float) -
     if stroke[0] != 0:
         yield Problem((*path, "stroke_mm", 0), "must be 0: metering covers the stroke of the device from its beginning")
     if stroke[-1] < stroke_mm - _LEAST_WIDTH:
-        rule = f"must be at least the {stroke_mm:g} mm of stroke of the device, which metering covers"
+        rule = f"must be at least the {stroke_mm:.12g} mm of stroke of the device, which metering covers"
         yield Problem((*path, "stroke_mm", len(stroke) - 1), rule)
 
 
@@ -280,25 +293,25 @@ def _collapse(path: Path, device: AnyDevice, most: float, when: str = "") -> Ite
     force = end.collapse_force_kN if end else None
     if force is not None and force < most:
         at = (*path, "beyond") if isinstance(device.beyond, str) else (*path, "beyond", "collapse_force_kN")
-        own = f"collapses at {force:g} kN if nothing else is stated, and " if isinstance(device.beyond, str) else ""
-        rule = f"{own}must be at least the {most:g} kN that the device {when}reaches before its end"
+        own = f"collapses at {force:.12g} kN if nothing else is stated, and " if isinstance(device.beyond, str) else ""
+        rule = f"{own}must be at least the {most:.12g} kN that the device {when}reaches before its end"
         yield Problem(at, f"{rule}: state a larger collapse_force_kN, or check the curve")
 
 
 def _limit(path: Path, limit: float | None, end: float, what: str) -> Iterator[Problem]:
     if limit is not None and limit > end:
         cure = "extend the curve" if "curve" in what else "lower it, or increase stroke_mm"
-        yield Problem((*path, "stroke_limit_mm"), f"must be within {what}, which ends at {end:g} mm: {cure}")
+        yield Problem((*path, "stroke_limit_mm"), f"must be within {what}, which ends at {end:.12g} mm: {cure}")
 
 
 def _units(path: Path, end: float, most: float, size: float) -> Iterator[Problem]:
     """Stroke [mm] and force [kN] of a device that are too small for their units."""
     if 0 < end < size * _LEAST_STROKE:
         least = f"less than {size * _LEAST_STROKE:.3g} mm{_for(size)}"
-        yield Problem(path, f"has {end:g} mm of stroke in all, {least}: multiply by 1000 if strokes are in m")
+        yield Problem(path, f"has {end:.12g} mm of stroke in all, {least}: multiply by 1000 if strokes are in m")
     if 0 < most < size**2 * _LEAST_FORCE:
         least = f"less than {size**2 * _LEAST_FORCE:.3g} kN{_for(size)}"
-        rule = f"has {most:g} kN at most, {least}: multiply by 1000 if forces are in MN"
+        rule = f"has {most:.12g} kN at most, {least}: multiply by 1000 if forces are in MN"
         yield Problem(path, rule)
 
 

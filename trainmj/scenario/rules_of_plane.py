@@ -105,7 +105,7 @@ def _lines(parts: Parts, end: _End, cars: dict[str, Car]) -> Iterator[Problem]:
         for vehicle in end.vehicles:
             half = 0.5 * cars[vehicle].length_m if vehicle in cars else math.inf
             if pin_m > half:
-                yield Problem((*at, "pin_m"), f"must be at most half the length of {vehicle}, {half:g} m")
+                yield Problem((*at, "pin_m"), f"must be at most half the length of {vehicle}, {half:.12g} m")
 
 
 def _meeting(one: _End, other: _End) -> Iterator[Problem]:

@@ -144,14 +144,14 @@ def type_rules(path: Path, of: VehicleType) -> Iterator[Problem]:
     """What is wrong with a type of vehicle by itself."""
     body, bogies = of.body, of.bogies
     if bogies.wheelbase_m >= bogies.centres_m:
-        rule = f"must be less than the {bogies.centres_m:g} m between the bogies"
+        rule = f"must be less than the {bogies.centres_m:.12g} m between the bogies"
         yield Problem((*path, "bogies", "wheelbase_m"), rule)
     if body.cog_height_m <= bogies.axle_height_m:
-        rule = f"must be above the axles, which are at {bogies.axle_height_m:g} m: it is that of the car body"
+        rule = f"must be above the axles, which are at {bogies.axle_height_m:.12g} m: it is that of the car body"
         yield Problem((*path, "body", "cog_height_m"), rule)
     if abs(body.cog_x_m) >= 0.5 * bogies.centres_m:
         rule = (
-            f"must be between the bogies, {0.5 * bogies.centres_m:g} m from the middle of the vehicle, or one of them "
+            f"must be between the bogies, {bogies.centres_m / 2:.12g} m from the middle of the vehicle, or one of them "
             "carries nothing"
         )
         yield Problem((*path, "body", "cog_x_m"), rule)
@@ -167,12 +167,14 @@ def carried_rules(path: Path, of: VehicleType, vehicle: str, mass_t: float, leng
     """What is wrong with a type for a vehicle of some name, mass and length, whose statement of it is at the path."""
     bogies, own_t = of.bogies, mass_t - of.bogies.mass_t
     if own_t < LEAST_MASS:
-        rule = f"leaves {own_t:g} t of the {mass_t:g} t of {vehicle} for the car body: frames and wheelsets together"
-        yield Problem(path, f"{rule} have {bogies.mass_t:g} t, and mass_t is that of the whole vehicle")
+        rule = (
+            f"leaves {own_t:.12g} t of the {mass_t:.12g} t of {vehicle} for the car body: frames and wheelsets together"
+        )
+        yield Problem(path, f"{rule} have {bogies.mass_t:.12g} t, and mass_t is that of the whole vehicle")
         return
     wheels_m = bogies.centres_m + bogies.wheelbase_m
     if wheels_m > length_m:
-        rule = f"has its outer wheelsets {wheels_m:g} m apart, more than the {length_m:g} m of {vehicle}"
+        rule = f"has its outer wheelsets {wheels_m:.12g} m apart, more than the {length_m:.12g} m of {vehicle}"
         yield Problem(path, f"{rule}: shorten centres_m or wheelbase_m, or check length_m")
     heavier_t = (0.5 + abs(of.body.cog_x_m) / bogies.centres_m) * own_t  # of the body, on the bogie with more of it
     for key, load_t in (("secondary", heavier_t), ("primary", 0.5 * (heavier_t + bogies.frame_t))):

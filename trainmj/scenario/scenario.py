@@ -42,15 +42,10 @@ from trainmj.units import unit_of
 
 _NOWHERE = Source({})
 _DIGITS = 10  # of a position: longer ones are none
-_UNSAID = (
-    "title",
-    "notes",
-    "report",
-    "sources",
-    "parameters",
-    "tolerances",
-    "changed",
-)  # of which a title says nothing
+WORDS = ("title", "notes", "report", "sources", "changed")
+"""Keys that say something of a scenario: no number depends on them."""
+
+_UNSAID = (*WORDS, "parameters", "tolerances")  # of which a title says nothing
 _MOST_SAID = 4  # changes in a heading
 _LONGEST = 40  # characters of a value there
 _LONGEST_NAME = 120  # and of its path
@@ -96,6 +91,10 @@ class Scenario(Shown, Parts):
     def values(self) -> dict[str, Any]:
         """The plain values this scenario was made from; a copy."""
         return copy.deepcopy(dict(self._source.values))
+
+    def counted(self) -> dict[str, Any]:
+        """Those of them on which numbers may depend; results of a scenario are those of another one of the same."""
+        return without_words(self.values())
 
     def __repr__(self) -> str:
         """Title, changes, and what collides: a scenario holds every value."""
@@ -266,6 +265,11 @@ class Scenario(Shown, Parts):
                 owner[path] = name
                 ways |= {path[:n]: name for n in range(1, len(path))}
         return None
+
+
+def without_words(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a scenario without its title, notes, cover and sources."""
+    return {key: value for key, value in values.items() if key not in WORDS}
 
 
 def marked(source: Source, names: set[str]) -> Source:

@@ -135,7 +135,7 @@ def _spread(path: Path, tolerance: Tolerance) -> Iterator[Problem]:
             yield Problem((*path, "values"), "must be factors above 0, since it scales curves")
         if probabilities is not None and (len(probabilities) != n or abs(sum(probabilities) - 1.0) > 1e-9):
             rule = f"must be one for each of the {n} values, adding up to 1"
-            yield Problem((*path, "probabilities"), f"{rule}; they are {len(probabilities)}, {sum(probabilities):g}")
+            yield Problem((*path, "probabilities"), f"{rule}; they are {len(probabilities)}, {sum(probabilities):.12g}")
         return
     stated = [key for key in _SPREADS if getattr(tolerance, key, None) is not None]
     offered = [key for key in _SPREADS if hasattr(tolerance, key)]

@@ -11,6 +11,7 @@ from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import Result, load_result
 from trainmj.collision.status import MEANING
 from trainmj.collision.summary import Summary, summarise
+from trainmj.collision.verdict import verdict
 from trainmj.errors import InputError
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
@@ -26,7 +27,6 @@ from trainmj.single.page_devices import add_devices
 from trainmj.single.page_histories import add_histories, add_occupants
 from trainmj.single.page_plane import add_plane
 from trainmj.single.used import add_used
-from trainmj.single.verdict import verdict
 from trainmj.units import readable
 
 ANIMATED = "The collision"

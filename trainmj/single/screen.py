@@ -10,13 +10,13 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from trainmj.collision.chain import Chain
-from trainmj.collision.limits import in_short
 from trainmj.collision.quantities import of_train
 from trainmj.collision.remarks import remarks
 from trainmj.collision.result import Result
 from trainmj.collision.stability import largest_step
 from trainmj.collision.summary import Summary
-from trainmj.output.console import FAILED, new_console, print_table
+from trainmj.collision.verdict import verdict
+from trainmj.output.console import FAILED, new_console, print_table, print_verdict
 from trainmj.output.sources import sources_table
 from trainmj.output.text_plot import Line, text_plot
 from trainmj.scenario import Scenario
@@ -35,10 +35,7 @@ def print_summary(result: Result, summary: Summary, beside: Beside | None = None
     """Status, criteria, interfaces, vehicles, bodies, energy and checks of one collision."""
     console = new_console()
     _print_head(console, result.scenario)
-    kept = all(criterion.kept for criterion in summary.limits)
-    console.print(Text(in_short(summary.limits), style="" if kept else FAILED))
-    for sentence in () if beside is None else beside.worse:
-        console.print(Text(sentence, style=FAILED))
+    print_verdict(console, verdict(summary, () if beside is None else beside.worse))
     console.print(f"Status: {summary.status}, {summary.duration_s:.3f} s simulated")
     _print_not_valid(console, summary)
     mark = f" ({summary.not_valid})" if summary.not_valid else ""

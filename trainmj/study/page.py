@@ -59,7 +59,7 @@ def page_of_folder(folder: Path) -> Page:
         f"# the study again: save the files above as again.study.yaml and {' and '.join(_scenarios(summary))}\n"
         "trainmj study again.study.yaml --out again --report",
         versions=summary["versions"],
-        verdict=tables.verdict_in_full(summary),
+        verdict=tables.verdict(summary),
         cover=from_yaml(summary["scenario"], str(folder / SUMMARY)).report,
     )
     _add_outcome(page.section("Outcome"), summary)
@@ -82,7 +82,7 @@ def _add_robust(page: Page, summary: Summary, files: Tables) -> None:
     found = summary["robust"]
     own = {name.removeprefix(ROBUST_FILES): table for name, table in files.items() if name.startswith(ROBUST_FILES)}
     section = page.section("Robust designs")
-    section.cards(Card("Robust design", "", verdict=tables.verdict(found)))
+    section.cards(Card("Robust design", "", verdict=tables.trust(found)))
     for table in tables.held(summary):
         section.table(table)
     section.table(tables.check(found))
@@ -129,7 +129,7 @@ def _add_outcome(section: Section, summary: Summary) -> None:
     limited = [row["kept"] for row in check["rows"] if row["kept"] is not None]
     verdict = judged(bool(check["kept"]), "kept when simulated", "not kept when simulated")
     kept = Card("Limits", str(sum(limited)), f"of {len(limited)} kept", f"check: {check['status']}", verdict)
-    section.cards(Card("Study", "", verdict=tables.verdict(summary)), *cards, kept)
+    section.cards(Card("Study", "", verdict=tables.trust(summary)), *cards, kept)
     if summary["remarks"]:
         section.table(tables.remarks(summary))
     section.table(tables.check(summary))

@@ -15,7 +15,6 @@ from trainmj.files.folder import filling, remove_own
 from trainmj.files.shown import Shown
 from trainmj.files.written import remove
 from trainmj.output.style import Format, Width, formats_given
-from trainmj.scenario import to_yaml
 from trainmj.study import choice, fronts, steps, surrogates
 from trainmj.study.designs import Designs, Simulates
 from trainmj.study.folder import OF_STEPS, ROBUST_FILES, Folder, Output, Step, Tables
@@ -23,6 +22,7 @@ from trainmj.study.plan import Study, load_study
 from trainmj.study.robust import Sampler, held, margins, margins_in, robust_of
 from trainmj.study.simulator import FILE, Simulator
 from trainmj.study.summary import summary_of, tables_of
+from trainmj.study.tables import verdict
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,10 +61,8 @@ class StudyResult(Shown):
     changes: tuple[str, ...]
 
     def __repr__(self) -> str:
-        """Title, the chosen design, and whether it is to be trusted."""
-        chosen = ", ".join(f"{name} = {value:.5g}" for name, value in self.summary["decision"]["chosen"].items())
-        trusted = "trusted" if self.summary["trusted"] else "NOT TRUSTED"
-        return f"<StudyResult {self.summary['title']}: {chosen}, {trusted}; in {self.folder}>"
+        """Title, verdict, and where it is."""
+        return f"<StudyResult {self.summary['title']}. {verdict(self.summary).text} In {self.folder}>"
 
 
 class Watch:
@@ -151,7 +149,7 @@ def _robust_steps(
     sampler, part = Sampler(robust, simulator), files.part(ROBUST_FILES)
     chosen = _steps(robust.study, part, sampler, watch, _ROBUST)
     watch.begin("how the designs hold")
-    scenarios = [{case: to_yaml(scenario) for case, scenario in study.scenarios.items()}, study.targets]
+    scenarios = [{case: scenario.counted() for case, scenario in study.scenarios.items()}, study.targets]
     done = part.step(
         "held",
         [scenarios, sampler.asks, study.spec.check.model_dump(), nominal.digest, chosen.digest],
@@ -167,7 +165,7 @@ def _steps(study: Study, files: Folder, simulator: Simulates, watch: Watch, of: 
     spec, asked = study.spec, study.spec.model_dump()
     names = [[asdict(r) for r in study.responses], [asdict(f) for f in study.space.factors]]
     limits = [spec.objectives, asked["constraints"], asked["cases"], asked["optimiser"]]
-    scenarios = {case: to_yaml(scenario) for case, scenario in study.scenarios.items()}
+    scenarios = {case: scenario.counted() for case, scenario in study.scenarios.items()}
     scenario = [scenarios, study.targets, simulator.asks]
 
     def step(name: str, inputs: list[Any], make: Callable[[], Output[V]], read: Callable[[Tables], V]) -> Step[V]:

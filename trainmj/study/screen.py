@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.status import Status
 from rich.text import Text
 
-from trainmj.output.console import FAILED, new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.output.table import Table, Verdict
 from trainmj.output.waiting import hush
 from trainmj.study import tables
@@ -99,8 +99,7 @@ def print_study(result: StudyResult) -> None:
             console.print(note, markup=False)
 
     console.print(Text(summary["title"], style="bold"))
-    for said in (tables.verdict(summary), tables.limits_in_short(summary)):
-        console.print(Text(f"{said.text[:1].upper()}{said.text[1:]}", style=FAILED if said.kind == "fail" else ""))
+    print_verdict(console, tables.verdict(summary))
     for name, value in tables.design(summary).items():
         text = value.text if isinstance(value, Verdict) else value
         console.print(f"{name}: {text}", markup=False)
@@ -113,13 +112,10 @@ def print_study(result: StudyResult) -> None:
         show(tables.check(found))
         if found["remarks"]:
             show(tables.remarks(found))
-        verdict = tables.verdict(found)
-        console.print()
-        console.print(Text(f"Verdict: {verdict.text}", style=FAILED if verdict.kind == "fail" else "bold"))
 
     show_search(summary)
+    console.print()
     if "robust" in summary:
-        console.print()
         console.print(Text("Robust: the same search on statistics of trains as built", style="bold"))
         show_search(summary["robust"])
         for table in tables.held(summary):

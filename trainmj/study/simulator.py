@@ -21,7 +21,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
 from trainmj.doe.arrays import FloatArray
-from trainmj.scenario import Scenario, to_yaml
+from trainmj.scenario import Scenario
 from trainmj.study.designs import Designs
 from trainmj.study.plan import Study
 
@@ -51,7 +51,7 @@ class Simulator:
         """Remove from the store what other versions or another machine computed."""
         self.study, self.computed = study, 0
         self._store, self._threads, self._progress = store, threads, progress
-        self._texts = {name: key_of(to_yaml(scenario)) for name, scenario in study.scenarios.items()}
+        self._texts = {name: key_of(scenario.counted()) for name, scenario in study.scenarios.items()}
         self._columns = {name: columns_of(line_up(scenario)) for name, scenario in study.scenarios.items()}
         wide = max(map(len, self._columns.values())) > MOST_COLUMNS - len(STATUS)
         self._only = tuple(dict.fromkeys(response.column for response in study.responses)) if wide else ()
@@ -103,7 +103,7 @@ class Simulator:
 
     def _rows(self, cases: Sequence[Case], scenario: Scenario, only: tuple[str, ...], text: str | None) -> list[Row]:
         """The rows of cases of a scenario, in their order; with all responses, or only some."""
-        text = text or key_of(to_yaml(scenario))  # takes long to write
+        text = text or key_of(scenario.counted())  # takes long to copy
         keys = [key_of(text, case, *only) for case in cases]
         before = self.computed
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from trainmj.collision.limits import all_kept
 from trainmj.collision.status import Kind
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.study.designs import governs
@@ -80,7 +79,7 @@ def remarks(summary: Summary) -> Table:
     return remarks_of(Remark(**remark) for remark in summary["remarks"])
 
 
-def verdict(summary: Summary) -> Verdict:
+def trust(summary: Summary) -> Verdict:
     """Whether the study is to be trusted."""
     reasons = sum(remark["kind"] == "fail" for remark in summary["remarks"])
     warnings = len(summary["remarks"]) - reasons
@@ -90,20 +89,9 @@ def verdict(summary: Summary) -> Verdict:
     return warned(f"verified by simulation, with {counted}") if warnings else passed("verified by simulation")
 
 
-def limits_in_short(summary: Summary) -> Verdict:
-    """How many limits the chosen design passes when it is simulated, and which."""
-    rows = [row for row in summary["check"]["rows"] if row["kept"] is not None]
-    over = [f"{row['response']} ({number(row['simulated'])}, {row['limit']})" for row in rows if not row["kept"]]
-    if not rows:
-        return Verdict("none", "No limit is stated.")
-    if over:
-        return failed(f"{len(over)} of {len(rows)} limits passed: {', '.join(over)}.")
-    return passed(f"{all_kept(len(rows))}.")
-
-
-def verdict_in_full(summary: Summary) -> Verdict:
+def verdict(summary: Summary) -> Verdict:
     """Whether the study is to be trusted, the chosen design, and how it keeps its limits when simulated."""
-    whole, found = verdict(summary), summary["check"]
+    whole, found = trust(summary), summary["check"]
     design = _design(summary, summary["decision"]["chosen"])
     limited = [row for row in found["rows"] if row["kept"] is not None]
     past = [row for row in limited if not row["kept"]]
@@ -120,7 +108,7 @@ def verdict_in_full(summary: Summary) -> Verdict:
         said.append(f"when simulated: {found['status']} {found['reason']}".rstrip())
     kinds = [whole.kind]
     if "robust" in summary:
-        robust = verdict(summary["robust"])
+        robust = trust(summary["robust"])
         said.append(f"the robust design is {robust.text}")
         kinds.append(robust.kind)
     return Verdict(next(kind for kind in ("fail", "warn", "pass") if kind in kinds), f"{'; '.join(said)}.")

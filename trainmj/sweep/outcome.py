@@ -7,7 +7,7 @@ common: the values that are varied.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 from trainmj.cases.engine import Computed
 from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE
-from trainmj.output.table import Column, Table, judged, worded
+from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
+from trainmj.files.text import printable
+from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.sweep.plan import LOAD_CASE
 from trainmj.units import against, beyond
 
@@ -200,7 +201,43 @@ def tables_of(outcome: Outcome) -> list[Table]:
     return tables
 
 
-def said_of(outcome: Outcome) -> str:
+def verdict(counts: Mapping[str, int], planned: int, first: str, outcome: Outcome | None) -> Verdict:
+    """How many cases pass, what stops the others, and the first of them or, of load cases, which one governs.
+
+    Args:
+        counts: of finished cases, by their status.
+        planned: how many cases the whole sweep has.
+        first: what :func:`first_of` says of those that do not pass.
+        outcome: of load cases; None if there are none.
+    """
+    n = sum(counts.values())
+    found = {said: sum(counts.get(kind, 0) for kind in kinds) for said, kinds in _STOPPED.items()}
+    stopped = [f"{count} {said}" for said, count in found.items() if count]
+    said = "; ".join([f"{n - sum(found.values())} of {n} cases end within all limits", *stopped])
+    if outcome is not None:
+        said = f"{passing(outcome)}; {said}"
+    if outcome is not None and outcome.governing:
+        worst = max(outcome.governing, key=lambda one: one.used)
+        said += f". Most is used of the limit of {worst.limit}: {against(worst.used, 100.0, 0)} % in case {worst.case}"
+        said += f" of load case {worst.load_case}"
+    elif first:
+        said += f". The first: {first}"
+    said += "." if n == planned else f". Unfinished: {n} of {planned} cases are computed."
+    if n == sum(counts.get(kind, 0) for kind in (*UNUSABLE, *PAST_LIMITS)):
+        return failed(said)
+    return (warned if stopped or n < planned else passed)(said)
+
+
+def first_of(cases: Iterable[tuple[int, str, str]]) -> str:
+    """The first of some cases in words, from their numbers, statuses and reasons; empty if there is none."""
+    return next((printable(f"case {n}, {status}: {reason}") for n, status, reason in cases), "")
+
+
+_STOPPED: dict[str, tuple[Kind, ...]] = {"failed": FAILED, "not valid": NOT_VALID, "past a limit": PAST_LIMITS}
+_STOPPED |= {"cut off by the time limit": (Kind.TIME_LIMIT,), "without contact": (Kind.NO_CONTACT,)}
+
+
+def passing(outcome: Outcome) -> str:
     """How many combinations pass in every load case."""
     if outcome.combinations == 1:
         return f"{'All' if outcome.passed else 'Not all'} load cases pass"

@@ -20,11 +20,10 @@ from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.scenario import Scenario, from_yaml
-from trainmj.sweep.outcome import outcome_of, said_of, tables_of
+from trainmj.sweep.outcome import first_of, outcome_of, passing, tables_of, verdict
 from trainmj.sweep.page_limits import limits_of
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 from trainmj.sweep.plan import LOAD_CASE, LOAD_CASES
-from trainmj.units import against
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -121,29 +120,11 @@ def _commands(sweep: Swept, folder: str) -> str:
 
 
 def _verdict(sweep: Swept) -> Verdict:
-    """How many cases pass, what stops the others, and the first of them or, of load cases, which one governs."""
-    status, n = sweep.table["status"], len(sweep.table)
-    kinds: dict[str, tuple[Kind, ...]] = {"failed": FAILED, "not valid": NOT_VALID, "past a limit": PAST_LIMITS}
-    kinds |= {"cut off by the time limit": (Kind.TIME_LIMIT,), "without contact": (Kind.NO_CONTACT,)}
-    counts = {said: int(status.isin(of).sum()) for said, of in kinds.items()}
-    there = [f"{count} {said}" for said, count in counts.items() if count]
-    wrong = sweep.table[status.isin((*UNUSABLE, *PAST_LIMITS))]
-    said = f"{n - sum(counts.values())} of {n} cases end within all limits" + f"; {', '.join(there)}" * bool(there)
+    status = sweep.table["status"]
+    wrong = sweep.table[status.isin((*UNUSABLE, *PAST_LIMITS))][["status", "reason"]].fillna("")
+    first = first_of((int(n), str(status), str(reason)) for n, status, reason in wrong.itertuples())
     outcome = outcome_of(sweep.table, sweep.titles, sweep.planned) if sweep.titles else None
-    if outcome is not None:
-        said = f"{said_of(outcome)}; {said}"
-    if outcome is not None and outcome.governing:
-        worst = max(outcome.governing, key=lambda one: one.used)
-        said += f". Most is used of the limit of {worst.limit}: {against(worst.used, 100.0, 0)} % in case {worst.case}"
-        said += f" of load case {worst.load_case}"
-    elif len(wrong):
-        first = wrong.iloc[0]
-        reason = f" {first['reason']}" if isinstance(first["reason"], str) else ""
-        said += f". The first is case {wrong.index[0]}: {first['status']}{reason}"
-    said += "." if n == sweep.planned else f". Unfinished: {n} of {sweep.planned} cases are computed."
-    if n == len(wrong):
-        return failed(said)
-    return (warned if there or n < sweep.planned else passed)(said)
+    return verdict({str(kind): int(n) for kind, n in status.value_counts().items()}, sweep.planned, first, outcome)
 
 
 def _add_outcome(section: Section, sweep: Swept) -> None:
@@ -186,7 +167,7 @@ def _add_load_cases(section: Section, sweep: Swept, scenarios: Mapping[str, Scen
         section.table(replace(table, title=title))
     if not (factors := [f for f in sweep.factors if f.name != LOAD_CASE]):
         return
-    section.text(f"{said_of(outcome)}: none of their cases failed, is not valid, or passed a limit.")
+    section.text(f"{passing(outcome)}: none of their cases failed, is not valid, or passed a limit.")
     each, rows = sweep.planned // len(sweep.titles), sweep.table
     shown = sorted(set(rows.index % each))[:_MOST_ROWS]
     cells = []
@@ -210,7 +191,7 @@ def _add_failures(section: Section, sweep: Swept) -> None:
         section.text("Every case came to its end within all limits.")
         return
     add_map(section, sweep.table, sweep.factors)
-    for kinds, verdict, title in (
+    for kinds, say, title in (
         (FAILED, failed, "Failed cases"),
         (NOT_VALID, failed, f"Not valid: {WHY_NOT_VALID}"),
         (PAST_LIMITS, failed, "Limits passed"),
@@ -219,7 +200,7 @@ def _add_failures(section: Section, sweep: Swept) -> None:
     ):
         rows = sweep.table[sweep.table["status"].isin(kinds)]
         if len(rows):
-            said = rows.assign(status=rows["status"].map(verdict), reason=rows["reason"].fillna(""))
+            said = rows.assign(status=rows["status"].map(say), reason=rows["reason"].fillna(""))
             note = f"The first {_MOST_ROWS} of {len(rows)}; results.csv has all." if len(rows) > _MOST_ROWS else ""
             section.table(_cases(sweep, said, {"reason": Column("reason", text=True)}, title, note))
 

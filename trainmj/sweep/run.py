@@ -22,15 +22,15 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
-from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS
+from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, own_files, remove_own
 from trainmj.files.shown import Shown
-from trainmj.files.text import printable
 from trainmj.files.written import remove
+from trainmj.output.table import Verdict
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.sweep.outcome import USED, Outcome, outcome_of, with_uses
+from trainmj.sweep.outcome import USED, Outcome, first_of, outcome_of, verdict, with_uses
 from trainmj.sweep.plan import LOAD_CASES, Sweep, load_sweep
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ class SweepResult(Shown):
         first_not_valid: likewise.
         past_limits: how many of all passed a limit, with valid numbers.
         first_past_limits: likewise.
+        verdict: how the cases ended, in one sentence.
         seconds: wall time [s].
         outcome: of each load case, and which of them governs; None if the sweep has none.
     """
@@ -71,17 +72,13 @@ class SweepResult(Shown):
     first_not_valid: str
     past_limits: int
     first_past_limits: str
+    verdict: Verdict
     seconds: float
     outcome: Outcome | None = None
 
     def __repr__(self) -> str:
         """How the cases ended, and where they are."""
-        return f"<SweepResult {self.cases} cases, {self.ends}; in {self.folder}>"
-
-    @property
-    def ends(self) -> str:
-        """How many cases failed, are not valid or passed a limit."""
-        return f"{self.failed} failed, {self.not_valid} not valid, {self.past_limits} past a limit"
+        return f"<SweepResult {self.verdict.text} In {self.folder}>"
 
     @property
     def all_kept(self) -> bool:
@@ -143,17 +140,19 @@ def run_sweep(
                 remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
             failed, invalid, past = (_said(store.ended(kinds)) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
+            counts, first = store.counts(), first_of(store.ended((*UNUSABLE, *PAST_LIMITS)))
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
     outcome = outcome_of(read_table(folder), titles, len(sweep)) if titles else None
-    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, seconds, outcome)
+    whole = verdict(counts, len(sweep), first, outcome)
+    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, whole, seconds, outcome)
 
 
 def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
     """How many cases there are, and the first of them in words."""
     all_of_them = list(cases)
-    return len(all_of_them), next((printable(f"case {n}, {status}: {reason}") for n, status, reason in all_of_them), "")
+    return len(all_of_them), first_of(all_of_them)
 
 
 def check_responses(sweep: Sweep) -> None:

@@ -13,10 +13,10 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.quantities import columns_of, fitting
 from trainmj.errors import InputError
-from trainmj.output.console import FAILED, new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.output.table import Column, Table, worded
 from trainmj.scenario import from_yaml
-from trainmj.sweep.outcome import said_of, tables_of, where_kept
+from trainmj.sweep.outcome import tables_of, where_kept
 from trainmj.sweep.plan import Sweep
 from trainmj.sweep.run import SweepResult, check_responses
 
@@ -97,38 +97,30 @@ def _listed(values: Sequence[Any]) -> str:
 def print_sweep(result: SweepResult) -> None:
     """How the cases ended, which are the first that failed or passed a limit, and where limits are kept."""
     console = new_console()
-    first, *others = said_of_result(result)
-    console.print(Text(first, style="bold" if result.all_kept else FAILED))
-    for text in others:
+    print_verdict(console, result.verdict)
+    for text in said_of_result(result):
         console.print(Text(text), soft_wrap=not console.is_terminal)
     for table in tables_of_result(result):
         console.print()
         print_table(console, table)
-    if result.outcome is not None:
-        console.print(f"{said_of(result.outcome)}.", soft_wrap=True)
     console.print(f"Written to {result.folder}", soft_wrap=True)  # a path stays whole
 
 
 def said_of_result(result: SweepResult) -> Iterator[str]:
-    """How the cases ended: in how many a limit was passed; how many and where; the first of each kind."""
+    """How many cases were computed and how fast; the first of each kind that the verdict does not name."""
     cases = f"{result.cases} case{'s' if result.cases > 1 else ''}"
-    useless = [f"{n} {what}" for n, what in ((result.failed, "failed"), (result.not_valid, "not valid")) if n]
-    passed = (
-        f"Limits passed in {result.past_limits} of {cases}" if result.past_limits else f"No limit passed in {cases}"
-    )
-    yield f"{'; '.join([passed, *useless])}."
     there = result.cases - result.computed
     if result.computed:
         rate = f"{result.seconds:.1f} s, {result.computed / result.seconds:.0f} collisions a second"
-        yield f"{cases}{f' ({there} were there)' if there else ''}, {result.ends}, {rate}"
+        yield f"{cases}{f' ({there} were there)' if there else ''}, {rate}"
     else:
-        yield f"All {cases} were there, {result.ends}"
+        yield f"All {cases} were there"
     firsts = {
         "failed": result.first_failure,
         "is not valid": result.first_not_valid,
         "passed a limit": result.first_past_limits,
     }
-    yield from (f"The first that {k}: {v}" for k, v in firsts.items() if v)
+    yield from (f"The first that {k}: {v}" for k, v in firsts.items() if v and v not in result.verdict.text)
 
 
 def tables_of_result(result: SweepResult) -> list[Table]:

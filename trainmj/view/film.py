@@ -22,11 +22,11 @@ from trainmj.view.cameras import CAMERAS, Camera, Director, reach
 from trainmj.view.curves import Line, Panel
 from trainmj.view.files import FILMS, STILLS, write_film, write_still
 from trainmj.view.frame import Frame
-from trainmj.view.marks import Marks
 from trainmj.view.offscreen import canvas
 from trainmj.view.overlay import Energy, Name, Overlay, Said
 from trainmj.view.scene import visible
 from trainmj.view.shapes import Shapes, largest_energy
+from trainmj.view.warnings import Warnings
 
 _FARTHEST = 1e6  # from the start [m]
 _LARGEST = 7680, 4320  # most pixels of a picture, wide and high
@@ -152,7 +152,7 @@ def _draw(
     model = visible(chain).compile()
     data = mujoco.MjData(model)
     full = largest_energy(result)
-    wear, shapes, marks = Wear(chain), Shapes(model, chain, full), Marks(result)
+    wear, shapes, marks = Wear(chain), Shapes(model, chain, full), Warnings(result)
     ends = reach(chain, result.point_position)
     frame = Frame.of(*size, ends[1] - ends[0])
     director = Director(camera, chain, frame, ends)
@@ -176,7 +176,7 @@ def _qpos(result: Result) -> Array:
     return result.dof if result.chain.plane else result.point_position
 
 
-def overlay_of(result: Result, frame: Frame, pace: str, full: float, marks: Marks) -> Overlay:
+def overlay_of(result: Result, frame: Frame, pace: str, full: float, marks: Warnings) -> Overlay:
     """What writes on the pictures of a collision; full is the energy at the end of the colours [J]."""
     chain, scenario = result.chain, result.scenario
     force = [Line("", result.force[:, chain.front] / KN, _FORCE)]
@@ -194,7 +194,7 @@ def overlay_of(result: Result, frame: Frame, pace: str, full: float, marks: Mark
     return Overlay(frame, title, pace, full / KJ, panels, two_sided(chain), bool(chain.members), marks.lines)
 
 
-def said_at(result: Result, sample: int, wear: Wear, marks: Marks, director: Director, full: float) -> Said:
+def said_at(result: Result, sample: int, wear: Wear, marks: Warnings, director: Director, full: float) -> Said:
     """What is written at a sample, to which wear and marks have followed the collision."""
     time = float(result.time[sample])
     names, energies = _labels(result, sample, director, wear, full)

@@ -1,15 +1,17 @@
-"""The verdict on a collision in one sentence, for whoever reads no further."""
+"""The verdict on a collision in one sentence: the same on the terminal, in a report, a notebook and Python."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from trainmj.collision.limits import all_kept
 from trainmj.collision.status import FAILED, Kind
-from trainmj.collision.summary import Summary
 from trainmj.output.table import Verdict, failed, passed, warned
 from trainmj.units import against
+
+if TYPE_CHECKING:
+    from trainmj.collision.summary import Summary
 
 
 def verdict(summary: Summary, worse: Sequence[str] = ()) -> Verdict:
@@ -50,8 +52,9 @@ def _by_stated_ties(summary: Summary) -> Verdict:
         said = f"No limit is stated, so that none is judged.{cut}"
         return warned(said) if cut else Verdict("none", said)
     nearest = limits[0]
-    which = all_kept(len(limits)) + ("; nearest:" if limits[1:] else ":")
-    said = f"{which} {nearest.said}, {against(nearest.used, 100.0, 0)} % used.{cut}"
+    n = len(limits)
+    kept = "The limit is kept:" if n == 1 else f"{'Both' if n == 2 else f'All {n}'} limits are kept; nearest:"
+    said = f"{kept} {nearest.said}, {against(nearest.used, 100.0, 0)} % used.{cut}"
     return (warned if cut else passed)(said)
 
 

@@ -16,7 +16,7 @@ from trainmj.units import MM, beyond
 _TOLD = 3  # places that one line names
 
 
-class Marks:
+class Warnings:
     """What a collision has come to so far.
 
     The strokes of stages and bodies are followed as they pass their limits. Other limits, such as that of a mean
