@@ -92,6 +92,24 @@ def test_a_new_scenario_from_tables_has_their_curves_and_vehicles(tmp_path):
     assert trainmj.load(tmp_path / "c.yaml").trains["train"].front == "joint"
 
 
+def test_a_sheet_without_a_telling_name_takes_the_place_that_is_left(tmp_path):
+    """Breaks if one curve is at both places while there are two, or one that is not used is not named."""
+    curve = [("Stroke [mm]", "Force [kN]"), (0, 0), (40, 600), (350, 1000)]
+    sheets = {"head device": curve, "joint": None, "cars": None, "Zwischenkupplung": curve, "Pendel": curve}
+    book = openpyxl.load_workbook(workbook(tmp_path / "d.xlsx", **sheets))
+    del book["joint"], book["cars"]
+    book.save(tmp_path / "d.xlsx")
+    said = command("new", tmp_path / "own.yaml", "--from", tmp_path / "d.xlsx", "--yes")
+    assert "head_device is at the ends of the train, Zwischenkupplung between its vehicles." in said
+    assert "Pendel: not used; --front NAME and --between NAME take another one." in said
+    assert "rises faster" not in command("check", tmp_path / "own.yaml")  # the car body is as steep as they unload
+    book["Pendel"]["B3"] = "600"
+    book.save(tmp_path / "d.xlsx")
+    assert "d.xlsx: Pendel!B3: Force [kN] = '600': is text" in command(
+        "new", tmp_path / "b.yaml", "--from", tmp_path / "d.xlsx", code=2
+    )
+
+
 def test_new_asks_on_a_terminal_for_what_no_option_states(tmp_path, monkeypatch):
     """Breaks if an answer goes to another question."""
     monkeypatch.setattr(sys.modules["trainmj.cli.new"], "is_asked", lambda yes: not yes)

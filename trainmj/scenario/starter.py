@@ -67,8 +67,8 @@ class Data:
     devices: tuple[Crush, ...]
     vehicles: str = ""
 
-    def device(self, name: str | None, like: Sequence[str]) -> Crush:
-        """The device of a name, or the one whose name says what it is for, or the first one.
+    def device(self, name: str | None, like: Sequence[str], unlike: Sequence[str]) -> Crush:
+        """The device of a name, or the first whose name says that it is for this, or that is not for the other place.
 
         Raises:
             InputError: if there is none of the name.
@@ -78,8 +78,15 @@ class Data:
             raise InputError(f"{name}: no table with a curve has this name{close_match(name, by_name)}")
         if name is not None:
             return by_name[_label(name)]
-        fits = (device for device in self.devices if any(word in device.name.lower() for word in like))
-        return next(fits, self.devices[0])
+        fits = (device for device in self.devices if _says(device.name, like))
+        others = (device for device in self.devices if not _says(device.name, unlike))
+        return next(fits, next(others, self.devices[0]))
+
+
+def _says(name: str, words: Sequence[str]) -> bool:
+    """Whether a name begins or ends with one of some words, the number of a copy aside."""
+    text = name.lower().rstrip("_0123456789")
+    return text.startswith(tuple(words)) or text.endswith(tuple(words))
 
 
 def _label(name: str) -> str:
@@ -102,7 +109,10 @@ def read_data(folder: Path, files: Sequence[Path]) -> Data:
         for place, table in tables_in(folder, file):
             written = flow(place)
             if is_curve(table):
-                u, f = table.numbers("stroke_mm"), table.numbers("force_kN")
+                try:
+                    u, f = (table.numbers(column) for column in CurveFile.columns)
+                except InputError as error:
+                    raise InputError(f"{file}: {error}") from None
                 slopes = [(b - a) / (v - w) for w, v, a, b in zip(u, u[1:], f, f[1:], strict=False) if v > w]
                 named = _label(place.sheet or file.stem)
                 name = named if named not in {d.name for d in devices} else f"{named}_{len(devices) + 1}"
