@@ -223,8 +223,10 @@ def _remarks(found: Comparison) -> Iterator[str]:
         said = [f"{when} {_listed(names)}" for when, names in windows.items()]
         yield f"Compared only while both are there: {_listed(said)}. Nothing is extrapolated."
     if b.result is None:
-        times = f"; times = {b.clock}" if b.clock else ""
-        yield f"Channels of the test: {'; '.join(f'{n} = {s.origin}' for n, s in b.channels.items())}{times}."
+        said = [f"{name} = {series.origin}" for name, series in b.channels.items() if series.origin]
+        called = len(b.channels) - len(said)
+        said += [f"{called} as their columns are called"] * bool(called) + [f"times = {b.clock}"] * bool(b.clock)
+        yield f"Channels of the test: {'; '.join(said)}."
         if b.left_out:
             yield f"Columns of the test that were not used: {_listed(b.left_out)}."
     else:

@@ -110,7 +110,9 @@ def of_test(given: Any, name: str, known: Collection[str], asked: Asked) -> Side
     for key, text in ({**columns.own, **wanted}).items():
         try:
             times, values, origin = columns.made(text, unit_of(key))
-            found[key] = Series(*_whole(times, values), unit_of(key), origin)
+            head = columns.written.get(text, text)
+            plain = key not in wanted and (channel_name(head) == key or unit_stated(head) == unit_of(key))
+            found[key] = Series(*_whole(times, values), unit_of(key), "" if plain else origin)
             taken |= set(columns.terms(text))
         except InputError as error:
             raise InputError(f"{columns.said}: {key} = {text[:80]}: {error}") from None

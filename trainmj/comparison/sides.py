@@ -27,7 +27,7 @@ class Series(NamedTuple):
     time: Array  # (n,) [s], growing
     values: Array  # (n,) finite
     unit: str
-    origin: str = ""  # of a test: column and unit that it was made of
+    origin: str = ""  # of a test: column and unit that it was made of; empty if that is called like it, in its unit
 
     def at(self, time: Array) -> Array:
         """Values in between, on straight lines; asked for within the series only."""
