@@ -183,6 +183,29 @@ def test_check_tells_what_tables_and_results_hold(tmp_path, monkeypatch):
         assert f"holds {kind.name}" in command("check", folder)
 
 
+def test_check_refuses_tables_by_file_and_as_a_scenario_would(tmp_path, monkeypatch):
+    """Breaks if check accepts what no device can have, or a message does not say which file is wrong."""
+    monkeypatch.chdir(tmp_path)
+    wrong = {
+        "down.csv": ("stroke_mm,force_kN\n0,0\n-40,600\n", "no device can have this curve"),
+        "no_heads.csv": ("0,0\n40,600\n", "begins with numbers: it must have a line of heads"),
+        "text.csv": ("stroke_mm,force_kN\n0,0\n40,x\n", "force_kN = 'x': must be a number"),
+        "sum.csv": ("name,mass_t\nA,30\nTotal,30\n", "is a sum or a mean, not a vehicle"),
+        "none.xlsx": ("stroke_mm", "has the name of a workbook, but is none"),
+        "none.k": ("*KEYWORD\n", "is a keyword file without"),
+    }
+    for name, (text, said) in wrong.items():
+        (tmp_path / name).write_text(text)
+        found = command("check", name, code=2)
+        assert name in found
+        assert said in found
+    openpyxl.Workbook().save("empty.xlsx")
+    assert "empty.xlsx: has no table on a sheet that is shown" in command("check", "empty.xlsx", code=2)
+    (tmp_path / "c.k").write_text("*DEFINE_CURVE\n101\n0,0\n40,600\n")
+    assert "curve 101 of 2 points; named by curve: {file: c.k, id: 101}" in command("check", "c.k")
+    assert "allowed folder '': there is no such folder" in command("check", "b_type", "--allow-folder", "", code=2)
+
+
 def test_help_of_check_names_every_kind_of_file():
     said = " ".join(command("check", "--help").split())
     for kind in (
