@@ -195,6 +195,25 @@ def test_the_mean_force_is_that_of_the_curve(result):
     assert tube.b == pytest.approx(1000, rel=0.01)
 
 
+@pytest.mark.parametrize(("judged", "mean", "other"), [("tube", 1000, "buffer"), ("buffer", 313, "tube")])
+def test_a_mean_force_is_of_recorded_strokes_alone(result, judged, mean, other):
+    """Breaks if the force where records begin or end is taken for what was before or comes after."""
+    names = {"stroke_M1-wall_mm": "stroke_M1_wall_mm", "force_M1-wall_kN": "force_M1_wall_kN"}
+    test = result.table()[["time_s", *names]].rename(columns=names)
+    stroke = test["stroke_M1_wall_mm"]
+    test["force_M1_wall_kN"] = test["force_M1_wall_kN"].where(stroke > 120 if judged == "tube" else stroke < 80)
+    last = int(stroke.argmax()) if judged == "tube" else len(test)
+    found = {rule.where: rule for rule in of(compare(result, test[:last]), FORCE)}
+    rule, unknown = found[f"M1-wall {judged}"], found[f"M1-wall {other}"]
+    assert (rule.a, rule.b, rule.kept) == (pytest.approx(mean, rel=0.02), rule.a, True)
+    without = float(rule.said.removeprefix("without ").partition(" mm of it, of which there are no records")[0])
+    assert without == pytest.approx(20, abs=3)
+    assert (unknown.kept, unknown.said) == (
+        None,
+        "not judged: there are no records of force and stroke while it is pressed",
+    )
+
+
 @pytest.mark.parametrize(("factor", "kept"), [(1.09, True), (1.11, False)])
 def test_strokes_within_a_tenth_are_kept(result, factor, kept):
     """Breaks if a stage is judged by the stroke of the whole device: a buffer that is used up has all its stroke."""
@@ -280,7 +299,8 @@ def test_units_of_a_test_are_converted_and_said(result, test, tmp_path):
     assert len(found.differences) == 3
     assert max(row.rms_percent for row in found.differences) < 1e-9
     said = " ".join(found.remarks)
-    for part in ("cell [MN], MN turned into kN", "crush_m, m turned into mm", "3.6 * lead, taken as km/h"):
+    parts = ("cell [MN], MN turned into kN", "crush_m, m turned into mm", "3.6 * lead, taken as km/h")
+    for part in (*parts, "times = t [ms], ms turned into s"):
         assert part in said
     assert found.kept is True
     (energy,) = of(found, ENERGY)
@@ -387,6 +407,12 @@ def test_arguments_that_cannot_be_meant_are_refused(result):
     dated = pd.DataFrame({"t": [0.0, 0.1], "a": pd.to_datetime(["2026-01-01", "2026-01-02"])})
     with pytest.raises(InputError, match=r"a = '2026-01-01': must be a number"):
         compare(result, dated, {"velocity_M1_km_h": "a"})
+    with pytest.raises(InputError, match=r"a = 'True': must be a number"):
+        compare(result, pd.DataFrame({"t": [0.0, 0.1], "a": [True, False]}), {"velocity_M1_km_h": "a"})
+    with pytest.raises(InputError, match=r"offset_ms = nan: must be a finite number"):
+        compare(result, result, offset_ms=math.nan)
+    with pytest.raises(TypeError, match=r"channels: must be a dict of columns by channel, not list"):
+        compare(result, twice, ["a"])  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"is a result, which has no columns to name"):
         compare(result, result, {"velocity_M1_km_h": "a"})
 

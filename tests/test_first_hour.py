@@ -92,6 +92,24 @@ def test_a_new_scenario_from_tables_has_their_curves_and_vehicles(tmp_path):
     assert trainmj.load(tmp_path / "c.yaml").trains["train"].front == "joint"
 
 
+def test_a_sheet_without_a_telling_name_takes_the_place_that_is_left(tmp_path):
+    """Breaks if one curve is at both places while there are two, or one that is not used is not named."""
+    curve = [("Stroke [mm]", "Force [kN]"), (0, 0), (40, 600), (350, 1000)]
+    sheets = {"head device": curve, "joint": None, "cars": None, "Zwischenkupplung": curve, "Pendel": curve}
+    book = openpyxl.load_workbook(workbook(tmp_path / "d.xlsx", **sheets))
+    del book["joint"], book["cars"]
+    book.save(tmp_path / "d.xlsx")
+    said = command("new", tmp_path / "own.yaml", "--from", tmp_path / "d.xlsx", "--yes")
+    assert "head_device is at the ends of the train, Zwischenkupplung between its vehicles." in said
+    assert "Pendel: not used; --front NAME and --between NAME take another one." in said
+    assert "rises faster" not in command("check", tmp_path / "own.yaml")  # the car body is as steep as they unload
+    book["Pendel"]["B3"] = "600"
+    book.save(tmp_path / "d.xlsx")
+    assert "d.xlsx: Pendel!B3: Force [kN] = '600': is text" in command(
+        "new", tmp_path / "b.yaml", "--from", tmp_path / "d.xlsx", code=2
+    )
+
+
 def test_new_asks_on_a_terminal_for_what_no_option_states(tmp_path, monkeypatch):
     """Breaks if an answer goes to another question."""
     monkeypatch.setattr(sys.modules["trainmj.cli.new"], "is_asked", lambda yes: not yes)
@@ -163,6 +181,29 @@ def test_check_tells_what_tables_and_results_hold(tmp_path, monkeypatch):
         folder.mkdir()
         (folder / kind.file).touch()
         assert f"holds {kind.name}" in command("check", folder)
+
+
+def test_check_refuses_tables_by_file_and_as_a_scenario_would(tmp_path, monkeypatch):
+    """Breaks if check accepts what no device can have, or a message does not say which file is wrong."""
+    monkeypatch.chdir(tmp_path)
+    wrong = {
+        "down.csv": ("stroke_mm,force_kN\n0,0\n-40,600\n", "no device can have this curve"),
+        "no_heads.csv": ("0,0\n40,600\n", "begins with numbers: it must have a line of heads"),
+        "text.csv": ("stroke_mm,force_kN\n0,0\n40,x\n", "force_kN = 'x': must be a number"),
+        "sum.csv": ("name,mass_t\nA,30\nTotal,30\n", "is a sum or a mean, not a vehicle"),
+        "none.xlsx": ("stroke_mm", "has the name of a workbook, but is none"),
+        "none.k": ("*KEYWORD\n", "is a keyword file without"),
+    }
+    for name, (text, said) in wrong.items():
+        (tmp_path / name).write_text(text)
+        found = command("check", name, code=2)
+        assert name in found
+        assert said in found
+    openpyxl.Workbook().save("empty.xlsx")
+    assert "empty.xlsx: has no table on a sheet that is shown" in command("check", "empty.xlsx", code=2)
+    (tmp_path / "c.k").write_text("*DEFINE_CURVE\n101\n0,0\n40,600\n")
+    assert "curve 101 of 2 points; named by curve: {file: c.k, id: 101}" in command("check", "c.k")
+    assert "allowed folder '': there is no such folder" in command("check", "b_type", "--allow-folder", "", code=2)
 
 
 def test_help_of_check_names_every_kind_of_file():

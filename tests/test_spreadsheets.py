@@ -493,6 +493,9 @@ BAD_DECKS = {
     "no points": (CURVE.format(card="101", points=""), {}, "line 3: the curve has no points"),
     "another type": (CURVE.format(card="101,0,1,1,0,0,6", points=POINTS), {}, "DATTYP = 6"),
     "no curve": ("*KEYWORD\n*NODE\n", {}, "is a keyword file without"),
+    "a curve elsewhere": ("*INCLUDE\nx.k\n", {}, "what its .INCLUDE names is not read: name that file itself"),
+    "a tab in a card": ("*DEFINE_CURVE\n101\t\t2.0\n0,0\n9,9\n", {}, r"line 2: '101.*has a tab: write blanks"),
+    "a tab in a point": ("*DEFINE_CURVE\n101\n0\t0\n9,9\n", {}, r"line 3: '0.*has a tab: write blanks"),
     "a sheet": (ONE, {"sheet": "a"}, "is a keyword file, which has no sheet: leave sheet out"),
 }
 

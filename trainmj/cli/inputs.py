@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from trainmj.scenario import Scenario
 
 
-TABLES = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".xls")
+DECKS = (".k", ".key", ".dyn")
+"""Endings of keyword files."""
+
+TABLES = (".csv", ".txt", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods", *DECKS)
 """Endings of files that check takes for tables."""
 
 _SCHEMAS = ["scenario", "sweep", "study", "targets", "assessment", "partner", "reliability"]
@@ -127,14 +130,24 @@ def _say_tables(file: Path) -> None:
     from trainmj.scenario import starter
     from trainmj.scenario.trains import VehiclesFile
 
-    for place, table in starter.tables_in(file.parent, file):
+    if file.suffix.lower() in DECKS:
+        _say_curves(file)
+        return
+    found = list(starter.tables_in(file.parent, file))
+    if not found:
+        raise InputError(f"{file}: has no table on a sheet that is shown, with a line of heads above numbers")
+    for place, table in found:
         n, written = len(table.lines), starter.flow(place)
         where = f"{file}, {place.sheet}" if place.sheet else f"{file}"
         if starter.is_curve(table):
-            u, f = table.numbers("stroke_mm"), table.numbers("force_kN")
+            u, f = starter.points(file, table)
+            _as_of_a_device(where, u, f)
             said, use = f"a curve of {n} points up to {u[-1]:g} mm and {max(f):g} kN", f"curve: {written}"
         elif starter.is_of_vehicles(table):
-            VehiclesFile.values_of(table)
+            try:
+                VehiclesFile.values_of(table)
+            except InputError as error:
+                raise InputError(f"{where}: {error}") from None
             said, use = f"{n} vehicles", f"vehicles: {written}"
         else:
             said = f"{n} rows of {', '.join(table.columns)}"
@@ -142,6 +155,31 @@ def _say_tables(file: Path) -> None:
         say(f"{where}: {said}; named by {use}")
         for note in table.notes:
             say(f"Note: {note}")
+
+
+def _as_of_a_device(where: str, stroke_mm: list[float], force_kN: list[float]) -> None:
+    """Refuse a curve that no device can have."""
+    values = trainmj.load("b_type").values()
+    curve = {"stroke_mm": stroke_mm, "force_kN": force_kN}
+    values["devices"] |= {"any": {"curve": curve, "stiffness_kN_per_mm": 1000, "beyond": "hold"}}
+    try:
+        trainmj.Scenario.from_values(values)
+    except InputError as error:
+        raise InputError(f"{where}: no device can have this curve: {error}") from None
+
+
+def _say_curves(file: Path) -> None:
+    """What curves a keyword file has, and how a scenario names each."""
+    from trainmj.files.tables import tables_in
+    from trainmj.scenario import starter
+
+    found = tables_in(file)
+    if not found:
+        raise InputError(f"{file}: is a keyword file without *DEFINE_CURVE")
+    for one in found:
+        named = starter.flow(one.place)
+        click.echo(f"{file}: curve {one.place.id} of {one.rows} points; named by curve: {named} and its units")
+    click.echo("Note: a keyword file does not say its units: state them, as in units: { stroke: mm, force: N }")
 
 
 def _run_into(file: str) -> Scenario:

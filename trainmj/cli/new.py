@@ -84,7 +84,8 @@ def new(file: Path, tables: tuple[Path, ...], front: str | None, between: str | 
         raise InputError(f"--{given[0].replace('_', '-').lower()}: is in the tables of --from: leave it out")
     values = {name: _answer(name, stated[name], asks) for name in _ASKED if name not in left_out}
     if data:
-        ends, joint = data.device(front, starter.AT_ENDS), data.device(between, starter.BETWEEN)
+        ends = data.device(front, starter.AT_ENDS, starter.BETWEEN)
+        joint = data.device(between, starter.BETWEEN, starter.AT_ENDS)
         others = data.devices if data.vehicles else ()
     else:
         ends = starter.Crush.constant("front", values["front_force_kN"], values["front_stroke_mm"])
@@ -101,6 +102,9 @@ def new(file: Path, tables: tuple[Path, ...], front: str | None, between: str | 
         raise InputError(f"nothing is written: {error}") from None
     if data:
         click.echo(f"{ends.name} is at the ends of the train, {joint.name} between its vehicles.")
+        if idle := [device.name for device in data.devices if device not in (ends, joint)]:
+            where = "only where vehicles name it" if data.vehicles else "not used"
+            click.echo(f"{', '.join(idle)}: {where}; --front NAME and --between NAME take another one.")
     click.echo(f"Written to {file}. What would run, and the collision:")
     click.echo(f"  trainmj check {quote(str(file))}")
     click.echo(f"  trainmj run {quote(str(file))} --out {quote(file.stem)} --report")

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trainmj.errors import InputError
+from trainmj.units import beyond
 
 Array = npt.NDArray[np.float64]
 
@@ -76,7 +77,7 @@ class Envelope:
         """Whether it rises faster than its stiffness in places."""
         at, force, slope = self._points
         jumps = (v == u and g > f for (u, v), (f, g) in zip(pairwise(at), pairwise(force), strict=True))
-        return force[0] > 0.0 or max(slope) > self.stiffness or any(jumps)
+        return force[0] > 0.0 or beyond(max(slope), self.stiffness) or any(jumps)
 
     @cached_property
     def climbing(self) -> Envelope:

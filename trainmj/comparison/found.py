@@ -9,6 +9,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -138,6 +139,10 @@ def compare(
     """
     if align and offset_ms:
         raise InputError("the offset is either sought or stated")
+    if not math.isfinite(offset_ms):
+        raise InputError(f"offset_ms = {offset_ms}: must be a finite number of ms")
+    if channels is not None and not isinstance(channels, Mapping):
+        raise TypeError(f"channels: must be a dict of columns by channel, not {type(channels).__name__}")
     one = _result(a)
     first = of_result(_name(a, "A"), one)
     second = _second(b, first, Asked(channels or {}, time, sheet, cells))
@@ -217,7 +222,10 @@ def _remarks(found: Comparison) -> Iterator[str]:
         said = [f"{when} {_listed(names)}" for when, names in windows.items()]
         yield f"Compared only while both are there: {_listed(said)}. Nothing is extrapolated."
     if b.result is None:
-        yield f"Channels of the test: {'; '.join(f'{n} = {s.origin}' for n, s in b.channels.items())}."
+        said = [f"{name} = {series.origin}" for name, series in b.channels.items() if series.origin]
+        called = len(b.channels) - len(said)
+        said += [f"{called} as their columns are called"] * bool(called) + [f"times = {b.clock}"] * bool(b.clock)
+        yield f"Channels of the test: {'; '.join(said)}."
         if b.left_out:
             yield f"Columns of the test that were not used: {_listed(b.left_out)}."
     else:

@@ -53,6 +53,7 @@ class _Columns:
     own: Mapping[str, str]  # head by the channel that it is called like
     written: Mapping[str, str] = field(default_factory=dict)  # heads as they are in the file, where they are others
     flaws: Mapping[str, str] = field(default_factory=dict)  # why a column cannot be used
+    clock: str = ""  # how times were made; empty if channels state their own
 
     def made(self, text: str, unit: str) -> tuple[Array, Array, str]:
         """Times, values in a unit, and how they were made of columns."""
@@ -109,7 +110,9 @@ def of_test(given: Any, name: str, known: Collection[str], asked: Asked) -> Side
     for key, text in ({**columns.own, **wanted}).items():
         try:
             times, values, origin = columns.made(text, unit_of(key))
-            found[key] = Series(*_whole(times, values), unit_of(key), origin)
+            head = columns.written.get(text, text)
+            plain = key not in wanted and (channel_name(head) == key or unit_stated(head) == unit_of(key))
+            found[key] = Series(*_whole(times, values), unit_of(key), "" if plain else origin)
             taken |= set(columns.terms(text))
         except InputError as error:
             raise InputError(f"{columns.said}: {key} = {text[:80]}: {error}") from None
@@ -119,7 +122,7 @@ def of_test(given: Any, name: str, known: Collection[str], asked: Asked) -> Side
             f"{columns.said}: no column is called like a channel: say which is which with --channel "
             f"{next(iter(known))}=COLUMN. Channels: {there} and so on; columns: {heads}"
         )
-    return Side(name, found, None, tuple(head for head in columns.series if head not in taken))
+    return Side(name, found, None, tuple(head for head in columns.series if head not in taken), columns.clock)
 
 
 def _known(key: str, known: Collection[str]) -> str:
@@ -159,7 +162,7 @@ def _read(given: Any, name: str, known: Collection[str], asked: Asked) -> _Colum
         cells, written = {}, {}
         for one, head in zip(read_heads(heads, [""] * len(heads), _unit(known), {}), heads, strict=True):
             column = given.iloc[:, heads.index(head)]
-            values = (column if column.dtype.kind in "fiubO" else column.astype(str)).tolist()
+            values = (column if column.dtype.kind in "fiuO" else column.astype(str)).tolist()
             cells[one.name] = [value if one.factor == 1 else float(one.factor) * value for value in values]
             if one.name != head:
                 written[one.name] = head, values
@@ -194,7 +197,7 @@ def _of_table(table: Table, said: str, known: Collection[str], time: str | None)
         if not clock:
             raise InputError("no column is called time: name it with --time COLUMN")
         of_times = _Columns(said, {head: (values, values) for head, values in numbers.items()}, units, {}, {}, flaws)
-        _, times, _ = of_times.made(clock, "s")
+        _, times, how = of_times.made(clock, "s")
         clocks = [*of_times.terms(clock), _VALID]
     except InputError as error:
         raise InputError(f"{said}: {f'--time {time}: ' if time else ''}{error}") from None
@@ -208,7 +211,7 @@ def _of_table(table: Table, said: str, known: Collection[str], time: str | None)
     if _VALID in numbers:  # as trainmj marks rows
         numbers = {head: np.where(numbers[_VALID] == 0.0, np.nan, values) for head, values in numbers.items()}
     series = {head: (times, values) for head, values in numbers.items() if head not in clocks}
-    return _Columns(said, series, units, own, written, flaws)
+    return _Columns(said, series, units, own, written, flaws, how)
 
 
 def _numbers(table: Table, head: str) -> Array:

@@ -230,13 +230,8 @@ def _of_stages(pairs: Sequence[_Pair]) -> Iterator[Rule]:
     for pair, stage, theirs, strokes in counting:
         if pair.stroke is None or pair.force is None or not min(strokes) > 0.0:
             continue
-        window = common(*pair.stroke, *pair.force)
-        if window is None:
-            continue
-        forces = [_mean_force(pair.stroke[of], pair.force[of], window, part) for of, part in ((0, stage), (1, theirs))]
-        off = percent(forces[0] - forces[1], forces[1])
         n += 1
-        yield Rule(FORCE, _title(pair, stage), forces[0], forces[1], "kN", off, _within(off))
+        yield _force(pair, stage, theirs, strokes)
     if not n:
         yield Rule(FORCE, said="not judged: no interface has force and stroke in both")
 
@@ -254,16 +249,40 @@ def _strokes(pair: _Pair) -> Iterator[tuple[Stage, Stage, tuple[float, float]]]:
                 yield stage, theirs[stage.name], strokes
 
 
-def _mean_force(stroke: Series, force: Series, window: tuple[float, float], stage: Stage) -> float:
-    """Mean force over the stroke of a stage while it is pressed for the first time [kN]."""
+def _force(pair: _Pair, stage: Stage, theirs: Stage, strokes: tuple[float, float]) -> Rule:
+    """The mean forces of a stage, over the part of its stroke for which both have records."""
+    assert pair.stroke is not None
+    assert pair.force is not None
+    name, parts = _title(pair, stage), (stage, theirs)
+    window = common(*pair.stroke, *pair.force)
+    if window is None:
+        return Rule(FORCE, name, said="not judged: force and stroke are at no time in both")
+    paths = [_pressed(pair.stroke[of], pair.force[of], window) for of in (0, 1)]
+    missed = max(0.0, *(float(way[0]) - part.start / MM for (way, _), part in zip(paths, parts, strict=True)))
+    spans = [(part.start / MM + missed, min(float(way[-1]), part.end / MM))
+             for (way, _), part in zip(paths, parts, strict=True)]  # fmt: skip
+    if any(start >= end for start, end in spans):
+        return Rule(FORCE, name, said="not judged: there are no records of force and stroke while it is pressed")
+    one, other = (_mean_force(*path, *span) for path, span in zip(paths, spans, strict=True))
+    off = percent(one - other, other)
+    unseen = max(stroke - (end - start) for stroke, (start, end) in zip(strokes, spans, strict=True))
+    said = f"without {unseen:.4g} mm of it, of which there are no records" if unseen > SEEN * max(strokes) else ""
+    return Rule(FORCE, name, one, other, "kN", off, _within(off), said)
+
+
+def _pressed(stroke: Series, force: Series, window: tuple[float, float]) -> tuple[Array, Array]:
+    """Strokes that are reached for the first time [mm], growing, and the force at each [kN]."""
     time = instants(window, stroke, force)
     way, forces = stroke.at(time), force.at(time)
     last = int(np.argmax(way))
     way, forces = way[: last + 1], forces[: last + 1]
     highest = np.maximum.accumulate(way)
     first = np.concatenate([[True], way[1:] > highest[:-1]])  # the way back and again does not count
-    way, forces = way[first], forces[first]
-    start, end = stage.start / MM, min(float(way[-1]), stage.end / MM)
+    return way[first], forces[first]
+
+
+def _mean_force(way: Array, forces: Array, start: float, end: float) -> float:
+    """Mean force from one stroke to another one [kN], both among the recorded ones."""
     inner = way[(way > start) & (way < end)]
     at = np.concatenate([[start], inner, [end]])
     return float(np.trapezoid(np.interp(at, way, forces), at) / (end - start))

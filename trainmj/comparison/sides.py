@@ -27,7 +27,7 @@ class Series(NamedTuple):
     time: Array  # (n,) [s], growing
     values: Array  # (n,) finite
     unit: str
-    origin: str = ""  # of a test: column and unit that it was made of
+    origin: str = ""  # of a test: column and unit that it was made of; empty if that is called like it, in its unit
 
     def at(self, time: Array) -> Array:
         """Values in between, on straight lines; asked for within the series only."""
@@ -48,12 +48,14 @@ class Side:
         channels: by name, unit included: ``velocity_M1_km_h``, ``stroke_S1_M1_mm``.
         result: None of a test.
         left_out: columns of a test that no channel was made of.
+        clock: column that the times of a test are made of, and how; empty if each channel states its own.
     """
 
     name: str
     channels: Mapping[str, Series]
     result: Result | None = None
     left_out: tuple[str, ...] = field(default=())
+    clock: str = ""
 
     @cached_property
     def summary(self) -> Summary | None:

@@ -54,7 +54,7 @@ class _Block(NamedTuple):
         if not self.cards:
             raise InputError(f"line {self.line}: {self.keyword} has no card")
         line, text = self.cards[0]
-        return line, _fields(text, 20 if self.long else 10)
+        return line, _fields(line, text, 20 if self.long else 10)
 
     def id(self) -> int:
         """The number of the curve."""
@@ -82,17 +82,24 @@ def curve_in(text: str, number: int | None) -> DeckCurve:
     """
     blocks = _blocks(text)
     if not blocks:
-        raise InputError("is a keyword file without *DEFINE_CURVE")
+        raise InputError(f"is a keyword file without *DEFINE_CURVE{_elsewhere(text)}")
     if number is None and len(blocks) > 1:
         known = ", ".join(str(block.id()) for block in blocks[:30])
         raise InputError(f"has {len(blocks)} curves: state id, one of {known}")
     found = [block for block in blocks if number is None or block.id() == number]
     if not found:
-        raise InputError(f"has no curve with id {number}{close_match(str(number), [str(b.id()) for b in blocks])}")
+        known = close_match(str(number), [str(b.id()) for b in blocks])
+        raise InputError(f"has no curve with id {number}{known}{_elsewhere(text)}")
     if len(found) > 1:
         lines = " and ".join(str(block.line) for block in found[:2])
         raise InputError(f"has two curves with id {number}, in lines {lines}")
     return _curve(found[0])
+
+
+def _elsewhere(text: str) -> str:
+    """What there is to know of a curve that is not in a file."""
+    found = re.search(r"^\*INCLUDE\w*", text, re.MULTILINE | re.IGNORECASE)
+    return f"; what its {found[0].upper()} names is not read: name that file itself" if found else ""
 
 
 def _blocks(text: str) -> list[_Block]:
@@ -133,7 +140,7 @@ def _curve(block: _Block) -> DeckCurve:
         raise InputError(f"line {line}: DATTYP = {kind}: a force over stroke is of type 0 or 1")
     points = []
     for n, text in block.cards[1:]:
-        pair = _fields(text, 20)
+        pair = _fields(n, text, 20)
         if len(pair) < 2 or not all(pair[:2]) or any(pair[2:]):
             raise InputError(
                 f"line {n}: {text.strip()[:_SHOWN]!a}: must be two numbers, in 20 columns each or with a comma"
@@ -145,11 +152,13 @@ def _curve(block: _Block) -> DeckCurve:
     return DeckCurve(block.id(), scales, (offa, offo), [n for n, _ in block.cards[1:]], points)
 
 
-def _fields(line: str, width: int) -> list[str]:
+def _fields(line: int, text: str, width: int) -> list[str]:
     """The fields of a card: with commas between, or in columns."""
-    if "," in line:
-        return [field.strip() for field in line.split(",")]
-    return [line[k : k + width].strip() for k in range(0, len(line.rstrip()), width)]
+    if "," in text:
+        return [field.strip() for field in text.split(",")]
+    if "\t" in (kept := text.rstrip()):  # how many columns it stands for is up to whoever shows it
+        raise InputError(f"line {line}: {text.strip()[:_SHOWN]!a}: has a tab: write blanks up to the column, or commas")
+    return [text[k : k + width].strip() for k in range(0, len(kept), width)]
 
 
 def _whole(field: str, line: int, name: str) -> int:

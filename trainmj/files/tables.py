@@ -357,6 +357,8 @@ def _check(found: _Found) -> None:
     heads, rows = found.heads, found.rows
     if len(heads) > _MOST_COLUMNS:
         raise InputError(f"has {len(heads)} columns, more than {_MOST_COLUMNS}")
+    if heads and all(WRITTEN.fullmatch(head) for head in heads):
+        raise InputError("begins with numbers: it must have a line of heads above them")
     double = [head for head, count in Counter(heads).items() if head and count > 1]
     if double:
         raise InputError(f"has two columns {double[0][:_SHOWN]!r}")

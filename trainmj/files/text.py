@@ -119,7 +119,7 @@ def allowing(folders: Folders) -> Iterator[None]:
     """
     given = [folders] if isinstance(folders, (str, Path)) else list(folders)
     for folder in given:
-        if not Path(folder).is_dir():
+        if not str(folder) or not Path(folder).is_dir():
             raise InputError(f"allowed folder {str(folder)!a}: there is no such folder")
     token = _allowed.set((*_allowed.get(), *(Path(folder).resolve() for folder in given)))
     try:

@@ -67,8 +67,8 @@ class Data:
     devices: tuple[Crush, ...]
     vehicles: str = ""
 
-    def device(self, name: str | None, like: Sequence[str]) -> Crush:
-        """The device of a name, or the one whose name says what it is for, or the first one.
+    def device(self, name: str | None, like: Sequence[str], unlike: Sequence[str]) -> Crush:
+        """The device of a name, or the first whose name says that it is for this, or that is not for the other place.
 
         Raises:
             InputError: if there is none of the name.
@@ -78,8 +78,15 @@ class Data:
             raise InputError(f"{name}: no table with a curve has this name{close_match(name, by_name)}")
         if name is not None:
             return by_name[_label(name)]
-        fits = (device for device in self.devices if any(word in device.name.lower() for word in like))
-        return next(fits, self.devices[0])
+        fits = (device for device in self.devices if _says(device.name, like))
+        others = (device for device in self.devices if not _says(device.name, unlike))
+        return next(fits, next(others, self.devices[0]))
+
+
+def _says(name: str, words: Sequence[str]) -> bool:
+    """Whether a name begins or ends with one of some words, the number of a copy aside."""
+    text = name.lower().rstrip("_0123456789")
+    return text.startswith(tuple(words)) or text.endswith(tuple(words))
 
 
 def _label(name: str) -> str:
@@ -102,7 +109,7 @@ def read_data(folder: Path, files: Sequence[Path]) -> Data:
         for place, table in tables_in(folder, file):
             written = flow(place)
             if is_curve(table):
-                u, f = table.numbers("stroke_mm"), table.numbers("force_kN")
+                u, f = points(file, table)
                 slopes = [(b - a) / (v - w) for w, v, a, b in zip(u, u[1:], f, f[1:], strict=False) if v > w]
                 named = _label(place.sheet or file.stem)
                 name = named if named not in {d.name for d in devices} else f"{named}_{len(devices) + 1}"
@@ -132,6 +139,18 @@ def tables_in(folder: Path, file: Path) -> Iterator[tuple[TablePlace, Table]]:
         yield place, read_beside(folder, place, f"{file}", _unit, VehiclesFile.texts)
 
 
+def points(file: Path, table: Table) -> tuple[list[float], list[float]]:
+    """Strokes [mm] and forces [kN] of a curve in a file.
+
+    Raises:
+        InputError: if one is no number.
+    """
+    try:
+        return table.numbers("stroke_mm"), table.numbers("force_kN")
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+
+
 def is_curve(table: Table) -> bool:
     """Whether a table is a curve."""
     return set(CurveFile.columns) <= set(table.columns)
@@ -142,7 +161,7 @@ def is_of_vehicles(table: Table) -> bool:
     return set(VehiclesFile.columns) <= set(table.columns)
 
 
-def _places(folder: Path, file: Path) -> Iterator[TablePlace]:
+def _places(folder: Path, file: Path) -> list[TablePlace]:
     """The tables of a file, each as the scenario will name it."""
     try:
         name = file.resolve().relative_to(folder.resolve()).as_posix()
@@ -151,15 +170,19 @@ def _places(folder: Path, file: Path) -> Iterator[TablePlace]:
         raise InputError(f"{file}: is not in {where} or below it: copy it there") from None
     if not file.is_file():
         raise InputError(f"{file}: there is no such file")
-    content = read_bytes(file, _MOST_BYTES)
-    if not is_workbook(content, file.suffix.lower()):
-        yield TablePlace(file=name)
-        return
-    for sheet in read_workbook(content):
-        grids = [] if sheet.hidden else tables_on(sheet, _unit)
-        for grid in grids:
-            place = TablePlace(file=name, sheet=sheet.name)
-            yield place.model_copy(update={"range": str(grid.box)}) if len(grids) > 1 else place
+    try:
+        content = read_bytes(file, _MOST_BYTES)
+        if not is_workbook(content, file.suffix.lower()):
+            return [TablePlace(file=name)]
+        shown = [sheet for sheet in read_workbook(content) if not sheet.hidden]
+        found = [(sheet.name, tables_on(sheet, _unit)) for sheet in shown]
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+    return [
+        TablePlace(file=name, sheet=sheet, range=str(grid.box) if len(grids) > 1 else None)
+        for sheet, grids in found
+        for grid in grids
+    ]
 
 
 def flow(place: TablePlace) -> str:
