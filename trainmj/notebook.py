@@ -215,9 +215,8 @@ def _reliability_result(result: ReliabilityResult) -> Cell:
 def _verification(found: Verification) -> Cell:
     from trainmj.verification.page import table_of
 
-    passed = sum(check.passed for check in found.checks)
     tables = (table_of(checks, group.title) for group, checks in found.groups)
-    return _cell(f"Verification: {passed} of {len(found.checks)} checks pass", "", tables)
+    return _cell("Verification", found.verdict.text, tables)
 
 
 def _comparison(found: Comparison) -> Cell:

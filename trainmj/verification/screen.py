@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from trainmj.output.console import FAILED, new_console, print_table
+from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.verification.page import table_of
 from trainmj.verification.published import NOT_CHECKED
 from trainmj.verification.suite import Verification
@@ -14,10 +14,6 @@ def print_verification(verification: Verification) -> None:
     for group, checks in verification.groups:
         print_table(console, table_of(checks, group.title))
         console.print()
-    n, failed = len(verification.checks), len(verification.failed)
-    console.print(
-        f"{n} checks in {verification.seconds:.0f} s: "
-        + ("all pass." if verification.passed else f"{failed} FAIL{'S' if failed == 1 else ''}."),
-        style="bold" if verification.passed else FAILED,
-    )
+    print_verdict(console, verification.verdict)
+    console.print(f"Computed in {verification.seconds:.0f} s")
     console.print(f"Not checked: {NOT_CHECKED[0]}")

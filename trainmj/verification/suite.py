@@ -11,6 +11,7 @@ from trainmj.collision.identity import identity
 from trainmj.collision.mj import undisturbed
 from trainmj.errors import TrainmjError
 from trainmj.files.shown import Shown
+from trainmj.output.table import Verdict, judged
 from trainmj.verification import (
     bodies,
     closed_forms,
@@ -92,9 +93,17 @@ class Verification(Shown):
     seconds: float  # of computing
 
     def __repr__(self) -> str:
-        """How many checks pass."""
-        n, failed = len(self.checks), ", ".join(f"{check.case}, {check.what}" for check in self.failed)
-        return f"<Verification {n} checks: {f'FAILED: {failed}' if failed else 'all pass'}>"
+        """The verdict."""
+        return f"<Verification: {self.verdict.text}>"
+
+    @property
+    def verdict(self) -> Verdict:
+        """How many checks are within their tolerance, in one sentence."""
+        n, failed = len(self.checks), [f"{check.case}, {check.what}" for check in self.failed]
+        kept = f"All {n} checks are within their tolerance." if n else "Nothing was checked."
+        fail = "FAILS" if len(failed) == 1 else "FAIL"
+        which = f"{'; '.join(failed[:3])}{f' and {len(failed) - 3} more' if failed[3:] else ''}"
+        return judged(self.passed, kept, f"{len(failed)} of {n} checks {fail}: {which}." if failed else kept)
 
     @property
     def checks(self) -> list[Check]:
