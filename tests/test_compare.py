@@ -237,6 +237,16 @@ def test_energy_is_judged_by_the_initial_energy(result, share, kept):
     assert "2 of 2 devices" in rule.said
 
 
+def test_energy_of_a_record_that_is_cut_short_is_not_judged(result, test):
+    """Breaks if hardly any energy is found to differ by less than a tenth of the initial one, and that is kept."""
+    absorbed = result.energy.sum(axis=1)
+    n = int(np.argmax(absorbed > 0.4 * absorbed[-1]))
+    (rule,) = of(compare(result, test[:n], NAMED), ENERGY)
+    assert rule.kept is None
+    assert "not judged: the time in common has" in rule.said
+    assert "% of what A absorbs" in rule.said
+
+
 def test_another_order_of_events_is_not_kept(result):
     """Breaks if only the strokes count, whenever they are there."""
     early = result.left_stroke.copy()

@@ -37,7 +37,8 @@ MEANING = {
     f"start of a stage by {SEEN:.0%} of its largest stroke; where the stroke is not known, when the force reaches "
     f"{ACTING:.0%} of its largest. What is closer together than the coarser record is not put in order",
     ENERGY: "the energy absorbed by the interfaces that both have, at the end of the time in common; where it is not "
-    "known, the work of the force over the stroke; as part of the initial kinetic energy",
+    "known, the work of the force over the stroke; as part of the initial kinetic energy. Judged where the time in "
+    "common has nine tenths of what each absorbs",
     STROKE: "the largest stroke of each stage of a device",
     FORCE: "the work of the force over the stroke of a stage while it is pressed for the first time, over that stroke",
 }
@@ -188,25 +189,31 @@ def _energy(a: Side, b: Side, pairs: Sequence[_Pair]) -> Rule:
     found = [energies for pair in pairs if (energies := _energies(pair))]
     if not found:
         return Rule(ENERGY, said="not judged: no interface has its energy, or force and stroke, in both")
-    one, other = (sum(energies[of] for energies in found) for of in (0, 1))
+    one, other, *whole = (sum(energies[of] for energies in found) for of in range(4))
     whose = b if b.summary else a
     assert whose.summary is not None
     assert a.result is not None
     initial = whose.summary.balance.kinetic_start_kJ
     off = percent(one - other, initial)
+    kept: bool | None = _within(off)
     n = sum(1 for _ in places(a.result.chain))
     said = f"{len(found)} of {n} devices; initial energy {initial:.6g} kJ{'' if b.summary else ', of A'}"
-    return Rule(ENERGY, "", one, other, "kJ", off, _within(off), said)
+    seen = [part / all_of if all_of > 0.0 else 1.0 for part, all_of in zip((one, other), whole, strict=True)]
+    if kept and min(seen) < 1.0 - ALLOWED / 100.0:  # of a little, any difference is little beside the initial energy
+        least = "AB"[seen.index(min(seen))]
+        kept, said = None, f"not judged: the time in common has {min(seen):.0%} of what {least} absorbs; {said}"
+    return Rule(ENERGY, "", one, other, "kJ", off, kept, said)
 
 
-def _energies(pair: _Pair) -> tuple[float, float] | None:
-    """What a device absorbed, in both [kJ]."""
+def _energies(pair: _Pair) -> tuple[float, ...] | None:
+    """What a device absorbed in both, in the time in common, and what it did in all that each has of it [kJ]."""
     if pair.energy and (window := common(*pair.energy)):
         one, other = (float(series.at(np.array(window[1:]))[0]) for series in pair.energy)
-        return one, other
+        return one, other, *(float(series.values[-1]) for series in pair.energy)
     if pair.stroke and pair.force and (window := common(*pair.stroke, *pair.force)):
-        one, other = (_work(pair.stroke[of], pair.force[of], window) for of in (0, 1))
-        return one, other
+        both = list(zip(pair.stroke, pair.force, strict=True))
+        one, other = (_work(*series, window) for series in both)
+        return one, other, *(_work(*series, common(*series) or window) for series in both)
     return None
 
 
