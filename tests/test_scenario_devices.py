@@ -218,9 +218,11 @@ def test_vehicles_may_be_a_csv_file(tmp_path):
 
 
 def test_a_table_of_vehicles_has_a_device_at_each_end(tmp_path):
-    """Breaks if columns front and rear are not those of the vehicles, or empty cells are devices."""
-    scenario = load(of_vehicles(tmp_path, "name;seats;front;rear\nA;0;;d\nB;0;c;a\nC;0;d;\nD;0;;\n"))
+    """Breaks if columns front, rear and drawing are not those of the vehicles, or empty cells are devices."""
+    table = "name;seats;front;rear;drawing\nA;0;;d;locomotive\nB;0;c;a;\nC;0;d;;coach\nD;0;;;\n"
+    scenario = load(of_vehicles(tmp_path, table))
     assert scenario.trains["u"].joints()[1:] == [("d", "c"), ("a", "d"), ("b", "c")]
+    assert [car.drawing for car in scenario.trains["u"].cars()] == ["locomotive", "wagon", "coach", "wagon"]
 
 
 @pytest.mark.parametrize(

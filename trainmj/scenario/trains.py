@@ -125,12 +125,12 @@ class VehicleSpec(Part):
 class VehiclesFile(TableFile):
     """Vehicles in a CSV file or a workbook beside the scenario, a row each.
 
-    Columns are name and any of mass_t, length_m, coupler, front, rear, type, rail_friction, and of the load seats,
-    share, kg, freight_t; others are refused, and an empty cell states nothing.
+    Columns are name and any of mass_t, length_m, coupler, front, rear, type, drawing, rail_friction, and of
+    the load seats, share, kg, freight_t; others are refused, and an empty cell states nothing.
     """
 
     columns: ClassVar = ("name",)
-    texts: ClassVar = ("name", "coupler", "front", "rear", "type")
+    texts: ClassVar = ("name", "coupler", "front", "rear", "type", "drawing")
     others: ClassVar = (*texts[1:], "mass_t", "length_m", "rail_friction", *Load.model_fields)
     curve: ClassVar = False
     row: ClassVar = "vehicle"
