@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 from builders import KINDS_OF_DEVICE, Alone, built
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from trainmj.collision.chain import Element, meet
@@ -90,6 +90,7 @@ def test_lost_and_stored_are_the_work_done_on_every_kind(name, seed):
 
 @settings(max_examples=6)
 @given(st.sampled_from(PAIRS), st.integers(0, 2**32))
+@example(("quick_gas", "sheared"), 484)  # as it shears, the gas comes out in one step
 def test_and_on_every_two_in_series(names, seed):
     """Breaks if a split of the stroke, a snap or a release at no force makes energy or hides some."""
     press(meet(*(DEVICES[name] for name in names))[0], seed, 2_000, 2e-2)

@@ -223,7 +223,7 @@ def test_what_long_work_found_is_shown_too(tmp_path):
     }
     for name, thing in found.items():
         assert repr(thing).startswith(f"<{name} ")
-        assert len(repr(thing)) < 300
+        assert len(repr(thing).replace(str(tmp_path), "")) < 300
         html = thing._repr_html_()
         assert "<table>" in html
         assert "<script" not in html

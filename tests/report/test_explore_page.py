@@ -70,9 +70,9 @@ def test_numbers_follow_a_slider(page):
     computed = trainmj.summarise(trainmj.run(trainmj.load("b_type", {"speed_km_h": speed, "simulation.step_ms": 0.5})))
     assert f"TS {computed.TS_mm:.1f} mm" in seen.inner_text("#bar-numbers")
     assert seen.inner_text("#bar-numbers") != before[0]
-    assert seen.text_content(".animation") != before[1]
     assert computed.status.kind in seen.inner_text("#bar-status")
     seen.wait_for_function("() => !document.querySelector('.behind')")  # the rest has come
+    assert seen.text_content(".animation") != before[1]
     assert computed.status.kind in seen.get_attribute("[data-title=Devices] h2", "data-status")
     seen.locator("[data-title='Over time'] .line-plot").first.scroll_into_view_if_needed()
     seen.wait_for_function("() => document.querySelector(\"[data-title='Over time'] .line-plot\").scales")

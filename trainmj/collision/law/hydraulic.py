@@ -75,7 +75,7 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
     viscous = 0.5 * (force + s[e + ELEMENT.FORCE]) * (own - before)
     viscous -= end * (max(own, travel) - max(before, travel))
     if not math.isinf(rebound):
-        viscous -= 0.5 * (gas + gas_before) * (now - plunger)
+        viscous -= _held(s, e, now) - _held(s, e, plunger)  # not by the mean of the forces: it may come out in one step
     return force, now, given + gives, crushed + viscous, viscous
 
 
@@ -88,24 +88,31 @@ def _gas(s: Block, e: int, plunger: float) -> float:
     return s[e + PRELOAD] * pressed
 
 
-def stored(law: Law, stroke: float, force: float, plunger: float, given: float) -> float:
-    """Energy in the gas and in the stop [J]."""
-    travel, stop, _, preload, per_length, gamma, ramp, rebound, knee, empty = law.parameters
-    over = max(0.0, stroke - empty - travel - given)
-    carried = _gas([*law.parameters], -ELEMENT.P0, travel)  # along the stop, too
-    found = (carried + 0.5 * stop * over) * over
-    if math.isinf(rebound):
-        return found
-    found += 0.5 * ramp * min(plunger, knee) ** 2
+@register_jitable
+def _held(s: Block, e: int, plunger: float) -> float:
+    """Energy in the gas, or behind the preload [J]."""
+    knee, per_length, gamma = s[e + KNEE], s[e + PER_LENGTH], s[e + GAMMA]
+    ramped = min(plunger, knee)
+    found: float = 0.5 * s[e + RAMP] * ramped * ramped
     if plunger > knee:
         if per_length == 0.0:
-            found += preload * (plunger - knee)
+            found += s[e + PRELOAD] * (plunger - knee)
         elif gamma == 1.0:
-            found += preload / per_length * math.log((1 - per_length * knee) / (1 - per_length * plunger))
+            found += s[e + PRELOAD] / per_length * math.log((1.0 - per_length * knee) / (1.0 - per_length * plunger))
         else:
-            powers = [(1.0 - per_length * d) ** (1.0 - gamma) for d in (plunger, knee)]
-            found += preload / (per_length * (gamma - 1.0)) * (powers[0] - powers[1])
+            before, now = (1.0 - per_length * knee) ** (1.0 - gamma), (1.0 - per_length * plunger) ** (1.0 - gamma)
+            found += s[e + PRELOAD] / (per_length * (gamma - 1.0)) * (now - before)
     return found
+
+
+def stored(law: Law, stroke: float, force: float, plunger: float, given: float) -> float:
+    """Energy in the gas and in the stop [J]."""
+    travel, stop, *_, rebound, _, empty = law.parameters
+    over = max(0.0, stroke - empty - travel - given)
+    numbers = [*law.parameters]
+    carried = _gas(numbers, -ELEMENT.P0, travel)  # along the stop, too
+    found = (carried + 0.5 * stop * over) * over
+    return found if math.isinf(rebound) else found + _held(numbers, -ELEMENT.P0, plunger)
 
 
 def bounds(law: Law, fastest: float) -> tuple[float, float]:
