@@ -77,7 +77,7 @@ def test_the_ends_are_found_from_the_tests_against_a_wall(tmp_path):
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("trials", "forces", "length", "lead"),
-    [(0, [2187.9, 5518.8], 244.7, 862), pytest.param(300, [1523.2, 5469.0], 195.2, 801, marks=pytest.mark.thorough)],
+    [(0, [2187.9, 5518.8], 244.7, 862), (300, [1523.2, 5469.0], 195.2, 801)],
 )
 def test_the_length_of_the_push_back_is_not_to_be_had(tmp_path, trials, forces, length, lead):
     """Breaks if one of two curves that meet all three numbers is sold as known: the start decides between them."""
@@ -112,16 +112,17 @@ def test_the_conventional_train_is_the_failure_that_the_docs_name():
 
 @pytest.mark.parametrize(
     ("count", "rounded", "lead", "zones", "near"),
-    [
-        (1, False, None, None, 0),
-        pytest.param(25, False, (670, 934), (3983, 4303), 21, marks=pytest.mark.thorough),
-        pytest.param(25, True, (624, 957), (3774, 4308), 20, marks=pytest.mark.thorough),
-    ],
+    few(
+        [
+            (1, False, None, None, 0),
+            (100, False, (670, 949), (3944, 4339), 80),
+            (100, True, (624, 1017), (3672, 4557), 82),
+        ],
+        1,
+    ),
 )
-def test_other_curves_meet_the_walls_and_their_interval_is_known(count, rounded, lead, zones, near):
-    """Breaks if a curve misses a test against a wall, or the interval is another: these are the first of the 100 curves
-    whose intervals the docs state, which `python benchmarks/fra.py` computes in a minute.
-    """
+def test_other_curves_meet_the_walls_and_their_interval_is_the_one_stated(count, rounded, lead, zones, near):
+    """Breaks if a curve of the interval misses a test against a wall, or the interval is not the one in the docs."""
     fra = benchmark("fra")
     curves, _ = fra.sample(count, seed=1, rounded=rounded)
     for curve in curves:

@@ -8,6 +8,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
+from builders import few
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.lineup import line_up
@@ -139,15 +140,13 @@ def compared(scenario: Scenario) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", [pytest.param("b_type", marks=pytest.mark.thorough), "wagon_80t"])
+@pytest.mark.parametrize("name", ["b_type", "wagon_80t"])
 def test_the_oracle_agrees_with_shipped_trains(name):
     """Breaks when staged devices, unequal fronts or rail friction are read otherwise than the package does."""
     compared(load(name, {"simulation.step_ms": 0.01}))
 
 
-@pytest.mark.parametrize(
-    "seed", [pytest.param(oracles.SEEDS_OF_EVERY_KIND[-2], marks=pytest.mark.thorough), oracles.SEEDS_OF_EVERY_KIND[-1]]
-)
+@pytest.mark.parametrize("seed", few(oracles.SEEDS_OF_EVERY_KIND[:-3:-1], 1))
 def test_random_trains_of_every_kind(seed):
     """Breaks when the package and the oracle disagree about a kind of device, an end, a brake or a grade."""
     compared(Scenario.from_values(random_scenario(seed)))
@@ -172,9 +171,9 @@ REACH = [0, 3, 11, 12, 20, 23, 25, 27, 32, 39, 42, 44, 45, 46, 47, 48]
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """All of the many with ``--random-trains 50``."""
     every = metafunc.config.getoption("--random-trains") >= 50
-    for name, many, few in (("any_seed", MANY, REACH), ("any_seed_of_bodies", MANY_BODIES, REACH_BODIES)):
+    for name, many, some in (("any_seed", MANY, REACH), ("any_seed_of_bodies", MANY_BODIES, REACH_BODIES)):
         if name in metafunc.fixturenames:
-            metafunc.parametrize(name, many if every else few)
+            metafunc.parametrize(name, many if every else some)
 
 
 def had(seed: int) -> set[tuple[object, ...]]:
@@ -221,7 +220,7 @@ def test_many_random_trains_of_every_kind(any_seed):
     compared(Scenario.from_values(random_scenario(any_seed)))
 
 
-@pytest.mark.parametrize("seed", [24, 41, *(pytest.param(n, marks=pytest.mark.thorough) for n in (32, 34, 40, 44))])
+@pytest.mark.parametrize("seed", few([24, 41, 32, 34, 40, 44], 2))
 def test_the_oracle_keeps_its_own_balance(seed):
     """Breaks when the oracle loses energy at a switch, a jump of a joint or a break, or a device of it makes some."""
     found = solve(random_scenario(seed))
@@ -291,7 +290,7 @@ def test_the_oracle_yields_to_and_fro():
     assert found.lost == pytest.approx(1e6 * travel + 0.5e7 * travel**2, rel=5e-3)
 
 
-@pytest.mark.parametrize("seed", [24, pytest.param(47, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("seed", few([24, 47], 1))
 def test_random_trains_with_bodies(seed):
     """Breaks when the package and the oracle disagree about masses, members, yielding, bogies or where devices act."""
     compared(oracles.scenario_of_bodies(seed))

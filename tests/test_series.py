@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from builders import Alone, built, device, envelope, joined
+from builders import Alone, built, device, envelope, few, joined
 
 from trainmj.collision.chain import meet
 from trainmj.collision.fields import ELEMENT
@@ -128,12 +128,7 @@ def test_a_steep_curve_in_series_gives_way_along_its_own_stiffness():
 
 
 @pytest.mark.parametrize(
-    ("pressed_mm", "swapped"),
-    [
-        (60.0, False),
-        (110.0, True),
-        *(pytest.param(*other, marks=pytest.mark.thorough) for other in ((60.0, True), (110.0, False))),
-    ],
+    ("pressed_mm", "swapped"), few([(60.0, False), (110.0, True), (60.0, True), (110.0, False)], 2)
 )
 def test_a_spring_is_pressed_again_on_a_plunger_that_stays(pressed_mm, swapped):
     """The force of a preload is there or not, and the pair carries what the spring does, whichever side it is on."""
@@ -187,7 +182,7 @@ def test_two_draw_gears_that_break_lose_what_both_springs_held():
     assert [drawn.of(ELEMENT.FORCE, n) for n in range(2)] == [0.0, 0.0], "or they count as elastic energy at the end"
 
 
-@pytest.mark.parametrize("step_s", [5e-5, pytest.param(5e-6, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("step_s", few([5e-5, 5e-6], 1))
 def test_bolts_that_resist_the_rate_lose_no_more_than_is_there(step_s):
     """As they fail they give way far faster than the pair closes, and the factor of a rate has no bound."""
     bolts = {
@@ -296,7 +291,7 @@ def strokes_beside(seed: int, of_plates: Callable[[dict[str, Any]], dict[str, fl
     return list(found.values()), [beside[names[name]] for name in found]
 
 
-@pytest.mark.parametrize("seed", [*range(6), *(pytest.param(k, marks=pytest.mark.thorough) for k in range(6, 12))])
+@pytest.mark.parametrize("seed", few(range(12), 6))
 def test_a_device_at_each_end_is_a_chain_with_plates_between_them(seed):
     """Breaks if a device is at another end than stated, or two in series are not what a light plate makes of them."""
     by_ends, plates = strokes_beside(

@@ -13,6 +13,7 @@ from contextlib import closing, suppress
 import numpy as np
 import pandas as pd
 import pytest
+from builders import few
 from click.testing import CliRunner
 from forked import Forked, forked
 
@@ -260,7 +261,7 @@ def test_a_row_of_a_sweep_is_the_single_run(undisturbed):
     assert row.peak_device_M4_g == summary.vehicles[3].peak_device_acceleration_g
 
 
-@pytest.mark.parametrize("threads", [1, pytest.param(2, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("threads", few([1, 2], 1))
 def test_the_table_does_not_depend_on_threads(undisturbed, tmp_path, threads):
     assert trainmj_sweep("b_type", *CASES, *FAST, "--out", tmp_path, "--threads", threads).returncode == 0
     assert csv_of(tmp_path) == csv_of(undisturbed[0])

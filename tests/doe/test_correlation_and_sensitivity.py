@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.stats
+from builders import few
 from known import g_function, g_shares, ishigami
 
 from trainmj.doe import (
@@ -117,7 +118,7 @@ def on_cube(u):
 
 
 @pytest.mark.parametrize(("function", "known", "d"), [(on_cube, ISHIGAMI, 3), (g_function, g_shares(), 8)])
-@pytest.mark.parametrize("seeds", [10, pytest.param(40, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("seeds", few([10, 40], 1))
 def test_indices_are_within_two_hundredths_and_their_intervals_hold(function, known, d, seeds):
     """With 4096 samples for each of the seeds; the intervals of all indices together in at least 9 of 10."""
     held = 0

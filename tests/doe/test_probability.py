@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.stats
+from builders import few
 from scipy.integrate import quad
 from scipy.special import ndtr
 
@@ -61,8 +62,7 @@ def held(found, p):
 
 @pytest.mark.parametrize(
     ("name", "seeds"),
-    [("plane 3 of 20", 40), ("four branches, 7", 40)]
-    + [pytest.param(name, 200, marks=pytest.mark.thorough) for name in KNOWN],
+    few([("plane 3 of 20", 40), ("four branches, 7", 40), *((name, 200) for name in KNOWN)], 2),
 )
 def test_the_interval_of_a_known_probability_holds_in_nine_of_ten_seeds(name, seeds):
     limit, d, p = KNOWN[name]
@@ -76,7 +76,7 @@ def test_the_interval_of_a_known_probability_holds_in_nine_of_ten_seeds(name, se
 
 @pytest.mark.parametrize(
     ("name", "seeds"),
-    [("sphere of 5", 20)] + [pytest.param(name, 100, marks=pytest.mark.thorough) for name in RARE],
+    few([("sphere of 5", 20), *((name, 100) for name in RARE)], 1),
 )
 def test_one_in_a_hundred_thousand_is_found_with_a_fiftieth_of_the_runs(name, seeds):
     """Within a factor of 1.5 in 19 of 20 seeds; plain sampling needs (1 - P) / (P c^2) for the same deviation c."""
@@ -90,7 +90,7 @@ def test_one_in_a_hundred_thousand_is_found_with_a_fiftieth_of_the_runs(name, se
     assert (1 - p) / (p * ratio.std() ** 2) >= 50 * runs
 
 
-@pytest.mark.parametrize("name", ["four branches, 7", pytest.param("plane 3 of 20", marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("name", few(["four branches, 7", "plane 3 of 20"], 1))
 def test_importance_sampling_holds_and_needs_fewer_runs(name):
     limit, d, p = KNOWN[name]
     found = [importance_sampling(limit, d, seed=seed) for seed in range(40)]

@@ -12,6 +12,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
+from builders import few
 from kinds import BASE, STUDY, TARGETS, TUBE, WANTED, command
 from mutations import document
 
@@ -92,9 +93,7 @@ def test_the_paper_knows_all_that_it_leaves() -> None:
     assert not re.fullmatch(paper.OWN, "tables.csv")
 
 
-@pytest.mark.parametrize(
-    "name", ["run", "sweep", *(pytest.param(n, marks=pytest.mark.thorough) for n in ("study", "identify"))]
-)
+@pytest.mark.parametrize("name", few(["run", "sweep", "study", "identify"], 2))
 def test_a_link_in_a_folder_is_replaced_and_never_followed(name: str, place: Path) -> None:
     stores = (".sqlite",)
     for file in list((place / name).iterdir()):

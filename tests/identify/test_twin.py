@@ -156,7 +156,7 @@ def test_the_scenario_written_is_the_one_reported(tmp_path):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_known_parameters_lie_in_the_intervals_of_scattered_responses(tmp_path, seed):
     """Responses scattered by the tolerance that is stated: the misfit says so, and so do the intervals."""
     given = values(
