@@ -1,0 +1,71 @@
+"""Cases of one structure, prepared and measured together: what differs between them is arrays over the cases.
+
+Two chains are of one structure where they differ in numbers only: as many vehicles, interfaces, elements and points of
+curves, the same kinds of laws, names and options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any, Protocol, Self
+
+import numpy as np
+
+from trainmj.collision.block import Layout
+from trainmj.collision.chain import Chain
+from trainmj.collision.envelope import Array
+
+
+class Lot(Protocol):
+    """Cases of one structure.
+
+    Attributes:
+        keys: what the caller calls each case.
+        chain: of the first of them; what is no number in it, or is stated equal for all, holds for every case.
+    """
+
+    keys: Sequence[Hashable]
+    chain: Chain
+
+    def __len__(self) -> int:
+        """How many cases there are."""
+
+    def values(self, of: Callable[[Chain], Any]) -> Array:
+        """(n_case, ...) a number, or an array of numbers, of every case: ``lot.values(lambda chain: chain.mass)``."""
+
+    def blocks(self, layout: Layout) -> Array:
+        """(n_case, size) the block of each case before its first step."""
+
+    def chain_of(self, place: int) -> Chain:
+        """The chain of one case."""
+
+    def take(self, places: Sequence[int]) -> Self:
+        """Some of the cases, in this order."""
+
+
+class Chains:
+    """A lot made of chains: every number is asked of each of them."""
+
+    def __init__(self, keys: Sequence[Hashable], chains: Sequence[Chain]) -> None:
+        """Take the chain of each key."""
+        self.keys, self.chain, self._chains = keys, chains[0], chains
+
+    def __len__(self) -> int:
+        """How many cases there are."""
+        return len(self._chains)
+
+    def values(self, of: Callable[[Chain], Any]) -> Array:
+        """(n_case, ...) a number, or an array of numbers, of every case."""
+        return np.array([of(chain) for chain in self._chains], dtype=np.float64)
+
+    def blocks(self, layout: Layout) -> Array:
+        """(n_case, size) the block of each case before its first step."""
+        return self.values(layout.block)
+
+    def chain_of(self, place: int) -> Chain:
+        """The chain of one case."""
+        return self._chains[place]
+
+    def take(self, places: Sequence[int]) -> Chains:
+        """Some of the cases, in this order."""
+        return Chains([self.keys[i] for i in places], [self._chains[i] for i in places])
