@@ -190,17 +190,32 @@ class _Queue(Generic[Key]):
         return False
 
 
+def _within(chain: Chain) -> int:
+    """Steps of the law within one of MuJoCo's; 0 where MuJoCo makes each of them."""
+    import os
+    if chain.plane or chain.integrator != "euler" or os.environ.get("PLAIN"):
+        return 0
+    records = 1
+    while 2 * records <= _RING and 2 * records * chain.record_interval <= float(os.environ.get("ENGSTEP", "2e-3")) * (1.0 + 1e-9):
+        records *= 2
+    return records * chain.steps_per_record
+
+
 class _Engine(Generic[Key]):
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
     def __init__(self, chain: Chain, size: _Size, places: int, channels: Sequence[str]) -> None:
         self._channels = channels
-        self.layout = Layout.of(chain, size.n_value, _RING)
-        self._steps = _RING * size.steps_per_record
+        within = _within(chain)
+        self.layout = Layout.of(chain, size.n_value, _RING, within)
+        self._steps = _RING * size.steps_per_record // (within or 1)
         rings = -(-size.n_records // _RING)
         bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
         self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
-        self._batch = mujoco.batch.Batch(build(chain, self.layout, bare=True), self._places, 1)
+        model = build(chain, self.layout, bare=True)
+        if within:
+            model.opt.timestep = within * chain.step
+        self._batch = mujoco.batch.Batch(model, self._places, 1)
         self._numbers = {name: self._batch.expand(name) for name in numbers_of(chain)}
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")

@@ -69,9 +69,10 @@ class Layout:
     n_wheel: int = 0  # their wheelsets
     n_line: int = 0  # lines of elements there
     n_ring: int = 0  # latest records of the speeds that the law keeps; with 0 it takes none and never rests
+    within: int = 0  # steps that the law makes within one of MuJoCo's; with 0 MuJoCo makes each
 
     @classmethod
-    def of(cls, chain: Chain, n_value: int = 0, n_ring: int = 0) -> Layout:
+    def of(cls, chain: Chain, n_value: int = 0, n_ring: int = 0, within: int = 0) -> Layout:
         """The layout for a chain, with room for n_value values of curves or for those it has."""
         room = max(n_value, n_values(chain))
         return cls(
@@ -85,6 +86,7 @@ class Layout:
             len(chain.wheelsets),
             len(chain.lines),
             n_ring,
+            within,
         )
 
     @property
@@ -132,9 +134,13 @@ class Layout:
         return self._curves + self.n_value
 
     @property
+    def _motion(self) -> int:
+        return self._ring + self.n_ring * self.n_vehicle
+
+    @property
     def size(self) -> int:
         """Length of the block."""
-        return self._ring + self.n_ring * self.n_vehicle
+        return self._motion + (2 * self.n_point if self.within else 0)
 
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
@@ -184,7 +190,7 @@ class Layout:
 
     def ring(self, block: Array) -> Array:
         """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
-        return block[..., self._ring :].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
+        return block[..., self._ring : self._motion].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
 
     def block(self, chain: Chain) -> Array:
         """(size,) the block of a chain before its first step."""
@@ -211,6 +217,9 @@ class Layout:
         if chain.plane:
             head |= {Head.PLANE: 1.0, Head.FRAMES: self._frames, Head.WHEELS: self._wheels, Head.ENDS: self._ends}
             head |= {Head.N_WHEEL: self.n_wheel}
+        if self.within:
+            head |= {Head.WITHIN: self.within, Head.MOTION: self._motion, Head.ASKED: -1.0}
+            block[self._motion :] = np.concatenate([chain.start_qpos, chain.start_qvel])
         if self.n_ring:
             head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}
         block[list(head)] = list(head.values())

@@ -75,6 +75,11 @@ class Head(_Field):
     WHEELS = "1", "place of the first wheelset"
     N_WHEEL = "1", "wheelsets"
     ENDS = "1", "place of what the first interface has in the plane"
+    WITHIN = "1", "steps that the law makes within one of MuJoCo's; 0 where MuJoCo makes each"
+    MOTION = "1", "place of the positions of the points that the law then follows; their speeds come behind them"
+    CLOCK = "s", "time that it has come to"
+    ASKED = "s", "time at which MuJoCo asked last; -1 before it did"
+    STRAYED = "m", "largest distance of a point of MuJoCo's, at the end of a step, from where the law had come to"
 
 
 class Car(_Field):
@@ -123,6 +128,7 @@ class Point(_Field):
     SPEED = "m/s", "speed at the last evaluation", True
     FRICTION = "N", "rail friction and brake force"
     PEAK = "m/s2", "largest |acceleration| in a body that gives", True
+    GIVEN = "N", "force that MuJoCo is given where the law makes several steps within one of MuJoCo's"
 
 
 class Member(_Field):

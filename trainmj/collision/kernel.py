@@ -154,6 +154,16 @@ def _in(typing_context: Any, base: Any, offset: Any) -> Any:
 
 
 @intrinsic
+def _from(typing_context: Any, values: Any, place: Any) -> Any:
+    """The values from a place on."""
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.gep(args[0], [args[1]])
+
+    return types.CPointer(types.float64)(types.CPointer(types.float64), types.int64), codegen
+
+
+@intrinsic
 def _size(typing_context: Any, base: Any, offset: Any) -> Any:
     """The 64-bit integer at base + offset."""
 
@@ -182,48 +192,93 @@ def _passive(offsets: Offsets) -> Any:
             return
         n = int(s[HEAD.N_VEHICLE])
         time = _in(data, at_time)[0]
-        qvel = _at(data, at_qvel)
+        qpos, qvel, inertia = _at(data, at_qpos), _at(data, at_qvel), _at(data, at_inertia)
         out = _at(data, at_passive)
-        if time != s[HEAD.TIME]:  # MuJoCo may ask again at the same time: the state has moved already
-            whole = s[HEAD.PARTS_LEFT] == 0.0
-            step = _in(model, at_timestep)
-            step[0] = _next_step(s, _at(data, at_qpos), qvel)
-            elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
-            inertia = _at(data, at_inertia)
-            qpos = _at(data, at_qpos)
-            if s[HEAD.PLANE] == 0.0:
-                active, peaked, wall = _devices(s, qpos, qvel, elapsed, time)
-            else:
-                active, peaked, wall = plane.devices(s, qpos, qvel, elapsed, time)
-                plane.carry(s, qpos, qvel, elapsed, time)
-            if s[HEAD.N_MEMBER] > 0.0:
-                _members(s, qpos, qvel, elapsed, time)
-            still, closing = _vehicles(s, n, qvel, inertia, out, step[0], elapsed, time, wall)
-            if s[HEAD.PLANE] != 0.0:
-                plane.give(s, out)
-            if s[HEAD.WINDOW] != 0.0:
-                _windows(s, n, step[0], whole)
-            if peaked:
-                peaks(s)
-            s[HEAD.TIME] = time
-            quiet = still or not (active or closing)
-            if not quiet:
-                s[HEAD.BUSY] = time
-            # a body that swings may have its largest forces after the last touch, and may touch again
-            s[HEAD.OVER] = 1.0 if quiet and time - s[HEAD.BUSY] >= s[HEAD.LINGER] else 0.0
-            if whole:
-                _record(s, n)
-        elif s[HEAD.PLANE] != 0.0:
+        if s[HEAD.WITHIN] != 0.0:
+            if time != s[HEAD.ASKED]:  # MuJoCo may ask again at the same time: the state has moved already
+                s[HEAD.ASKED] = time
+                _within(s, n, qpos, qvel, inertia, _in(model, at_timestep)[0])
+            _give(s, POINT.GIVEN, out)
+            return
+        if time != s[HEAD.TIME]:
+            _in(model, at_timestep)[0] = _evaluate(s, n, qpos, qvel, inertia, time)
+        if s[HEAD.PLANE] != 0.0:
             plane.give(s, out)
         else:
-            p, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
-            i = 0
-            while p < joints:
-                out[i] += s[p + POINT.FORCE]
-                p += N_POINT
-                i += 1
+            _give(s, POINT.FORCE, out)
 
     return passive
+
+
+@register_jitable
+def _give(s: Block, field: int, out: Any) -> None:
+    """Hand a force of every point to MuJoCo."""
+    p, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
+    i = 0
+    while p < joints:
+        out[i] += s[p + field]
+        p += N_POINT
+        i += 1
+
+
+@register_jitable
+def _within(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, whole: float) -> None:
+    """Follow the points through one step of MuJoCo's in smaller ones, and find the forces that take MuJoCo there too.
+
+    The smaller steps are those that MuJoCo would make, to the last bit. Its own step then ends where they do: the speed
+    that it keeps is the mean one of its step, and the force that it is given is what changes one mean into the next.
+    """
+    points = (int(s[HEAD.JOINTS]) - int(s[HEAD.POINTS])) // N_POINT
+    q = _from(s, int(s[HEAD.MOTION]))
+    v = _from(q, points)
+    for i in range(points):
+        s[HEAD.STRAYED] = max(s[HEAD.STRAYED], abs(qpos[i] - q[i]))
+    left = s[HEAD.WITHIN]
+    while left > 0.0:
+        step = _evaluate(s, n, q, v, inertia, s[HEAD.CLOCK])
+        if s[HEAD.DONE] != 0.0:
+            break
+        s[HEAD.CLOCK] += step
+        p = int(s[HEAD.POINTS])
+        for i in range(points):
+            v[i] += step * (s[p + POINT.FORCE] * (1.0 / inertia[i]))
+            q[i] += step * v[i]
+            p += N_POINT
+        if s[HEAD.PARTS_LEFT] == 0.0:
+            left -= 1.0
+    p = int(s[HEAD.POINTS])
+    for i in range(points):
+        s[p + POINT.GIVEN] = inertia[i] * ((q[i] - qpos[i]) / whole - qvel[i]) / whole
+        p += N_POINT
+
+
+@register_jitable
+def _evaluate(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float) -> float:
+    """Move the state to a new time, find the forces there, and say how long the step from there is [s]."""
+    whole = s[HEAD.PARTS_LEFT] == 0.0
+    step = _next_step(s, qpos, qvel)
+    elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
+    if s[HEAD.PLANE] == 0.0:
+        active, peaked, wall = _devices(s, qpos, qvel, elapsed, time)
+    else:
+        active, peaked, wall = plane.devices(s, qpos, qvel, elapsed, time)
+        plane.carry(s, qpos, qvel, elapsed, time)
+    if s[HEAD.N_MEMBER] > 0.0:
+        _members(s, qpos, qvel, elapsed, time)
+    still, closing = _vehicles(s, n, qvel, inertia, step, elapsed, time, wall)
+    if s[HEAD.WINDOW] != 0.0:
+        _windows(s, n, step, whole)
+    if peaked:
+        peaks(s)
+    s[HEAD.TIME] = time
+    quiet = still or not (active or closing)
+    if not quiet:
+        s[HEAD.BUSY] = time
+    # a body that swings may have its largest forces after the last touch, and may touch again
+    s[HEAD.OVER] = 1.0 if quiet and time - s[HEAD.BUSY] >= s[HEAD.LINGER] else 0.0
+    if whole:
+        _record(s, n)
+    return step
 
 
 @register_jitable
@@ -323,7 +378,7 @@ def _members(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> Non
 
 @register_jitable
 def _vehicles(
-    s: Block, n: int, qvel: Any, inertia: Any, out: Any, step: float, elapsed: float, time: float, wall: float
+    s: Block, n: int, qvel: Any, inertia: Any, step: float, elapsed: float, time: float, wall: float
 ) -> tuple[bool, bool]:
     """The whole force on every point, with rail friction and brake, and what it does to the vehicles.
 
@@ -377,8 +432,6 @@ def _vehicles(
             force = load + inner + friction + grade
             if in_plane:
                 plane.hold(s, f, friction)
-            else:
-                out[i] += force
             s[p + POINT.FORCE] = force
             s[p + POINT.SPEED] = at_rail
             s[p + POINT.FRICTION] = friction
