@@ -140,7 +140,7 @@ class Layout:
     @property
     def size(self) -> int:
         """Length of the block."""
-        return self._motion + (2 * self.n_point if self.within else 0)
+        return self._motion + (3 * self.n_point if self.within else 0)
 
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
@@ -219,7 +219,7 @@ class Layout:
             head |= {Head.N_WHEEL: self.n_wheel}
         if self.within:
             head |= {Head.WITHIN: self.within, Head.MOTION: self._motion, Head.ASKED: -1.0}
-            block[self._motion :] = np.concatenate([chain.start_qpos, chain.start_qvel])
+            block[self._motion : self._motion + 2 * self.n_point] = np.concatenate([chain.start_qpos, chain.start_qvel])
         if self.n_ring:
             head |= {Head.STRIDE: chain.steps_per_record, Head.MOST: chain.n_records, Head.N_RING: self.n_ring}
         block[list(head)] = list(head.values())

@@ -12,11 +12,12 @@ from typing import Any
 from numba.extending import register_jitable
 
 from trainmj.collision.fields import CAR, CONTACT, HEAD, KEPT, LASTING, N_CONTACT
+from trainmj.collision.law.curve import inlined
 
 _NONE, _NEW, _OPEN = 0.0, 1.0, 2.0  # CAR.OPEN
 
 
-@register_jitable
+@inlined
 def follow(s: Any, c: int, car: int, net: float, elapsed: float, time: float) -> None:
     """Begin, lengthen or end the window of a vehicle.
 

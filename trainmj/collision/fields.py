@@ -76,7 +76,7 @@ class Head(_Field):
     N_WHEEL = "1", "wheelsets"
     ENDS = "1", "place of what the first interface has in the plane"
     WITHIN = "1", "steps that the law makes within one of MuJoCo's; 0 where MuJoCo makes each"
-    MOTION = "1", "place of the positions of the points that the law then follows; their speeds come behind them"
+    MOTION = "1", "place of the positions of the points that the law then follows, their speeds, and one over their masses"
     CLOCK = "s", "time that it has come to"
     ASKED = "s", "time at which MuJoCo asked last; -1 before it did"
     STRAYED = "m", "largest distance of a point of MuJoCo's, at the end of a step, from where the law had come to"

@@ -61,6 +61,7 @@ from trainmj.collision.fields import (
 from trainmj.collision.interrupts import held_back
 from trainmj.collision.joint import APPROACH_SPEED, count, peaks, press
 from trainmj.collision.law import SERIES
+from trainmj.collision.law.curve import inlined
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
 from trainmj.collision.offsets import Offsets, field_offsets
 
@@ -200,11 +201,13 @@ def _passive(offsets: Offsets) -> Any:
                 _within(s, n, qpos, qvel, inertia, _in(model, at_timestep)[0])
             _give(s, POINT.GIVEN, out)
             return
-        if time != s[HEAD.TIME]:
-            _in(model, at_timestep)[0] = _evaluate(s, n, qpos, qvel, inertia, time)
         if s[HEAD.PLANE] != 0.0:
+            if time != s[HEAD.TIME]:
+                _in(model, at_timestep)[0] = _in_plane(s, n, qpos, qvel, inertia, time)
             plane.give(s, out)
         else:
+            if time != s[HEAD.TIME]:
+                _in(model, at_timestep)[0] = _along_track(s, n, qpos, qvel, inertia, time)
             _give(s, POINT.FORCE, out)
 
     return passive
@@ -231,17 +234,19 @@ def _within(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, whole: float) 
     points = (int(s[HEAD.JOINTS]) - int(s[HEAD.POINTS])) // N_POINT
     q = _from(s, int(s[HEAD.MOTION]))
     v = _from(q, points)
+    lightness = _from(v, points)
     for i in range(points):
         s[HEAD.STRAYED] = max(s[HEAD.STRAYED], abs(qpos[i] - q[i]))
+        lightness[i] = 1.0 / inertia[i]
     left = s[HEAD.WITHIN]
     while left > 0.0:
-        step = _evaluate(s, n, q, v, inertia, s[HEAD.CLOCK])
+        step = _along_track(s, n, q, v, inertia, s[HEAD.CLOCK])
         if s[HEAD.DONE] != 0.0:
             break
         s[HEAD.CLOCK] += step
         p = int(s[HEAD.POINTS])
         for i in range(points):
-            v[i] += step * (s[p + POINT.FORCE] * (1.0 / inertia[i]))
+            v[i] += step * (s[p + POINT.FORCE] * lightness[i])
             q[i] += step * v[i]
             p += N_POINT
         if s[HEAD.PARTS_LEFT] == 0.0:
@@ -253,19 +258,31 @@ def _within(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, whole: float) 
 
 
 @register_jitable
-def _evaluate(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float) -> float:
+def _along_track(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float) -> float:
     """Move the state to a new time, find the forces there, and say how long the step from there is [s]."""
+    return _evaluate(s, n, qpos, qvel, inertia, time, False)
+
+
+@register_jitable
+def _in_plane(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float) -> float:
+    """The same in the vertical plane."""
+    return _evaluate(s, n, qpos, qvel, inertia, time, True)
+
+
+@inlined
+def _evaluate(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float, in_plane: bool) -> float:
+    """The same for both, each of which is compiled without what is of the other."""
     whole = s[HEAD.PARTS_LEFT] == 0.0
-    step = _next_step(s, qpos, qvel)
+    step = _next_step(s, qpos, qvel, in_plane)
     elapsed = time - s[HEAD.TIME] if s[HEAD.TIME] >= 0.0 else 0.0
-    if s[HEAD.PLANE] == 0.0:
-        active, peaked, wall = _devices(s, qpos, qvel, elapsed, time)
-    else:
+    if in_plane:
         active, peaked, wall = plane.devices(s, qpos, qvel, elapsed, time)
         plane.carry(s, qpos, qvel, elapsed, time)
-    if s[HEAD.N_MEMBER] > 0.0:
-        _members(s, qpos, qvel, elapsed, time)
-    still, closing = _vehicles(s, n, qvel, inertia, step, elapsed, time, wall)
+    else:
+        active, peaked, wall = _devices(s, qpos, qvel, elapsed, time)
+        if s[HEAD.N_MEMBER] > 0.0:
+            _members(s, qpos, qvel, elapsed, time)
+    still, closing = _vehicles(s, n, qvel, inertia, step, elapsed, time, wall, in_plane)
     if s[HEAD.WINDOW] != 0.0:
         _windows(s, n, step, whole)
     if peaked:
@@ -281,8 +298,8 @@ def _evaluate(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float)
     return step
 
 
-@register_jitable
-def _next_step(s: Block, qpos: Any, qvel: Any) -> float:
+@inlined
+def _next_step(s: Block, qpos: Any, qvel: Any, in_plane: bool) -> float:
     """The step from here [s]: a whole one, or a part where the vehicles come to a narrow part of a curve."""
     s[HEAD.STEPS] += 1.0
     if s[HEAD.PARTS_LEFT] > 0.0:
@@ -292,10 +309,17 @@ def _next_step(s: Block, qpos: Any, qvel: Any) -> float:
     step = s[HEAD.STEP]
     if s[HEAD.REFINES] == 0.0:
         return step
-    if s[HEAD.PLANE] != 0.0:
+    if in_plane:
         width = plane.way_to_narrow(s, step, qpos, qvel)
         parts = max(1.0, math.ceil(PARTS / width)) if width < WIDE else 1.0
-        return _parted(s, parts)
+    else:
+        parts = _parts(s, step, qpos, qvel)
+    return _parted(s, parts)
+
+
+@register_jitable
+def _parts(s: Block, step: float, qpos: Any, qvel: Any) -> float:
+    """In how many smaller steps a whole one is made, along the track."""
     m = int(s[HEAD.N_INTERFACE])
     joints = int(s[HEAD.JOINTS])
     parts = 1.0
@@ -311,7 +335,7 @@ def _next_step(s: Block, qpos: Any, qvel: Any) -> float:
             if width < WIDE * way:
                 parts = max(parts, math.ceil(PARTS * way / width))
             e += int(s[e + ELEMENT.NEXT])
-    return _parted(s, parts)
+    return parts
 
 
 @register_jitable
@@ -376,9 +400,9 @@ def _members(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> Non
         m += N_MEMBER
 
 
-@register_jitable
+@inlined
 def _vehicles(
-    s: Block, n: int, qvel: Any, inertia: Any, step: float, elapsed: float, time: float, wall: float
+    s: Block, n: int, qvel: Any, inertia: Any, step: float, elapsed: float, time: float, wall: float, in_plane: bool
 ) -> tuple[bool, bool]:
     """The whole force on every point, with rail friction and brake, and what it does to the vehicles.
 
@@ -394,7 +418,6 @@ def _vehicles(
     impulse = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
-    in_plane = s[HEAD.PLANE] != 0.0
     i = 0
     for car in range(n):
         count = int(s[c + CAR.POINTS])
