@@ -193,7 +193,7 @@ class _Queue(Generic[Key]):
 def _within(chain: Chain) -> int:
     """Steps of the law within one of MuJoCo's; 0 where MuJoCo makes each of them."""
     import os
-    if chain.plane or chain.integrator != "euler" or os.environ.get("PLAIN"):
+    if chain.plane or chain.integrator not in ("euler", "events") or os.environ.get("PLAIN"):
         return 0
     records = 1
     while 2 * records <= _RING and 2 * records * chain.record_interval <= float(os.environ.get("ENGSTEP", "2e-3")) * (1.0 + 1e-9):

@@ -207,6 +207,7 @@ class Layout:
             Head.TIME: -1.0,
             Head.STEP: chain.step,
             Head.REFINES: chain.refined,
+            Head.FOLLOWS: chain.follows,
             Head.ROLLING: chain.rolling,
             Head.WINDOW: chain.steps_per_window,
             Head.CONTACTS: self._contacts,
@@ -244,6 +245,7 @@ class Layout:
         for k, member in enumerate(chain.members):
             if member.span:
                 self.member(block, Member.CAR)[k] = len(Head) + len(Car) * member.vehicle
+        self.element(block, Field.FOLLOWED)[:] = chain.follows
         self.joint(block, Joint.STROKE)[chain.front] = -chain.gap
         self.joint(block, Joint.FIRST_FORCE_TIME)[:] = -1.0
         at, curves = self._elements, self._curves

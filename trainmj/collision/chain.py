@@ -26,6 +26,9 @@ _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after it
 
 _HEAVES = 0.5  # likewise, slowest periods of its vehicles on their suspensions
 
+EVENTS = "events"
+"""The integrator that follows devices through what happens to them within a step; its steps are those of euler."""
+
 WALL = -1
 """The vehicle on the right of an interface, where that is the rigid wall."""
 
@@ -239,7 +242,7 @@ class Chain:
         step: integration step [s].
         steps_per_record: steps from one recorded sample to the next.
         time_limit: [s].
-        integrator: name of MuJoCo's integrator.
+        integrator: as the scenario names it.
         grade: of the track, as the part of the weight that it takes; positive uphill along +x.
         refined: whether steps are made smaller at narrow parts of curves.
         steps_per_window: steps in a window over which device forces are averaged; 0 for none.
@@ -287,6 +290,11 @@ class Chain:
     def speed(self) -> Array:
         """(n_vehicle,) initial speeds [m/s]."""
         return np.array([v.speed for v in self.vehicles])
+
+    @property
+    def follows(self) -> bool:
+        """Whether devices are followed through what happens to them within a step."""
+        return self.integrator == EVENTS
 
     @cached_property
     def points(self) -> tuple[Point, ...]:

@@ -28,6 +28,9 @@ _TRIALS = 80  # most to find a split
 _CLOSE = 1e-12  # forces this close, relative to the larger, are equal
 _NOTHING = 1e-2  # and so are forces that differ by less than this [N], what a round-off of strokes may press
 _SMALL = 1e-13  # strokes [m]
+_SMALL_WAY = 1e-10  # [m], on which nothing that happens matters
+_MOST_STOPS = 400  # at bends of the force of a law, on the way of one step
+_BESIDE = 1e-6  # how far beside a bend the way stops, part of it
 
 
 @inlined
@@ -45,8 +48,12 @@ def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     if s[e + ELEMENT.PEAK] != 0.0:
         s[e + ELEMENT.PEAK] = 0.0
     if s[e + ELEMENT.KIND] == CRUSH:  # the most common one, without a call
-        force, first, _, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
-        _settle(s, e, own, force, first, lost, viscous, time)
+        if s[e + ELEMENT.FOLLOWED] == 0.0:
+            force, first, _, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
+            _settle(s, e, own, force, first, lost, viscous, time)
+        else:
+            lost = _follow(s, e, own, own_rate, elapsed, time)
+            force = s[e + ELEMENT.FORCE]
     else:
         lost = _any_other(s, e, own, own_rate, elapsed, time)
         force = s[e + ELEMENT.FORCE]
@@ -81,6 +88,97 @@ def _called(s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -
     """What compiled functions call in its place."""
     # numba calls an intrinsic without its first argument
     return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)  # type: ignore[call-arg]
+
+
+@register_jitable
+def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+    """Bring a crush law to a stroke and rate, through what happens to it on the way; energy lost.
+
+    As long as it stays on one branch of its law and one segment of its curve, its force is linear on the way.
+    """
+    segment_before, plastic = s[e + ELEMENT.SEGMENT], s[e + ELEMENT.STATE_0]
+    s[e + ELEMENT.LATE] = 0.0
+    force, first, _, lost, viscous = crush.respond(s, e, stroke, rate, elapsed)
+    branch = _branch(s, e, stroke, rate, force, first, plastic)
+    turned = branch != s[e + ELEMENT.BRANCH] or s[e + ELEMENT.SEGMENT] != segment_before
+    s[e + ELEMENT.BRANCH] = branch
+    if not turned or elapsed <= 0.0 or abs(stroke - s[e + ELEMENT.STROKE]) < _SMALL_WAY:
+        _settle(s, e, stroke, force, first, lost, viscous, time)
+        return lost
+    s[e + ELEMENT.SEGMENT] = segment_before
+    return _through(s, e, stroke, rate, elapsed, time)
+
+
+@inlined
+def _branch(s: Block, e: int, stroke: float, rate: float, force: float, plastic: float, before: float) -> float:
+    """On which branch of its law a crush law is, see ELEMENT.BRANCH, when its state has come from one to another."""
+    if force == 0.0:
+        return 0.0
+    if plastic != before:
+        return 2.0
+    free = s[e + crush.STIFFNESS] * (stroke - plastic) + s[e + crush.DAMPING] * rate
+    return 1.0 if force == free else 3.0
+
+
+@register_jitable
+def _through(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+    """The same from one bend of its force to the next; keeps the impulse that the two forces at the ends do not have."""
+    start, before = s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE]
+    way = stroke - start
+    beside = _BESIDE * way
+    at, last = start, before
+    mean = most = lost = 0.0
+    crosses = True  # with the new rate the force may jump at once
+    for n in range(_MOST_STOPS):
+        if crosses:
+            to = at + 2.0 * beside
+        else:
+            to = _bend(s, e, at, stroke, rate, 2.0 * beside) - beside
+        crosses = not crosses
+        if n == _MOST_STOPS - 1 or (stroke - to) / way <= 2.0 * _BESIDE:
+            to = stroke
+        part = (to - at) / way
+        s[e + ELEMENT.PEAK] = 0.0
+        force, first, _, one_lost, viscous = crush.respond(s, e, to, rate, elapsed * part)
+        _settle(s, e, to, force, first, one_lost, viscous, time)
+        mean += 0.5 * (last + force) * part
+        most = max(most, s[e + ELEMENT.PEAK], force)
+        lost += one_lost
+        at, last = to, force
+        if at == stroke:
+            break
+    s[e + ELEMENT.PEAK] = most
+    s[e + ELEMENT.LATE] = (mean - 0.5 * (before + last)) * elapsed
+    return lost
+
+
+@register_jitable
+def _bend(s: Block, e: int, at: float, stroke: float, rate: float, beside: float) -> float:
+    """Where, on the way from one stroke to another, the force of a crush law bends or jumps next.
+
+    That is at a point of its curve, where its spring begins to be pressed or has no force left beside its dashpot, and
+    where the two reach the curve. As the force may jump there, the way stops a little before and a little behind it.
+    """
+    curve = int(s[e + ELEMENT.CURVE])
+    k = curve + 3 * segment(s, curve, int(s[e + ELEMENT.SEGMENT]), at)
+    plastic, stiffness = s[e + ELEMENT.STATE_0], s[e + crush.STIFFNESS]
+    damped = s[e + crush.DAMPING] * rate
+    at_zero = s[k + 1] - s[k + 2] * s[k]  # the line of this segment, where it has no stroke
+    climbs = stiffness - s[k + 2]
+    found = stroke + beside
+    found = _nearer(found, s[k + 3] if beside > 0.0 else s[k], at, beside)
+    found = _nearer(found, plastic, at, beside)
+    found = _nearer(found, plastic - damped / stiffness, at, beside)
+    if climbs != 0.0:
+        found = _nearer(found, (at_zero + stiffness * plastic) / climbs, at, beside)
+        found = _nearer(found, (at_zero + stiffness * plastic - damped) / climbs, at, beside)
+    return found
+
+
+@inlined
+def _nearer(found: float, bend: float, at: float, beside: float) -> float:
+    """A bend if it is ahead, but not close by, and nearer than another one."""
+    return bend if (bend - at) / beside > 1.0 and (found - bend) / beside > 0.0 else found
 
 
 @register_jitable

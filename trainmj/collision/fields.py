@@ -79,6 +79,7 @@ class Head(_Field):
     MOTION = "1", "place of the positions of the points that the law then follows, their speeds, and one over their masses"
     CLOCK = "s", "time that it has come to"
     ASKED = "s", "time at which MuJoCo asked last; -1 before it did"
+    FOLLOWS = "1", "1 where devices are followed through what happens to them within a step"
     STRAYED = "m", "largest distance of a point of MuJoCo's, at the end of a step, from where the law had come to"
 
 
@@ -124,6 +125,7 @@ class Point(_Field):
     GRADE = "N", "force of the grade along +x"
     LOAD = "N", "force of devices, while it is added up"
     INNER = "N", "force of the members of its body, while it is added up"
+    LATE = "N s", "impulse by which the forces of its devices fell short in the step before, while it is added up"
     FORCE = "N", "force of devices, members, rail, brake and grade"
     SPEED = "m/s", "speed at the last evaluation", True
     FRICTION = "N", "rail friction and brake force"
@@ -177,6 +179,7 @@ class Joint(_Field):
     FORCE_MAX = "N", "largest force", True
     PULL_MAX = "N", "largest pull", True
     ABOVE = "N", "what the force was larger on the way from the evaluation before"
+    LATE = "N s", "impulse by which it fell short in the step before the last evaluation"
     UNSEEN_FORCE = "N", "largest force at a peak of a curve between two steps", True
     FIRST_FORCE_TIME = "s", "time of the first force; -1 where there was none", True
     LAST_FORCE_TIME = "s", "time of the last force", True
@@ -216,6 +219,9 @@ class Element(_Field):
     STROKE = "m", "stroke at the last evaluation", True
     FORCE = "N", "force", True
     PEAK = "N", "largest force on the way from the evaluation before"
+    FOLLOWED = "1", "1 where it is followed through what happens within a step"
+    BRANCH = "1", "then: 0 without force, 1 on its spring, 2 crushing, 3 held at its curve by its dashpot"
+    LATE = "N s", "then: impulse on the way from the evaluation before, less that of the two forces there and here"
     STATE_0 = "m", "first state of its law, such as the stroke at which the force would vanish", True
     STATE_1 = "m", "second state of its law", True
     DISSIPATED = "J", "energy lost", True

@@ -357,6 +357,7 @@ def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tup
     """
     m = int(s[HEAD.N_INTERFACE])
     points, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
+    follows = s[HEAD.FOLLOWS] != 0.0
     active = peaked = False
     wall = 0.0
     for k in range(m):
@@ -364,17 +365,24 @@ def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tup
         left, right = int(s[j + JOINT.LEFT]), int(s[j + JOINT.RIGHT])
         u = qpos[left] - (qpos[right] if right >= 0 else 0.0)  # the wall stands at 0
         rate = qvel[left] - (qvel[right] if right >= 0 else 0.0)
-        force = 0.0
+        force, late = 0.0, 0.0
         e = int(s[j + JOINT.FIRST])
         for _ in range(int(s[j + JOINT.COUNT])):
             one, taut, one_peaked = press(s, j, e, u, rate, elapsed, time)
             force += one
             active |= taut
             peaked |= one_peaked
+            if follows:
+                late += s[e + ELEMENT.SIGN] * s[e + ELEMENT.LATE]
             e += int(s[e + ELEMENT.NEXT])
         active |= force != 0.0
         if right < 0:
-            wall -= s[j + JOINT.FORCE] * elapsed
+            wall -= s[j + JOINT.FORCE] * elapsed + s[j + JOINT.LATE]
+        if follows:
+            s[j + JOINT.LATE] = late
+            s[points + N_POINT * left + POINT.LATE] -= late
+            if right >= 0:
+                s[points + N_POINT * right + POINT.LATE] += late
         count(s, j, u, force, time)
         s[points + N_POINT * left + POINT.LOAD] -= force
         if right >= 0:
@@ -414,6 +422,8 @@ def _vehicles(
     touching = s[meeting + JOINT.FORCE] > 0.0
     first = touching and s[meeting + JOINT.FIRST_FORCE_TIME] == time
     rolling = s[HEAD.ROLLING] != 0.0
+    follows = not in_plane and s[HEAD.FOLLOWS] != 0.0
+    begins = s[HEAD.TIME] < 0.0
     approach = STILL_SPEED if rolling else APPROACH_SPEED
     impulse = 0.0
     still, closing = True, False
@@ -434,7 +444,12 @@ def _vehicles(
             else:
                 v, mass, before = qvel[i], inertia[i], s[p + POINT.SPEED]
                 at_rail = v
-            limit, held = s[p + POINT.FRICTION_LIMIT], s[p + POINT.FRICTION]
+            limit, held, late = s[p + POINT.FRICTION_LIMIT], s[p + POINT.FRICTION], 0.0
+            if follows:
+                late = s[p + POINT.LATE] / step
+                s[p + POINT.LATE] = 0.0
+                if begins:  # speeds are those of half a step before, but for the first ones
+                    limit *= 0.5
             work = 0.5 * held * (s[p + POINT.SPEED] + at_rail) * elapsed
             grade = 0.0
             if rolling:
@@ -451,11 +466,11 @@ def _vehicles(
             s[c + CAR.FRICTION_WORK] -= work
             impulse += (held + grade) * elapsed
             # the friction that would stop it within this step, within what rail and brake can give
-            friction = min(limit, max(-limit, -(mass * v / step + load + inner + grade)))
+            friction = min(limit, max(-limit, -(mass * v / step + load + inner + grade + late)))
             force = load + inner + friction + grade
             if in_plane:
                 plane.hold(s, f, friction)
-            s[p + POINT.FORCE] = force
+            s[p + POINT.FORCE] = force + late
             s[p + POINT.SPEED] = at_rail
             s[p + POINT.FRICTION] = friction
             if count > 1:

@@ -16,7 +16,7 @@ import numpy as np
 
 from trainmj.collision.block import Layout
 from trainmj.collision.body import Member, Point
-from trainmj.collision.chain import WALL, Chain, Interface
+from trainmj.collision.chain import EVENTS, WALL, Chain, Interface
 from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model_plane import add_rails_and_stops, add_vehicle, enable, names_of_dofs
@@ -44,6 +44,7 @@ MOTION = ("position", "velocity", "acceleration")
 
 _INTEGRATORS = {
     "euler": mujoco.mjtIntegrator.mjINT_EULER,
+    EVENTS: mujoco.mjtIntegrator.mjINT_EULER,
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
 }

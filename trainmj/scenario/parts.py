@@ -102,8 +102,11 @@ class Simulation(Part):
     time_limit_s: Annotated[
         float, Field(gt=0, le=60, allow_inf_nan=False), Above("it is in s; divide by 1000 if it is in ms")
     ] = Field(default=3.0, description="when a collision that is not over is cut off [s]")
-    integrator: Literal["euler", "implicitfast", "implicit"] = Field(
-        default="euler", description="as MuJoCo names them; each evaluates the forces once a step, as devices need"
+    integrator: Literal["euler", "events", "implicitfast", "implicit"] = Field(
+        default="euler",
+        description="how steps are made; events makes those of euler and follows each device through what happens to "
+        "it within a step, such as a bend of its curve, so that steps may be five times as long; the others are "
+        "MuJoCo's; each evaluates the forces once a step, as devices need",
     )
 
     @property
