@@ -36,7 +36,7 @@ from trainmj.collision.fields import Element as Field
 from trainmj.collision.gear import N_DOF
 from trainmj.collision.identity import code_hash
 from trainmj.collision.kind import Law
-from trainmj.collision.law import KINDS, SERIES
+from trainmj.collision.law import CRUSH, FOLLOWED, KINDS, SERIES
 
 MAGIC = int(code_hash("collision")[:12], 16) + 0.5
 """First value of a block, made from the code of the law; the law leaves any other simulation of the process alone."""
@@ -245,7 +245,6 @@ class Layout:
         for k, member in enumerate(chain.members):
             if member.span:
                 self.member(block, Member.CAR)[k] = len(Head) + len(Car) * member.vehicle
-        self.element(block, Field.FOLLOWED)[:] = chain.follows
         self.joint(block, Joint.STROKE)[chain.front] = -chain.gap
         self.joint(block, Joint.FIRST_FORCE_TIME)[:] = -1.0
         at, curves = self._elements, self._curves
@@ -255,7 +254,7 @@ class Layout:
             self.joint(block, Joint.FIRST)[k], self.joint(block, Joint.COUNT)[k] = at, len(interface.elements)
             stroke = -chain.gap if k == chain.front else 0.0
             for element in interface.elements:
-                curves = _write(block, at, curves, element, stroke)
+                curves = _write(block, at, curves, element, stroke, chain.follows)
                 at += N_ELEMENT * element.n_places
         if chain.plane:
             self._write_plane(block, chain)
@@ -353,18 +352,18 @@ def _write_line(record: Array, chain: Chain, interface: Interface, element: Elem
     record[list(values)] = list(values.values())
 
 
-def alone(element: Element) -> Array:
+def alone(element: Element, follows: bool = False) -> Array:
     """A block of one element, its record at 0, as the laws take it: to press it by itself.
 
-    See :func:`trainmj.collision.element.advance`.
+    With follows it is followed through what happens to it within a step. See :func:`trainmj.collision.element.advance`.
     """
     records = N_ELEMENT * element.n_places
     block = np.zeros(records + sum(curves.size for law in element.laws for curves in law.packed))
-    _write(block, 0, records, element, 0.0)
+    _write(block, 0, records, element, 0.0, follows)
     return block
 
 
-def _write(block: Array, at: int, curves: int, element: Element, stroke: float) -> int:
+def _write(block: Array, at: int, curves: int, element: Element, stroke: float, follows: bool) -> int:
     """Write an element that begins at a place, its curves to another one; where the next curves go."""
     pair = len(element.laws) == 2
     own = element.share * (element.sign * stroke - element.start)
@@ -386,6 +385,8 @@ def _write(block: Array, at: int, curves: int, element: Element, stroke: float) 
         curves = _write_law(block, e, curves, law)
         if pair:
             block[e + ELEMENT.START], block[e + ELEMENT.STROKE] = element.starts[n], 0.5 * own
+        elif follows and block[e + ELEMENT.KIND] == CRUSH:
+            block[e + ELEMENT.KIND] = FOLLOWED
     return curves
 
 

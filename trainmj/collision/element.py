@@ -19,7 +19,7 @@ from numba.extending import intrinsic, overload, register_jitable
 
 from trainmj.collision.compiled import noinline
 from trainmj.collision.fields import ELEMENT, N_ELEMENT, Block
-from trainmj.collision.law import CRUSH, SERIES, crush, respond
+from trainmj.collision.law import CRUSH, FOLLOWED, SERIES, crush, respond
 from trainmj.collision.law.curve import ahead, inlined, segment
 
 _EVENTS = 1000  # most in a step
@@ -48,12 +48,8 @@ def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     if s[e + ELEMENT.PEAK] != 0.0:
         s[e + ELEMENT.PEAK] = 0.0
     if s[e + ELEMENT.KIND] == CRUSH:  # the most common one, without a call
-        if s[e + ELEMENT.FOLLOWED] == 0.0:
-            force, first, _, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
-            _settle(s, e, own, force, first, lost, viscous, time)
-        else:
-            lost = _follow(s, e, own, own_rate, elapsed, time)
-            force = s[e + ELEMENT.FORCE]
+        force, first, _, lost, viscous = crush.respond(s, e, own, own_rate, elapsed)
+        _settle(s, e, own, force, first, lost, viscous, time)
     else:
         lost = _any_other(s, e, own, own_rate, elapsed, time)
         force = s[e + ELEMENT.FORCE]
@@ -69,6 +65,8 @@ def _any_other(s: Block, e: int, stroke: float, rate: float, elapsed: float, tim
     """Bring any element to a stroke and rate; energy lost."""
     if s[e + ELEMENT.KIND] == SERIES:
         return _march(s, e, stroke, elapsed, time)
+    if s[e + ELEMENT.KIND] == FOLLOWED:
+        return _follow(s, e, stroke, rate, elapsed, time)
     return _move(s, e, stroke, rate, elapsed, time)
 
 

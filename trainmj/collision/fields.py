@@ -193,7 +193,7 @@ class Element(_Field):
     """
 
     NEXT = "1", "from here to the next element"
-    KIND = "1", "code of its law; -1 for two in series"
+    KIND = "1", "code of its law; -1 for two in series, -2 for crush that is followed within a step"
     SIGN = "1", "1 where it pushes, -1 where it pulls"
     SHARE = "1", "part of the stroke that it takes: a half where it stands for two equal devices in series"
     TIMES = "1", "devices that it stands for, 1 / SHARE; 0 for a law in series, whose pair stands for it"
@@ -219,9 +219,8 @@ class Element(_Field):
     STROKE = "m", "stroke at the last evaluation", True
     FORCE = "N", "force", True
     PEAK = "N", "largest force on the way from the evaluation before"
-    FOLLOWED = "1", "1 where it is followed through what happens within a step"
-    BRANCH = "1", "then: 0 without force, 1 on its spring, 2 crushing, 3 held at its curve by its dashpot"
-    LATE = "N s", "then: impulse on the way from the evaluation before, less that of the two forces there and here"
+    BRANCH = "1", "of a crush law that is followed: 0 no force, 1 on its spring, 2 crushing, 3 at its curve by its dashpot"
+    LATE = "N s", "impulse on the way from the evaluation before, less that of the two forces there and here"
     STATE_0 = "m", "first state of its law, such as the stroke at which the force would vanish", True
     STATE_1 = "m", "second state of its law", True
     DISSIPATED = "J", "energy lost", True

@@ -425,7 +425,7 @@ def _vehicles(
     follows = not in_plane and s[HEAD.FOLLOWS] != 0.0
     begins = s[HEAD.TIME] < 0.0
     approach = STILL_SPEED if rolling else APPROACH_SPEED
-    impulse = 0.0
+    impulse = late = 0.0
     still, closing = True, False
     speed_behind = accelerated_behind = 0.0
     i = 0
@@ -444,10 +444,11 @@ def _vehicles(
             else:
                 v, mass, before = qvel[i], inertia[i], s[p + POINT.SPEED]
                 at_rail = v
-            limit, held, late = s[p + POINT.FRICTION_LIMIT], s[p + POINT.FRICTION], 0.0
+            limit, held = s[p + POINT.FRICTION_LIMIT], s[p + POINT.FRICTION]
             if follows:
                 late = s[p + POINT.LATE] / step
                 s[p + POINT.LATE] = 0.0
+                inner += late
                 if begins:  # speeds are those of half a step before, but for the first ones
                     limit *= 0.5
             work = 0.5 * held * (s[p + POINT.SPEED] + at_rail) * elapsed
@@ -466,11 +467,13 @@ def _vehicles(
             s[c + CAR.FRICTION_WORK] -= work
             impulse += (held + grade) * elapsed
             # the friction that would stop it within this step, within what rail and brake can give
-            friction = min(limit, max(-limit, -(mass * v / step + load + inner + grade + late)))
+            friction = min(limit, max(-limit, -(mass * v / step + load + inner + grade)))
             force = load + inner + friction + grade
             if in_plane:
                 plane.hold(s, f, friction)
-            s[p + POINT.FORCE] = force + late
+            s[p + POINT.FORCE] = force
+            if follows:
+                force -= late
             s[p + POINT.SPEED] = at_rail
             s[p + POINT.FRICTION] = friction
             if count > 1:

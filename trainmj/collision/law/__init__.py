@@ -33,6 +33,9 @@ CRUSH = 0
 SERIES = -1
 """In place of a code, for two laws in series."""
 
+FOLLOWED = -2
+"""In place of that of crush, where it is followed through what happens to it within a step."""
+
 
 def _chosen() -> Callable[[float, Block, int, float, float, float], Response]:
     """The law of an element: by its code, one comparison after the other."""
