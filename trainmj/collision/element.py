@@ -140,7 +140,7 @@ def _through(s: Block, e: int, stroke: float, rate: float, elapsed: float, time:
         force, first, _, one_lost, viscous = crush.respond(s, e, to, rate, elapsed * part)
         _settle(s, e, to, force, first, one_lost, viscous, time)
         mean += 0.5 * (last + force) * part
-        most = max(most, s[e + ELEMENT.PEAK], force)
+        most = max(most, s[e + ELEMENT.PEAK])
         lost += one_lost
         at, last = to, force
         if at == stroke:
