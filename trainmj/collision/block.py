@@ -387,6 +387,8 @@ def _write(block: Array, at: int, curves: int, element: Element, stroke: float, 
             block[e + ELEMENT.START], block[e + ELEMENT.STROKE] = element.starts[n], 0.5 * own
         elif follows and block[e + ELEMENT.KIND] == CRUSH:
             block[e + ELEMENT.KIND] = FOLLOWED
+        elif follows:
+            block[e + ELEMENT.FOLLOWED] = 1.0
     return curves
 
 

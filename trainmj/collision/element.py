@@ -30,6 +30,7 @@ _NOTHING = 1e-2  # and so are forces that differ by less than this [N], what a r
 _SMALL = 1e-13  # strokes [m]
 _SMALL_WAY = 1e-10  # [m], on which nothing that happens matters
 _MOST_STOPS = 400  # at bends of the force of a law, on the way of one step
+_STOPS = 32  # of a law whose bends are not looked for
 _BESIDE = 1e-6  # how far beside a bend the way stops, part of it
 
 
@@ -66,6 +67,8 @@ def _any_other(s: Block, e: int, stroke: float, rate: float, elapsed: float, tim
     if s[e + ELEMENT.KIND] == SERIES:
         return _march(s, e, stroke, elapsed, time)
     if s[e + ELEMENT.KIND] == FOLLOWED:
+        return _follow_crush(s, e, stroke, rate, elapsed, time)
+    if s[e + ELEMENT.FOLLOWED] != 0.0:
         return _follow(s, e, stroke, rate, elapsed, time)
     return _move(s, e, stroke, rate, elapsed, time)
 
@@ -89,7 +92,7 @@ def _called(s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -
 
 
 @register_jitable
-def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+def _follow_crush(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """Bring a crush law to a stroke and rate, through what happens to it on the way; energy lost.
 
     As long as it stays on one branch of its law and one segment of its curve, its force is linear on the way.
@@ -104,7 +107,25 @@ def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
         _settle(s, e, stroke, force, first, lost, viscous, time)
         return lost
     s[e + ELEMENT.SEGMENT] = segment_before
-    return _through(s, e, stroke, rate, elapsed, time)
+    return _through(s, e, stroke, rate, rate, elapsed, time)
+
+
+@register_jitable
+def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
+    """The same for any other law. Its force at the end is that at the rate there, and not at the mean one of the step."""
+    first_before, second_before = s[e + ELEMENT.SEGMENT], s[e + ELEMENT.SEGMENT_2]
+    at_end = rate + 0.5 * (rate - s[e + ELEMENT.RATE])
+    at_end = at_end if at_end * rate > 0.0 else 0.0
+    s[e + ELEMENT.RATE], s[e + ELEMENT.LATE] = rate, 0.0
+    force, first, second, lost, viscous = respond(s[e + ELEMENT.KIND], s, e, stroke, at_end, elapsed)
+    turned = s[e + ELEMENT.SEGMENT] != first_before or s[e + ELEMENT.SEGMENT_2] != second_before
+    turned = turned or (force == 0.0) != (s[e + ELEMENT.FORCE] == 0.0)
+    if not turned or elapsed <= 0.0 or abs(stroke - s[e + ELEMENT.STROKE]) < _SMALL_WAY:
+        s[e + ELEMENT.STATE_1] = second
+        _settle(s, e, stroke, force, first, lost, viscous, time)
+        return lost
+    s[e + ELEMENT.SEGMENT], s[e + ELEMENT.SEGMENT_2] = first_before, second_before
+    return _through(s, e, stroke, rate, at_end, elapsed, time)
 
 
 @inlined
@@ -119,9 +140,16 @@ def _branch(s: Block, e: int, stroke: float, rate: float, force: float, plastic:
 
 
 @register_jitable
-def _through(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
-    """The same from one bend of its force to the next; keeps the impulse that the two forces at the ends do not have."""
+def _through(
+    s: Block, e: int, stroke: float, rate: float, at_end: float, elapsed: float, time: float
+) -> float:
+    """Bring a law to a stroke in stops on the way; keeps the impulse that the two forces at the ends do not have.
+
+    Crush stops at every bend of its force, between which this is linear; any other law at equal distances.
+    """
     start, before = s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE]
+    is_crush = s[e + ELEMENT.KIND] == FOLLOWED
+    kind = float(CRUSH) if is_crush else s[e + ELEMENT.KIND]
     way = stroke - start
     beside = _BESIDE * way
     at, last = start, before
@@ -130,20 +158,24 @@ def _through(s: Block, e: int, stroke: float, rate: float, elapsed: float, time:
     for n in range(_MOST_STOPS):
         if crosses:
             to = at + 2.0 * beside
-        else:
+        elif is_crush:
             to = _bend(s, e, at, stroke, rate, 2.0 * beside) - beside
-        crosses = not crosses
-        if n == _MOST_STOPS - 1 or (stroke - to) / way <= 2.0 * _BESIDE:
+        else:
+            to = start + way * n / _STOPS
+        crosses = is_crush and not crosses
+        ends = n == _MOST_STOPS - 1 or (stroke - to) / way <= 2.0 * _BESIDE
+        if ends:
             to = stroke
         part = (to - at) / way
         s[e + ELEMENT.PEAK] = 0.0
-        force, first, _, one_lost, viscous = crush.respond(s, e, to, rate, elapsed * part)
+        force, first, second, one_lost, viscous = respond(kind, s, e, to, at_end if ends else rate, elapsed * part)
+        s[e + ELEMENT.STATE_1] = second
         _settle(s, e, to, force, first, one_lost, viscous, time)
         mean += 0.5 * (last + force) * part
         most = max(most, s[e + ELEMENT.PEAK])
         lost += one_lost
         at, last = to, force
-        if at == stroke:
+        if ends:
             break
     s[e + ELEMENT.PEAK] = most
     s[e + ELEMENT.LATE] = (mean - 0.5 * (before + last)) * elapsed

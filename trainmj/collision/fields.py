@@ -219,6 +219,8 @@ class Element(_Field):
     STROKE = "m", "stroke at the last evaluation", True
     FORCE = "N", "force", True
     PEAK = "N", "largest force on the way from the evaluation before"
+    FOLLOWED = "1", "1 of another law that is followed"
+    RATE = "m/s", "mean rate of the step before"
     BRANCH = "1", "of a crush law that is followed: 0 no force, 1 on its spring, 2 crushing, 3 at its curve by its dashpot"
     LATE = "N s", "impulse on the way from the evaluation before, less that of the two forces there and here"
     STATE_0 = "m", "first state of its law, such as the stroke at which the force would vanish", True
