@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Layout, Tally, n_values
-from trainmj.collision.chain import WALL, Chain
+from trainmj.collision.chain import EVENTS, WALL, Chain
 from trainmj.collision.channels import traces_of
 from trainmj.collision.fields import Head
 from trainmj.collision.measured import Measured
@@ -38,6 +38,7 @@ _LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of 
 _HISTORY_BYTES = 32 * 2**20  # recorded speeds of all places of a thread
 _VALUES = 256  # room for curves grows in these steps, so that few models are compiled
 _RING = 8  # records that the law takes by itself between two calls
+_LONGEST = 2e-3  # step of MuJoCo's over several records [s]
 _ENGINES = 8  # kept for sizes that come again
 
 Key = TypeVar("Key")
@@ -190,13 +191,16 @@ class _Queue(Generic[Key]):
         return False
 
 
-def _within(chain: Chain) -> int:
-    """Steps of the law within one of MuJoCo's; 0 where MuJoCo makes each of them."""
-    import os
-    if chain.plane or chain.integrator not in ("euler", "events") or os.environ.get("PLAIN"):
+def steps_within(chain: Chain) -> int:
+    """Steps of the law within one of MuJoCo's; 0 where MuJoCo makes each of them.
+
+    Along the track the law can make MuJoCo's own steps, to the last bit; MuJoCo then steps from one record to the next,
+    or over several of them.
+    """
+    if chain.plane or chain.integrator not in ("euler", EVENTS):
         return 0
     records = 1
-    while 2 * records <= _RING and 2 * records * chain.record_interval <= float(os.environ.get("ENGSTEP", "2e-3")) * (1.0 + 1e-9):
+    while 2 * records <= _RING and 2 * records * chain.record_interval <= _LONGEST * (1.0 + 1e-9):
         records *= 2
     return records * chain.steps_per_record
 
@@ -206,7 +210,7 @@ class _Engine(Generic[Key]):
 
     def __init__(self, chain: Chain, size: _Size, places: int, channels: Sequence[str]) -> None:
         self._channels = channels
-        within = _within(chain)
+        within = steps_within(chain)
         self.layout = Layout.of(chain, size.n_value, _RING, within)
         self._steps = _RING * size.steps_per_record // (within or 1)
         rings = -(-size.n_records // _RING)

@@ -112,7 +112,7 @@ def _follow_crush(s: Block, e: int, stroke: float, rate: float, elapsed: float, 
 
 @register_jitable
 def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
-    """The same for any other law. Its force at the end is that at the rate there, and not at the mean one of the step."""
+    """The same for any other law; its force at the end is that at the rate there, not at the mean one of the step."""
     first_before, second_before = s[e + ELEMENT.SEGMENT], s[e + ELEMENT.SEGMENT_2]
     at_end = rate + 0.5 * (rate - s[e + ELEMENT.RATE])
     at_end = at_end if at_end * rate > 0.0 else 0.0
@@ -140,9 +140,7 @@ def _branch(s: Block, e: int, stroke: float, rate: float, force: float, plastic:
 
 
 @register_jitable
-def _through(
-    s: Block, e: int, stroke: float, rate: float, at_end: float, elapsed: float, time: float
-) -> float:
+def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapsed: float, time: float) -> float:
     """Bring a law to a stroke in stops on the way; keeps the impulse that the two forces at the ends do not have.
 
     Crush stops at every bend of its force, between which this is linear; any other law at equal distances.

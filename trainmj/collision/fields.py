@@ -76,7 +76,10 @@ class Head(_Field):
     N_WHEEL = "1", "wheelsets"
     ENDS = "1", "place of what the first interface has in the plane"
     WITHIN = "1", "steps that the law makes within one of MuJoCo's; 0 where MuJoCo makes each"
-    MOTION = "1", "place of the positions of the points that the law then follows, their speeds, and one over their masses"
+    MOTION = (
+        "1",
+        "place of the positions of the points that the law then follows; speeds, 1 / masses come behind",
+    )
     CLOCK = "s", "time that it has come to"
     ASKED = "s", "time at which MuJoCo asked last; -1 before it did"
     FOLLOWS = "1", "1 where devices are followed through what happens to them within a step"
@@ -221,7 +224,10 @@ class Element(_Field):
     PEAK = "N", "largest force on the way from the evaluation before"
     FOLLOWED = "1", "1 of another law that is followed"
     RATE = "m/s", "mean rate of the step before"
-    BRANCH = "1", "of a crush law that is followed: 0 no force, 1 on its spring, 2 crushing, 3 at its curve by its dashpot"
+    BRANCH = (
+        "1",
+        "of crush that is followed: 0 no force, 1 on its spring, 2 crushing, 3 at its curve by its dashpot",
+    )
     LATE = "N s", "impulse on the way from the evaluation before, less that of the two forces there and here"
     STATE_0 = "m", "first state of its law, such as the stroke at which the force would vanish", True
     STATE_1 = "m", "second state of its law", True

@@ -28,6 +28,10 @@ def plane_rules(parts: Parts) -> Iterator[Problem]:
             if name not in cars and name not in letters:
                 yield no_such("vehicle on bogies", ("collision", key, name), name, [*letters, *cars])
     if parts.plane == "vertical":
+        if parts.simulation.integrator == "events":
+            yield Problem(
+                ("simulation", "integrator"), "follows devices along the track only: state euler, or plane: line"
+            )
         yield from dict.fromkeys((*_vehicles(parts, cars), *_devices(parts, cars)))
 
 
