@@ -31,7 +31,7 @@ def positive(values: Any) -> Array:
 
 def lesser(values: Any, others: Any) -> Array:
     """The lesser of two, and of one that is not a number the first one, as ``min(value, other)`` has it."""
-    return np.where(others < values, others, values)
+    return np.asarray(np.where(others < values, others, values))
 
 
 def picked(values: Array, places: Sequence[int]) -> Array:

@@ -195,20 +195,25 @@ def summary_of(found: Found, case: int = 0) -> Summary:
         balance,
         tuple(one.of(0) for one in found.limits),
         said,
-        dict(zip(found.columns, found.numbers[0].tolist(), strict=True)),
+        dict(zip(found.columns, _plain(found.numbers[0]), strict=True)),
         found.columns,
         over=bool(found.over[0]),
     )
 
 
-def _numbers(found: Found, quantities: Iterable[Quantity], place: int = 0) -> dict[str, float]:
-    """Quantities of the one case by name, of a place among what they have a number for."""
-    return {q.name: float(found.values.of(q)[0, place]) for q in quantities}
+def _numbers(found: Found, quantities: Iterable[Quantity]) -> dict[str, float]:
+    """Quantities of the whole of the one case by name."""
+    return {q.name: _plain(found.values.of(q)[0])[0] for q in quantities}
+
+
+def _plain(numbers: Array) -> list[float]:
+    """Numbers (n,) one by one; all that are none are the same object, so that equal summaries are equal."""
+    return [number if number == number else math.nan for number in numbers.tolist()]
 
 
 def _rows(found: Found, quantities: Iterable[Quantity]) -> list[dict[str, float]]:
-    """The same of each place."""
-    numbers = {q.name: found.values.of(q)[0].tolist() for q in quantities}
+    """The same of each vehicle, interface or part."""
+    numbers = {q.name: _plain(found.values.of(q)[0]) for q in quantities}
     return [dict(zip(numbers, row, strict=True)) for row in zip(*numbers.values(), strict=True)]
 
 
