@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,17 @@ from trainmj.collision.fields import (
     ELEMENT,
     FRAME,
     KEPT,
+    N_CAR,
+    N_CONTACT,
     N_ELEMENT,
+    N_ENDS,
+    N_FRAME,
+    N_HEAD,
+    N_JOINT,
+    N_LINE,
+    N_MEMBER,
+    N_POINT,
+    N_WHEEL,
     Car,
     Contact,
     Ends,
@@ -89,51 +99,51 @@ class Layout:
             n_ring,
         )
 
-    @property
+    @cached_property
     def _points(self) -> int:
-        return len(Head) + len(Car) * self.n_vehicle
+        return N_HEAD + N_CAR * self.n_vehicle
 
-    @property
+    @cached_property
     def _joints(self) -> int:
-        return self._points + len(Point) * self.n_point
+        return self._points + N_POINT * self.n_point
 
-    @property
+    @cached_property
     def _elements(self) -> int:
-        return self._joints + len(Joint) * self.n_interface
+        return self._joints + N_JOINT * self.n_interface
 
-    @property
+    @cached_property
     def _members(self) -> int:
         return self._elements + N_ELEMENT * self.n_element
 
-    @property
+    @cached_property
     def _contacts(self) -> int:
-        return self._members + len(Member) * self.n_member
+        return self._members + N_MEMBER * self.n_member
 
-    @property
+    @cached_property
     def _frames(self) -> int:
-        return self._contacts + len(Contact) * KEPT * self.n_vehicle
+        return self._contacts + N_CONTACT * KEPT * self.n_vehicle
 
-    @property
+    @cached_property
     def _wheels(self) -> int:
-        return self._frames + len(Frame) * self.n_frame
+        return self._frames + N_FRAME * self.n_frame
 
-    @property
+    @cached_property
     def _ends(self) -> int:
-        return self._wheels + len(Wheel) * self.n_wheel
+        return self._wheels + N_WHEEL * self.n_wheel
 
-    @property
+    @cached_property
     def _lines(self) -> int:
-        return self._ends + len(Ends) * (self.n_interface if self.n_frame else 0)
+        return self._ends + N_ENDS * (self.n_interface if self.n_frame else 0)
 
-    @property
+    @cached_property
     def _curves(self) -> int:
-        return self._lines + len(Line) * self.n_line
+        return self._lines + N_LINE * self.n_line
 
-    @property
+    @cached_property
     def _ring(self) -> int:
         return self._curves + self.n_value
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Length of the block."""
         return self._ring + self.n_ring * self.n_vehicle
@@ -144,15 +154,15 @@ class Layout:
 
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
-        return block[..., len(Head) + field : self._points : len(Car)]
+        return block[..., N_HEAD + field : self._points : N_CAR]
 
     def point(self, block: Array, field: Point) -> Array:
         """(..., n_point) view of a field of the point masses in blocks (..., size)."""
-        return block[..., self._points + field : self._joints : len(Point)]
+        return block[..., self._points + field : self._joints : N_POINT]
 
     def joint(self, block: Array, field: Joint) -> Array:
         """(..., n_interface) view of an interface field in blocks (..., size)."""
-        return block[..., self._joints + field : self._elements : len(Joint)]
+        return block[..., self._joints + field : self._elements : N_JOINT]
 
     def element(self, block: Array, field: Field) -> Array:
         """(..., n_element) view of a field of the records of elements in blocks (..., size)."""
@@ -160,28 +170,28 @@ class Layout:
 
     def member(self, block: Array, field: Member) -> Array:
         """(..., n_member) view of a field of the members of bodies in blocks (..., size)."""
-        return block[..., self._members + field : self._contacts : len(Member)]
+        return block[..., self._members + field : self._contacts : N_MEMBER]
 
     def contact(self, block: Array, field: Contact) -> Array:
         """(..., n_vehicle, KEPT) view of a field of the contact windows that are kept, in blocks (..., size)."""
-        found = block[..., self._contacts + field : self._frames : len(Contact)]
+        found = block[..., self._contacts + field : self._frames : N_CONTACT]
         return found.reshape(*block.shape[:-1], self.n_vehicle, KEPT)
 
     def frame(self, block: Array, field: Frame) -> Array:
         """(..., n_frame) view of a field of the vehicles in the vertical plane, in blocks (..., size)."""
-        return block[..., self._frames + field : self._wheels : len(Frame)]
+        return block[..., self._frames + field : self._wheels : N_FRAME]
 
     def wheel(self, block: Array, field: Wheel) -> Array:
         """(..., n_wheel) view of a field of their wheelsets, in blocks (..., size)."""
-        return block[..., self._wheels + field : self._ends : len(Wheel)]
+        return block[..., self._wheels + field : self._ends : N_WHEEL]
 
     def ends(self, block: Array, field: Ends) -> Array:
         """(..., n_interface) view of what interfaces have in the vertical plane, in blocks (..., size)."""
-        return block[..., self._ends + field : self._lines : len(Ends)]
+        return block[..., self._ends + field : self._lines : N_ENDS]
 
     def line(self, block: Array, field: Line) -> Array:
         """(..., n_line) view of a field of the lines of elements there, in blocks (..., size)."""
-        return block[..., self._lines + field : self._curves : len(Line)]
+        return block[..., self._lines + field : self._curves : N_LINE]
 
     def dissipated(self, block: Array) -> Array:
         """(..., n_interface) energy lost in all elements of each interface [J], in blocks (..., size) of one layout."""

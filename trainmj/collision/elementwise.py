@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.envelope import Array
+from trainmj.collision.envelope import Array, IntArray
 
 
 def total(values: Array) -> Array:
@@ -34,9 +34,9 @@ def lesser(values: Any, others: Any) -> Array:
     return np.asarray(np.where(others < values, others, values))
 
 
-def picked(values: Array, places: Sequence[int]) -> Array:
+def picked(values: Array, places: Sequence[int] | IntArray) -> Array:
     """(..., k) the values (..., n) at some places of the last axis, side by side in memory."""
-    return np.asarray(np.take(values, places, axis=-1))
+    return np.asarray(values.take(places, axis=-1))
 
 
 def in_rows(values: Array, rows: Sequence[Sequence[int]], fill: float) -> Array:
@@ -45,4 +45,4 @@ def in_rows(values: Array, rows: Sequence[Sequence[int]], fill: float) -> Array:
     end = values.shape[-1]
     padded = np.append(values, np.full((len(values), 1), fill), axis=-1)
     places = [[*row, *[end] * (most - len(row))] for row in rows]
-    return np.asarray(np.take(padded, np.array(places, dtype=int).reshape(len(rows), most), axis=-1))
+    return np.asarray(padded.take(np.array(places, dtype=int).reshape(len(rows), most), axis=-1))

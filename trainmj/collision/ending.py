@@ -12,7 +12,7 @@ import numpy as np
 from trainmj.collision.chain import order_of_vehicles
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.envelope import Array, BoolArray
-from trainmj.collision.limits import Limited, judged
+from trainmj.collision.limits import Limited
 from trainmj.collision.measured import UNSTABLE, Measured
 from trainmj.collision.quantities import STAGE
 from trainmj.collision.records import COLLAPSED
@@ -102,16 +102,17 @@ class Endings:
         """Each stage that passed its limit and each car body that gave way, under test or of the partner."""
         sides, stages, vehicles = self._sides, self._stages_mm, self._judged[1]
         found = []
-        for k, stage in enumerate(sides.stages):
-            if judged(self._chain, stage.side) != under_test:
+        for k in np.flatnonzero(self._passed[case] | self._crushed[case]).tolist():
+            stage = sides.stages[k]
+            if sides.judged[stage.side] != under_test:
                 continue
             where = place(sides.names[stage.side], sides.n_stages[stage.side], stage.name)
             stroke, limit = (float(values[case, k]) for values in stages)
             if self._passed[case, k]:
                 found.append((where, f"{where} ({STAGE.text(stroke, limit)} of {limit:.12g} mm)"))
-            elif self._crushed[case, k]:
+            else:
                 found.append((where, crushed(where, stroke)))
-        for i in order_of_vehicles(self._chain):
+        for i in order_of_vehicles(self._chain) if self._collapsed[case].any() else ():
             if (i in vehicles) == under_test and self._collapsed[case, i]:
                 name = self._chain.vehicles[i].name
                 found.append((f"body of {name}", collapsed(name, float(self._plastic_mm[case, i]))))
@@ -155,7 +156,7 @@ class Endings:
     def _judged(self) -> tuple[list[int], list[int]]:
         """The stages and the vehicles whose limits count."""
         chain = self._chain
-        stages = [k for k, stage in enumerate(self._sides.stages) if judged(chain, stage.side)]
+        stages = [k for k, stage in enumerate(self._sides.stages) if self._sides.judged[stage.side]]
         return stages, [i for i in range(len(chain.vehicles)) if chain.twin or i < chain.n_moving]
 
     @cached_property

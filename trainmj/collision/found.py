@@ -13,7 +13,7 @@ from trainmj.collision.ending import Endings
 from trainmj.collision.envelope import Array, BoolArray
 from trainmj.collision.limits import Limited, limits_of
 from trainmj.collision.measured import Measured
-from trainmj.collision.quantities import Column, Values, columns_of, sources_of
+from trainmj.collision.quantities import Column, Values
 
 if TYPE_CHECKING:
     from trainmj.collision.summary import Summary
@@ -38,9 +38,8 @@ class Found:
             wanted: names of the columns that are; all without. No quantity is computed that they, the limits and the
                 status do not need.
         """
-        chain = measured.chain
         self.measured, self.values = measured, Values(measured)
-        self.columns: Mapping[str, Column] = columns_of(chain)
+        self.columns: Mapping[str, Column] = self.values.columns
         if wanted is not None:
             self.columns = {name: column for name, column in self.columns.items() if name in wanted}
         with np.errstate(all="ignore"):  # of a case that is unstable
@@ -74,8 +73,7 @@ class Found:
     @cached_property
     def numbers(self) -> Array:
         """(n_case, n_column) the responses, in the order of the columns."""
-        sources = sources_of(self.measured.chain)
-        return self.values.in_columns(sources[name] for name in self.columns)
+        return self.values.in_columns(self.columns)
 
     def channels(self, names: Sequence[str]) -> list[dict[str, Trace]]:
         """(n_case,) those of these channels that the cases have, by name."""

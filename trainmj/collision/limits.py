@@ -23,10 +23,8 @@ from trainmj.collision.quantities import (
     Column,
     Quantity,
     Values,
-    columns_of,
     of_each,
     of_vehicles,
-    sources_of,
 )
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.files.provenance import source_of
@@ -154,12 +152,11 @@ def limits_of(measured: Measured, values: Values) -> tuple[Limited, ...]:
 def _of_scenario(measured: Measured, values: Values) -> Iterator[Limited]:
     """The limits that the scenario states."""
     chain, valid = measured.chain, measured.tally.valid_until == math.inf
-    stated = measured.lot.values(lambda chain: list(chain.limits.values()))
-    columns, sources = columns_of(chain), sources_of(chain)
+    stated = measured.lot.values(lambda chain: list(chain.limits.values())) if chain.limits else np.zeros((0, 0))
     for n, name in enumerate(chain.limits):
-        if name in columns:
-            (title, unit, digits), where = _said(columns[name]), [""] * len(measured)
-            found = values.in_columns([sources[name]])[:, 0]
+        if name in values.columns:
+            (title, unit, digits), where = _said(values.columns[name]), [""] * len(measured)
+            found = values.in_columns([name])[:, 0]
         else:
             quantity = of_each(chain)[name]
             (title, unit, digits), (where, found) = _said(quantity), _worst(*_parts(measured, values, quantity))
@@ -184,7 +181,7 @@ def _of_stages(measured: Measured) -> Iterator[Limited]:
     chain, sides, valid = measured.chain, measured.sides, measured.tally.valid_until == math.inf
     found: dict[str, tuple[str, list[int]]] = {}
     for k, stage in enumerate(sides.stages):
-        if sides.stage_limit[0, k] < np.inf and judged(chain, stage.side):
+        if sides.stage_limit[0, k] < np.inf and sides.judged[stage.side]:
             several = stage.name != DEVICE  # a device of one curve is its own stage, and has the limit itself
             device = sides.devices[stage.side]
             path = f"devices.{device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"
@@ -196,11 +193,6 @@ def _of_stages(measured: Measured) -> Iterator[Limited]:
         most, most_allowed = (np.take_along_axis(values, at, axis=-1)[:, 0] for values in (stroke, limit))
         source = source_of(chain.sources, path)
         yield Limited(path, title, STAGE.unit, STAGE.digits, False, source, where, most, most_allowed, valid)
-
-
-def judged(chain: Chain, side: int) -> bool:
-    """Whether the limits of the stages of a side count: those of a partner that is no twin do not."""
-    return chain.twin or side < n_own_sides(chain)
 
 
 def reported(

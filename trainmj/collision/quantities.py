@@ -503,19 +503,24 @@ def _by_name(*tables: tuple[Quantity, ...]) -> dict[str, Quantity]:
     return {q.name: q for table in tables for q in table}
 
 
-class Source(NamedTuple):
+class _Source(NamedTuple):
     """Where the numbers of a column come from."""
 
     quantity: Quantity
-    place: int = 0  # among the numbers that the quantity has of each case
+    place: int  # among the numbers that the quantity has of each case
 
 
 class Values:
-    """The quantities of a lot, each computed once, when it is asked for."""
+    """The quantities of a lot, each computed once, when it is asked for.
+
+    Attributes:
+        columns: every response by the name of its column, in the order of tables.
+    """
 
     def __init__(self, measured: Measured) -> None:
         """Nothing is computed yet."""
         self._measured, self._known = measured, dict[Quantity, Array]()
+        self.columns, self._sources = _layout(measured.chain)
 
     def of(self, quantity: Quantity) -> Array:
         """(n_case, n) numbers of a quantity, n = 1 of a whole collision; nan where the records are too far apart."""
@@ -528,9 +533,9 @@ class Values:
             self._known[quantity] = found.reshape(len(self._measured), -1)
         return self._known[quantity]
 
-    def in_columns(self, sources: Iterable[Source]) -> Array:
-        """(n_case, n_column) numbers side by side."""
-        sources, first, at = tuple(sources), dict[Quantity, int](), 0
+    def in_columns(self, names: Iterable[str]) -> Array:
+        """(n_case, n_column) the responses of some columns, side by side."""
+        sources, first, at = [self._sources[name] for name in names], dict[Quantity, int](), 0
         for quantity, _ in sources:
             if quantity not in first:
                 first[quantity] = at
@@ -538,7 +543,7 @@ class Values:
         if not first:
             return np.empty((len(self._measured), 0))
         beside = np.concatenate([self.of(quantity) for quantity in first], axis=1)
-        return np.take(beside, [first[quantity] + place for quantity, place in sources], axis=1)
+        return beside.take([first[quantity] + place for quantity, place in sources], axis=1)
 
 
 def columns_of(chain: Chain) -> dict[str, Column]:
@@ -546,12 +551,7 @@ def columns_of(chain: Chain) -> dict[str, Column]:
     return _layout(chain)[0]
 
 
-def sources_of(chain: Chain) -> dict[str, Source]:
-    """Where each of them comes from, by the same names."""
-    return _layout(chain)[1]
-
-
-def _layout(chain: Chain) -> tuple[dict[str, Column], dict[str, Source]]:
+def _layout(chain: Chain) -> tuple[dict[str, Column], dict[str, _Source]]:
     """The columns of a chain and their sources; not to be changed."""
     sides = [(chain.interfaces[k], k, side) for k, side in places_of_sides(chain)]
     return _columns(
@@ -609,16 +609,16 @@ def _columns(
     of_vehicles: tuple[Quantity, ...],
     of_sides: tuple[Quantity, ...],
     parts: tuple[tuple[tuple[tuple[Quantity, ...], tuple[tuple[int, str], ...]], ...], ...],
-) -> tuple[dict[str, Column], dict[str, Source]]:
+) -> tuple[dict[str, Column], dict[str, _Source]]:
     """Columns, and their sources, of all chains with interfaces, vehicles and quantities of these names."""
     columns: dict[str, Column] = {}
-    sources: dict[str, Source] = {}
+    sources: dict[str, _Source] = {}
 
     def add(quantity: Quantity, index: int, thing: str, *place: int) -> None:
         title = f"{quantity.column.replace('_', ' ')} {thing.replace('_', ' ')}".rstrip()
         name = quantity.head_of(thing)
         columns[name] = Column(name, quantity.unit, quantity.digits, title, quantity.meaning, quantity.name, place)
-        sources[name] = Source(quantity, index)
+        sources[name] = _Source(quantity, index)
 
     for n, whole in enumerate(with_column((*of_train, *COLLISION, *of_balance))):
         add(whole, 0, "", 0, n)

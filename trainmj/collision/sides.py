@@ -49,6 +49,8 @@ class Sides:
         names: of the interface, and of its side where both are reported.
         devices: names of the devices.
         stages: of all devices, in the order of the sides and of their acting.
+        n_stages: (n_side,) how many stages each has.
+        judged: whether the limits of the stages count: those of a partner that is no twin do not.
     """
 
     def __init__(self, lot: Lot, tally: Tallies, used: Used) -> None:
@@ -72,9 +74,12 @@ class Sides:
                 self.stages += [StagePlace(n, place, law, s.name, k == 0) for k, s in enumerate(path.stages)]
                 self._path_laws.append(law)
                 self._paths_of[n].append(place)
-        self._stages_of = [
-            [k for k, stage in enumerate(self.stages) if stage.side == n] for n in range(len(self.places))
-        ]
+        own = n_own_sides(chain)
+        self.judged = [chain.twin or n < own for n in range(len(self.places))]
+        self._stages_of: list[list[int]] = [[] for _ in self.places]
+        for k, stage in enumerate(self.stages):
+            self._stages_of[stage.side].append(k)
+        self.n_stages = [len(stages) for stages in self._stages_of]
 
     def _laws_of(self, k: int, side: int, sign: float) -> list[int]:
         """The laws of a side of an interface that push or pull; none of draw gear that is the other side's."""
@@ -89,11 +94,6 @@ class Sides:
     def tallied(self, name: str) -> Array:
         """A value of the tally at the interface."""
         return picked(getattr(self._tally, name), [k for k, _ in self.places])
-
-    @property
-    def n_stages(self) -> list[int]:
-        """(n_side,) how many stages each has."""
-        return [len(stages) for stages in self._stages_of]
 
     @cached_property
     def _numbers(self) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ from trainmj.collision.channels import Trace
 from trainmj.collision.ending import collapsed, crushed, place
 from trainmj.collision.envelope import Array
 from trainmj.collision.found import Found
-from trainmj.collision.limits import Criterion, judged
+from trainmj.collision.limits import Criterion
 from trainmj.collision.measured import Measured
 from trainmj.collision.quantities import (
     COLLISION,
@@ -235,7 +235,7 @@ def _interfaces(found: Found) -> tuple[InterfaceMetrics, ...]:
             beyond_curve=ended[n],
             draws=sides.interfaces[n].draws,
             drawn_out=drawn_out[n],
-            judged=judged(chain, n),
+            judged=sides.judged[n],
             slid=tuple(found.endings.slid(0, n)),
             faces=tuple(_faces(found, n)),
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -36,12 +35,15 @@ class Used:
             for n, record in enumerate(element)
         ]
         self.places = {place: n for n, (place, _) in enumerate(records)}
-        self._records = [record for _, record in records]
+        self._records = np.array([record for _, record in records])
+        self._left: dict[str, Array] = {}
         self.laws = [law for _, law in _laws(lot.chain)]
 
     def left(self, name: str) -> Array:
         """A value of the records."""
-        return picked(getattr(self._tally, f"element_{name}"), self._records)
+        if name not in self._left:
+            self._left[name] = picked(getattr(self._tally, f"element_{name}"), self._records)
+        return self._left[name]
 
     @cached_property
     def stroke(self) -> Array:
@@ -123,18 +125,22 @@ class Used:
 
         That is the area below each curve, climbed as the law does, less what the device gives back.
         """
-        path = self._paths
-        at, force, slope, work = (values[:, places] for values in (path.stroke, path.force, path.slope, path.work))
-        k = np.minimum((at <= stroke[..., None]).sum(axis=-1), path.n[:, places]) - 1
-        k = np.maximum(k, 0)[..., None]
-        start, below, steep, done = (np.take_along_axis(v, k, axis=-1)[..., 0] for v in (at, force, slope, work))
+        n, path = self._paths
+        passed = (path[0][:, places] <= stroke[..., None]).sum(axis=-1)
+        at = np.maximum(np.minimum(passed, n[:, places]) - 1, 0)
+        start, below, steep, done = path[:, np.arange(len(n))[:, None], places, at]
         reached = below + steep * (stroke - start)
         energy = done + 0.5 * (below + reached) * (stroke - start)
         return np.asarray(energy - 0.5 * reached * reached / self._numbers[3][:, places])
 
     @cached_property
-    def _paths(self) -> _Paths:
-        """The curves of first loading, climbed as the laws do."""
+    def _paths(self) -> tuple[IntArray, Array]:
+        """The curves of first loading, climbed as the laws do.
+
+        Returns:
+            (n_case, n_law) how many points each has, and (4, n_case, n_law, most) their strokes, forces, the slopes
+            behind them and the work up to them.
+        """
         n = self._lot.values(lambda chain: [law.loading.climbing.stroke.size for _, law in _laws(chain)]).astype(int)
         most = int(n.max(initial=0))
 
@@ -148,26 +154,17 @@ class Used:
         stroke, force, slope = np.moveaxis(self._lot.values(points), -2, 0)
         steps = 0.5 * (force[..., 1:] + force[..., :-1]) * np.diff(stroke)
         work = np.concatenate([np.zeros_like(stroke[..., :1]), np.cumsum(steps, axis=-1)], axis=-1)
-        return _Paths(n, stroke, force, slope, work)
+        return n, np.stack([stroke, force, slope, work])
 
     @cached_property
     def _alike(self) -> list[_Alike]:
-        """The laws in groups of one kind and size."""
+        """The laws in groups of one kind and, where a law has several curves, of one size."""
         groups: dict[tuple[Kind, tuple[int, ...]], list[int]] = {}
         for n, law in enumerate(self.laws):
-            groups.setdefault((law.kind, tuple(curve.size for curve in law.curves)), []).append(n)
+            sizes = tuple(curve.size for curve in law.curves) if law.curves[1:] else ()
+            groups.setdefault((law.kind, sizes), []).append(n)
         parameters = self._lot.values(lambda chain: [law.parameters for _, law in _laws(chain)])
         return [_Alike(self._lot, kind, places, parameters) for (kind, _), places in groups.items()]
-
-
-class _Paths(NamedTuple):
-    """Curves of first loading: how many points each has (n_case, n_law), and (n_case, n_law, most) numbers of them."""
-
-    n: IntArray
-    stroke: Array
-    force: Array
-    slope: Array
-    work: Array
 
 
 class _Alike:
