@@ -102,7 +102,7 @@ class Endings:
         """Each stage that passed its limit and each car body that gave way, under test or of the partner."""
         sides, stages, vehicles = self._sides, self._stages_mm, self._judged[1]
         found = []
-        for k in np.flatnonzero(self._passed[case] | self._crushed[case]).tolist():
+        for k in self._beyond[case]:
             stage = sides.stages[k]
             if sides.judged[stage.side] != under_test:
                 continue
@@ -112,7 +112,7 @@ class Endings:
                 found.append((where, f"{where} ({STAGE.text(stroke, limit)} of {limit:.12g} mm)"))
             else:
                 found.append((where, crushed(where, stroke)))
-        for i in order_of_vehicles(self._chain) if self._collapsed[case].any() else ():
+        for i in order_of_vehicles(self._chain) if self._chain.members else ():
             if (i in vehicles) == under_test and self._collapsed[case, i]:
                 name = self._chain.vehicles[i].name
                 found.append((f"body of {name}", collapsed(name, float(self._plastic_mm[case, i]))))
@@ -163,6 +163,14 @@ class Endings:
     def _stages_mm(self) -> tuple[Array, Array]:
         """(n_case, n_stage) strokes of stages and what the design allows [mm]."""
         return self._sides.stage_stroke / MM, self._sides.stage_limit / MM
+
+    @cached_property
+    def _beyond(self) -> list[list[int]]:
+        """(n_case,) the stages that passed their limits, or are a car body and have given way."""
+        found: list[list[int]] = [[] for _ in range(len(self._measured))]
+        for case, stage in zip(*np.nonzero(self._passed | self._crushed), strict=True):
+            found[case].append(int(stage))
+        return found
 
     @cached_property
     def _passed(self) -> BoolArray:

@@ -71,6 +71,7 @@ class Found:
         return self.measured.tally.is_over
 
     @cached_property
+    @np.errstate(all="ignore")
     def numbers(self) -> Array:
         """(n_case, n_column) the responses, in the order of the columns."""
         return self.values.in_columns(self.columns)

@@ -180,8 +180,9 @@ def _of_stages(measured: Measured) -> Iterator[Limited]:
     """The stroke limit of each stage under test that has one, where most of it is used; it may differ as built."""
     chain, sides, valid = measured.chain, measured.sides, measured.tally.valid_until == math.inf
     found: dict[str, tuple[str, list[int]]] = {}
-    for k, stage in enumerate(sides.stages):
-        if sides.stage_limit[0, k] < np.inf and sides.judged[stage.side]:
+    limited = np.flatnonzero(sides.stage_limit[0] < np.inf).tolist()
+    for k, stage in ((k, sides.stages[k]) for k in limited):
+        if sides.judged[stage.side]:
             several = stage.name != DEVICE  # a device of one curve is its own stage, and has the limit itself
             device = sides.devices[stage.side]
             path = f"devices.{device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"

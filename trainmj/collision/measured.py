@@ -252,9 +252,10 @@ class Measured:
     @property
     def used_up(self) -> BoolArray:
         """(n_case, n_vehicle) whether a member of the body was shortened by its whole length."""
-        ended = self.tally.member_end_time >= 0.0
-        members = [self.chain.members_inward(i) for i in range(len(self.chain.vehicles))]
-        return np.stack([ended[:, of_vehicle].any(axis=-1) for of_vehicle in members], axis=-1)
+        found = np.zeros_like(self.mass, dtype=bool)
+        for k, member in enumerate(self.chain.members):
+            found[:, member.vehicle] |= self.tally.member_end_time[:, k] >= 0.0
+        return found
 
     # means of the acceleration
 
@@ -298,11 +299,12 @@ class Measured:
 
     def contacts_of(self, case: int, i: int) -> Iterator[tuple[float, float, float, bool]]:
         """Start [s], end [s] and mean [m/s2] of the contact windows of vehicle i, and whether it was cut off there."""
-        places = [*range(min(int(self.tally.contacts[case, i]), KEPT)), -1]
-        windows = (values[case, i, places].tolist() for values in self.contacts)
-        for k, start, end, mean in zip(places, *windows, strict=True):
+        *windows, last = zip(*(values[case, i].tolist() for values in self.contacts), strict=True)
+        for start, end, mean in windows[: int(self.tally.contacts[case, i])]:
             if end > 0.0:
-                yield start, end, mean, k < 0
+                yield start, end, mean, False
+        if last[1] > 0.0:
+            yield *last, True
 
     def mean_deceleration(self) -> Array:
         """(n_case, n_vehicle) over the first contact window [m/s2]; 0 if there is none."""

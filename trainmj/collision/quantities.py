@@ -525,11 +525,10 @@ class Values:
     def of(self, quantity: Quantity) -> Array:
         """(n_case, n) numbers of a quantity, n = 1 of a whole collision; nan where the records are too far apart."""
         if quantity not in self._known:
-            n_vehicles = len(self._measured.chain.vehicles)
-            found: Array = np.full((len(self._measured), n_vehicles), np.nan)
             if quantity.is_number(self._measured.chain):
-                with np.errstate(all="ignore"):  # of a case that is unstable
-                    found = np.asarray(quantity.value(self._measured), dtype=np.float64)
+                found = np.asarray(quantity.value(self._measured), dtype=np.float64)
+            else:
+                found = np.full_like(self._measured.mass, np.nan)
             self._known[quantity] = found.reshape(len(self._measured), -1)
         return self._known[quantity]
 
