@@ -100,7 +100,7 @@ def test_a_refused_or_unstable_case_is_a_row_and_the_others_go_on():
 
 
 def test_an_unstable_case_says_so_and_does_not_disturb_its_neighbours(monkeypatch):
-    monkeypatch.setattr(Measured, "jumped", False)  # without the smaller steps that would mend it
+    monkeypatch.setattr(Measured, "jumped", np.array([False]))  # without the smaller steps that would mend it
     scenario = trainmj.load("b_type", FAST)
     good = line_up(scenario)
     bad = dataclasses.replace(good, step=2e-3, steps_per_record=1)

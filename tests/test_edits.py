@@ -25,8 +25,8 @@ PAGE = "docs/architecture.md"
 
 MADE_UP = '''
 def _half_change(m: Measured) -> Array:
-    """(n_vehicle,) half of the change of speed [m/s]."""
-    return np.abs(m.tally.speed - m.chain.speed) / 2
+    """(n_case, n_vehicle) half of the change of speed [m/s]."""
+    return np.abs(m.tally.speed - m.speed) / 2
 
 
 VEHICLE = (

@@ -607,7 +607,7 @@ def unstable(factor: float) -> Chain:
 @pytest.mark.parametrize("factor", [1.5, 2.5, 5.0, 20.0])
 def test_status_unstable_where_devices_give_back_more_than_they_took(factor, monkeypatch):
     """The balance of speeds and work closes whatever the step, so energy from nowhere must be seen elsewhere."""
-    monkeypatch.setattr(Measured, "jumped", False)  # without the smaller steps that would mend it
+    monkeypatch.setattr(Measured, "jumped", np.array([False]))  # without the smaller steps that would mend it
     summary = collide(unstable(factor))
     assert summary.balance.kinetic_end_kJ > 2 * summary.balance.kinetic_start_kJ, "this test needs an unstable case"
     assert str(summary.status).startswith("unstable: ")

@@ -246,10 +246,11 @@ def test_equal_sides_are_reported_alike_whether_their_paths_are_apart_or_not(met
     found = []
     for chain in (line_up(level), replace(apart, plane=False)):
         result = simulation._run(level, chain)
-        side = Measured(chain, result.tally, result.time, result.velocity).own_sides[0]
-        energies = [energy for _, _, energy in side.stages]
-        assert sum(energies) == pytest.approx(side.energy, rel=1e-12)
-        found.append([side.stroke, side.permanent, side.energy, side.crush_mm, *energies])
+        sides = Measured.of_one(chain, result.tally, result.time, result.velocity).sides
+        energies = [float(sides.stage_energy[0, k]) for k, stage in enumerate(sides.stages) if stage.side == 0]
+        assert sum(energies) == pytest.approx(sides.energy[0, 0], rel=1e-12)
+        of_front = (sides.stroke, sides.permanent, sides.energy, sides.crush_mm)
+        found.append([*(values[0, 0] for values in of_front), *energies])
     np.testing.assert_allclose(*found, rtol=5e-3)
     whole, parted = (press(chain.interfaces[chain.front]) for chain in (line_up(level), apart))
     np.testing.assert_allclose(parted.force, whole.force)

@@ -102,6 +102,6 @@ def test_just_below_the_largest_step_no_energy_is_made(name, other):
 @pytest.mark.parametrize("name", ["held", "stopped", "damped"])
 def test_far_above_the_largest_step_the_balance_breaks(name, monkeypatch):
     """Breaks if the bound were needlessly small by far; without the smaller steps that would mend it."""
-    monkeypatch.setattr(Measured, "jumped", False)
+    monkeypatch.setattr(Measured, "jumped", np.array([False]))
     found, _ = ridden(name, None, 20.0)
     assert str(found.status).startswith("unstable")

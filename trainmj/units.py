@@ -9,6 +9,14 @@ from __future__ import annotations
 import math
 import re
 from decimal import ROUND_FLOOR, Context
+from typing import TYPE_CHECKING, Any, overload
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+
+    FloatArray = npt.NDArray[np.float64]
+    BoolArray = npt.NDArray[np.bool_]
 
 G = 9.80665
 """Standard gravity [m/s2], by which accelerations are reported in g."""
@@ -105,7 +113,11 @@ def readable(value: float, digits: int) -> str:
     return in_digits(value, enough(digits, abs(value)))
 
 
-def beyond(value: float, limit: float) -> bool:
+@overload
+def beyond(value: float, limit: float) -> bool: ...
+@overload
+def beyond(value: FloatArray, limit: FloatArray) -> BoolArray: ...
+def beyond(value: Any, limit: Any) -> Any:
     """Whether a value is above a limit by more than round-off; never if it is not a number."""
     return value - limit > ROUND_OFF * abs(limit)
 

@@ -38,7 +38,7 @@ def page() -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _row(quantity: Quantity[object], thing: str) -> str:
+def _row(quantity: Quantity, thing: str) -> str:
     column = f"`{quantity.head_of(thing)}`" if quantity.column else ""
     meaning = quantity.meaning.replace("|", "\\|")
     return f"| `{quantity.name}` | {column} | {quantity.unit} | {meaning} |"

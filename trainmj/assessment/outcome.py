@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trainmj.assessment.plan import Case
+from trainmj.collision.chain import WALL
 from trainmj.collision.limits import Criterion
 from trainmj.collision.measured import convertible, spread
 from trainmj.collision.status import Kind
@@ -57,15 +58,16 @@ class Outcome:
         at_end = {v.name: v.final_speed_km_h for v in summary.vehicles}
         speed = np.array([at_end[v.name] for v in chain.vehicles])
         ahead = np.append(speed, 0.0)[[i.right for i in chain.interfaces]]  # nothing moves at a wall, which is the last
+        walled = chain.interfaces[-1].right == WALL
         fastest = int(np.argmax(closing := speed[[i.left for i in chain.interfaces]] - ahead))
         if closing[chain.front] > 0.0:
-            left = convertible(chain, speed * KM_H)
+            left = float(convertible(walled, chain.mass, speed * KM_H))
         else:  # the sides part, and what is left is what moves within each
             left = sum(
-                spread(chain.mass[side], speed[side] * KM_H)
+                float(spread(chain.mass[side], speed[side] * KM_H))
                 for side in (slice(chain.n_moving), slice(chain.n_moving, None))
             )
-        left /= convertible(chain, chain.speed)
+        left /= float(convertible(walled, chain.mass, chain.speed))
         if left <= _LEFT or closing[fastest] <= _CLOSING_KM_H:
             return ""
         return (

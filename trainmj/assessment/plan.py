@@ -218,7 +218,7 @@ def _case(
         base = train if partner == IDENTICAL else train.with_partner(partner, standard.source.folder)
         changed = base.with_values(changes)
         bare = line_up(changed.with_values({"limits": None}))
-        known: dict[str, Column | Quantity[Any]] = {**columns_of(bare), **of_each(bare)}
+        known: dict[str, Column | Quantity] = {**columns_of(bare), **of_each(bare)}
         limits = limits_of(spec, key)
         lost = {name: _NOT_THERE for name in changed.limits if name not in known}
         absent = {name: reason for name in (*limits, *spec.reported) if (reason := _absent(name, known))}

@@ -20,15 +20,16 @@ import numpy as np
 import numpy.typing as npt
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Layout, Tally, n_values
+from trainmj.collision.block import Layout, n_values
 from trainmj.collision.chain import EVENTS, WALL, Chain
-from trainmj.collision.channels import traces_of
 from trainmj.collision.fields import Head
+from trainmj.collision.found import Found
+from trainmj.collision.lot import Chains
 from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build, numbers_of
 from trainmj.collision.simulation import LAW_NOT_CALLED
-from trainmj.collision.summary import Summary, summary_of
+from trainmj.collision.summary import Summary
 from trainmj.errors import EngineError
 
 PLACES = 128
@@ -251,10 +252,11 @@ class _Engine(Generic[Key]):
                 key, chain = under_way.pop(place)
                 free.append(place)
                 measured = self._measured(place, chain)
-                if measured.jumped and not chain.refined:
+                if measured.jumped.any() and not chain.refined:
                     again.append((key, replace(chain, refined=True)))
                 else:
-                    yield key, replace(summary_of(measured), channels=traces_of(measured, self._channels))
+                    found = Found(measured)
+                    yield key, replace(found.summary(0), channels=found.channels(self._channels)[0])
 
     def _load(self, place: int, chain: Chain) -> None:
         self._batch.state[place] = self._fresh_row
@@ -279,8 +281,6 @@ class _Engine(Generic[Key]):
         return np.asarray(ids[self._blocks[ids, Head.DONE] != 0.0])
 
     def _measured(self, place: int, chain: Chain) -> Measured:
-        n = int(self._blocks[place, Head.RECORDS])
-        velocity = self._history[place, :n]
-        return Measured(
-            chain, Tally.of(self.layout, self._blocks[place]), chain.record_times(n), np.asfortranarray(velocity)
-        )
+        blocks, n = self._blocks[[place]], int(self._blocks[place, Head.RECORDS])
+        recorded = self._history[[place], :n]
+        return Measured.of(Chains([0], [chain]), self.layout, blocks, np.array([n]), recorded)

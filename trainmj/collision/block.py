@@ -8,19 +8,31 @@ what interfaces have there, and lines; then the curves, and the ring of recorded
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from trainmj.collision import plane
 from trainmj.collision.chain import WALL, Chain, Element, Interface
-from trainmj.collision.envelope import Array
+from trainmj.collision.envelope import Array, BoolArray, IntArray
 from trainmj.collision.fields import (
     ELEMENT,
     FRAME,
     KEPT,
+    N_CAR,
+    N_CONTACT,
     N_ELEMENT,
+    N_ENDS,
+    N_FRAME,
+    N_HEAD,
+    N_JOINT,
+    N_LINE,
+    N_MEMBER,
+    N_POINT,
+    N_WHEEL,
     Car,
     Contact,
     Ends,
@@ -89,70 +101,74 @@ class Layout:
             within,
         )
 
-    @property
+    @cached_property
     def _points(self) -> int:
-        return len(Head) + len(Car) * self.n_vehicle
+        return N_HEAD + N_CAR * self.n_vehicle
 
-    @property
+    @cached_property
     def _joints(self) -> int:
-        return self._points + len(Point) * self.n_point
+        return self._points + N_POINT * self.n_point
 
-    @property
+    @cached_property
     def _elements(self) -> int:
-        return self._joints + len(Joint) * self.n_interface
+        return self._joints + N_JOINT * self.n_interface
 
-    @property
+    @cached_property
     def _members(self) -> int:
         return self._elements + N_ELEMENT * self.n_element
 
-    @property
+    @cached_property
     def _contacts(self) -> int:
-        return self._members + len(Member) * self.n_member
+        return self._members + N_MEMBER * self.n_member
 
-    @property
+    @cached_property
     def _frames(self) -> int:
-        return self._contacts + len(Contact) * KEPT * self.n_vehicle
+        return self._contacts + N_CONTACT * KEPT * self.n_vehicle
 
-    @property
+    @cached_property
     def _wheels(self) -> int:
-        return self._frames + len(Frame) * self.n_frame
+        return self._frames + N_FRAME * self.n_frame
 
-    @property
+    @cached_property
     def _ends(self) -> int:
-        return self._wheels + len(Wheel) * self.n_wheel
+        return self._wheels + N_WHEEL * self.n_wheel
 
-    @property
+    @cached_property
     def _lines(self) -> int:
-        return self._ends + len(Ends) * (self.n_interface if self.n_frame else 0)
+        return self._ends + N_ENDS * (self.n_interface if self.n_frame else 0)
 
-    @property
+    @cached_property
     def _curves(self) -> int:
-        return self._lines + len(Line) * self.n_line
+        return self._lines + N_LINE * self.n_line
 
-    @property
+    @cached_property
     def _ring(self) -> int:
         return self._curves + self.n_value
 
-    @property
+    @cached_property
     def _motion(self) -> int:
         return self._ring + self.n_ring * self.n_vehicle
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Length of the block."""
         return self._motion + (3 * self.n_point if self.within else 0)
 
+    def head(self, block: Array, field: Head) -> Array:
+        """(...) a field of the header of blocks (..., size)."""
+        return np.asarray(block[..., field])
+
     def car(self, block: Array, field: Car) -> Array:
         """(..., n_vehicle) view of a vehicle field in blocks (..., size)."""
-        return block[..., len(Head) + field : self._points : len(Car)]
+        return block[..., N_HEAD + field : self._points : N_CAR]
 
     def point(self, block: Array, field: Point) -> Array:
         """(..., n_point) view of a field of the point masses in blocks (..., size)."""
-        return block[..., self._points + field : self._joints : len(Point)]
+        return block[..., self._points + field : self._joints : N_POINT]
 
     def joint(self, block: Array, field: Joint) -> Array:
         """(..., n_interface) view of an interface field in blocks (..., size)."""
-        return block[..., self._joints + field : self._elements : len(Joint)]
+        return block[..., self._joints + field : self._elements : N_JOINT]
 
     def element(self, block: Array, field: Field) -> Array:
         """(..., n_element) view of a field of the records of elements in blocks (..., size)."""
@@ -160,33 +176,34 @@ class Layout:
 
     def member(self, block: Array, field: Member) -> Array:
         """(..., n_member) view of a field of the members of bodies in blocks (..., size)."""
-        return block[..., self._members + field : self._contacts : len(Member)]
+        return block[..., self._members + field : self._contacts : N_MEMBER]
 
     def contact(self, block: Array, field: Contact) -> Array:
-        """(n_vehicle, KEPT) view of a field of the contact windows that are kept, in a block (size,)."""
-        return block[self._contacts + field : self._frames : len(Contact)].reshape(self.n_vehicle, KEPT)
+        """(..., n_vehicle, KEPT) view of a field of the contact windows that are kept, in blocks (..., size)."""
+        found = block[..., self._contacts + field : self._frames : N_CONTACT]
+        return found.reshape(*block.shape[:-1], self.n_vehicle, KEPT)
 
     def frame(self, block: Array, field: Frame) -> Array:
         """(..., n_frame) view of a field of the vehicles in the vertical plane, in blocks (..., size)."""
-        return block[..., self._frames + field : self._wheels : len(Frame)]
+        return block[..., self._frames + field : self._wheels : N_FRAME]
 
     def wheel(self, block: Array, field: Wheel) -> Array:
         """(..., n_wheel) view of a field of their wheelsets, in blocks (..., size)."""
-        return block[..., self._wheels + field : self._ends : len(Wheel)]
+        return block[..., self._wheels + field : self._ends : N_WHEEL]
 
     def ends(self, block: Array, field: Ends) -> Array:
         """(..., n_interface) view of what interfaces have in the vertical plane, in blocks (..., size)."""
-        return block[..., self._ends + field : self._lines : len(Ends)]
+        return block[..., self._ends + field : self._lines : N_ENDS]
 
     def line(self, block: Array, field: Line) -> Array:
         """(..., n_line) view of a field of the lines of elements there, in blocks (..., size)."""
-        return block[..., self._lines + field : self._curves : len(Line)]
+        return block[..., self._lines + field : self._curves : N_LINE]
 
     def dissipated(self, block: Array) -> Array:
-        """(n_interface,) energy lost in all elements of each interface [J], in a block (size,)."""
+        """(..., n_interface) energy lost in all elements of each interface [J], in blocks (..., size) of one layout."""
         lost = self.element(block, Field.DISSIPATED) * self.element(block, Field.TIMES)
-        first = (self.joint(block, Joint.FIRST) - self._elements) / N_ELEMENT
-        return np.asarray(np.add.reduceat(lost, first.astype(int)))
+        first = (self.joint(block.reshape(-1, self.size)[0], Joint.FIRST) - self._elements) / N_ELEMENT
+        return np.asarray(np.add.reduceat(lost, first.astype(int), axis=-1))
 
     def ring(self, block: Array) -> Array:
         """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
@@ -412,24 +429,27 @@ class Tallied:
     over: tuple[str, ...]  # what it has a value for, such as "vehicle"; nothing for the whole collision
     unit: str  # of its values
     meaning: str  # in words
+    view: Callable[[Layout, Array], Array]  # of it, in blocks (..., size)
 
+
+_FIELDS: tuple[tuple[type[Any], tuple[str, ...], str, Callable[..., Array]], ...] = (
+    (Head, (), "", Layout.head),
+    (Car, ("vehicle",), "", Layout.car),
+    (Point, ("point",), "point_", Layout.point),
+    (Joint, ("interface",), "", Layout.joint),
+    (Field, ("element",), "element_", Layout.element),
+    (Member, ("member",), "member_", Layout.member),
+    (Contact, ("vehicle", "contact"), "contact_", Layout.contact),
+    (Frame, ("frame",), "frame_", Layout.frame),
+    (Wheel, ("wheelset",), "wheel_", Layout.wheel),
+    (Ends, ("ends",), "ends_", Layout.ends),
+    (Line, ("line",), "line_", Layout.line),
+)
 
 TALLY = (
     *(
-        Tallied(f"{prefix}{field.name.lower()}", over, field.unit, field.meaning)
-        for fields, over, prefix in (
-            (Head, (), ""),
-            (Car, ("vehicle",), ""),
-            (Point, ("point",), "point_"),
-            (Joint, ("interface",), ""),
-            (Field, ("element",), "element_"),
-            (Member, ("member",), "member_"),
-            (Contact, ("vehicle", "contact"), "contact_"),
-            (Frame, ("frame",), "frame_"),
-            (Wheel, ("wheelset",), "wheel_"),
-            (Ends, ("ends",), "ends_"),
-            (Line, ("line",), "line_"),
-        )
+        Tallied(f"{prefix}{field.name.lower()}", over, field.unit, field.meaning, partial(view, field=field))
+        for fields, over, prefix, view in _FIELDS
         for field in fields
         if field.tallied
     ),
@@ -438,11 +458,14 @@ TALLY = (
         ("interface",),
         "J",
         "energy lost in all its elements, added up from their laws and not from the work",
+        Layout.dissipated,
     ),
 )
 """Every tallied field: of the header, vehicles, their points, interfaces, elements, members, contact windows, and of
 vehicles, wheelsets, interfaces and lines in the vertical plane.
 """
+
+_BY_NAME = {tallied.name: tallied for tallied in TALLY}
 
 
 class Tally:
@@ -467,23 +490,56 @@ class Tally:
     @property
     def valid_until(self) -> float:
         """When the first curve, member of a body or line ended, with nothing stated behind it [s]; or infinite."""
-        times = np.concatenate([self.element_end_time, self.member_end_time, self.line_off_time])
-        return float(times[times >= 0.0].min(initial=np.inf))
+        return float(Tallies.of_one(self).valid_until[0])
 
     @classmethod
     def of(cls, layout: Layout, block: Array) -> Tally:
-        """The tally in a simulation's block of user data."""
-        values: dict[str, Any] = {f.name.lower(): float(block[f]) for f in Head if f.tallied}
-        values["over"] = bool(values["over"])
-        values |= {f.name.lower(): layout.car(block, f).copy() for f in Car if f.tallied}
-        values |= {f.name.lower(): layout.joint(block, f).copy() for f in Joint if f.tallied}
-        values |= {f"point_{f.name.lower()}": layout.point(block, f).copy() for f in Point if f.tallied}
-        values |= {f"element_{f.name.lower()}": layout.element(block, f).copy() for f in Field if f.tallied}
-        values |= {f"member_{f.name.lower()}": layout.member(block, f).copy() for f in Member if f.tallied}
-        values |= {f"contact_{f.name.lower()}": layout.contact(block, f).copy() for f in Contact}
-        values |= {f"frame_{f.name.lower()}": layout.frame(block, f).copy() for f in Frame if f.tallied}
-        values |= {f"wheel_{f.name.lower()}": layout.wheel(block, f).copy() for f in Wheel if f.tallied}
-        values |= {f"ends_{f.name.lower()}": layout.ends(block, f).copy() for f in Ends if f.tallied}
-        values |= {f"line_{f.name.lower()}": layout.line(block, f).copy() for f in Line if f.tallied}
-        values["dissipated"] = layout.dissipated(block)
-        return cls(**values)
+        """The tally in a simulation's block of user data (size,)."""
+        values: dict[str, Any] = {t.name: t.view(layout, block) for t in TALLY}
+        values = {name: value.copy() if value.ndim else float(value) for name, value in values.items()}
+        return cls(**values | {"over": bool(values["over"])})
+
+
+class Tallies:
+    """The tallies of many collisions: fields of the same names, with an axis of the cases before their own.
+
+    What is of the whole collision is (n_case,), what a vehicle has (n_case, n_vehicle), and so on. A field is looked up
+    when it is asked for.
+    """
+
+    def __init__(self, look_up: Callable[[str], Array]) -> None:
+        """Take what finds a field (n_case, ...) by its name."""
+        self._look_up = look_up
+
+    def __getattr__(self, name: str) -> Array:
+        """A field by its name."""
+        if name.startswith("__"):
+            raise AttributeError(name)
+        found = np.asarray(self._look_up(name))
+        self.__dict__[name] = found
+        return found
+
+    @classmethod
+    def of(cls, layout: Layout, blocks: Array) -> Tallies:
+        """Those in the blocks (n_case, size) of simulations, which must not change any more."""
+        return cls(lambda name: _BY_NAME[name].view(layout, blocks))
+
+    @classmethod
+    def of_one(cls, tally: Tally) -> Tallies:
+        """That of one collision."""
+        return cls(lambda name: np.asarray(getattr(tally, name))[None])
+
+    def take(self, places: IntArray) -> Tallies:
+        """Those of some cases, in this order."""
+        return Tallies(lambda name: np.asarray(getattr(self, name)[places]))
+
+    @property
+    def is_over(self) -> BoolArray:
+        """(n_case,) whether no device was pressed any more at the end; otherwise the time limit cut it off."""
+        return np.asarray(self.over != 0.0)
+
+    @property
+    def valid_until(self) -> Array:
+        """(n_case,) when the first curve, member of a body or line ended [s]; see :class:`Tally`."""
+        times = np.concatenate([self.element_end_time, self.member_end_time, self.line_off_time], axis=-1)
+        return np.asarray(np.where(times >= 0.0, times, np.inf).min(axis=-1, initial=np.inf))

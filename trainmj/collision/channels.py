@@ -12,7 +12,6 @@ import numpy as np
 from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60
 from trainmj.collision.envelope import Array
-from trainmj.collision.measured import Measured
 from trainmj.collision.result import Result, result_given
 from trainmj.units import KM_H, MS, G, head
 
@@ -64,7 +63,7 @@ class Channel(NamedTuple):
     key: str
     unit: str  # of its values
     meaning: str
-    of: Callable[[Measured, int], Trace]  # that of a vehicle of the chain
+    of: Callable[[float, Array, bool], Trace]  # of the interval of records, a vehicle's speeds, and whether cut off
     interval: float = math.inf  # longest time between two records with which it is a number [s]
 
     def no_number(self, chain: Chain) -> str:
@@ -77,18 +76,16 @@ class Channel(NamedTuple):
         )
 
 
-def _speed(measured: Measured, vehicle: int) -> Trace:
+def _speed(interval: float, speeds: Array, cut: bool) -> Trace:
     """Speeds are held before the start, and behind the end if the collision was over there."""
-    values = measured.velocity[:, vehicle] / KM_H
-    after = values[-1] if measured.tally.over else math.nan
-    return Trace(0.0, measured.chain.record_interval, float(values[0]), float(after), values)
+    values = speeds / KM_H
+    return Trace(0.0, interval, float(values[0]), math.nan if cut else float(values[-1]), values)
 
 
-def _filtered(measured: Measured, vehicle: int) -> Trace:
+def _filtered(interval: float, speeds: Array, cut: bool) -> Trace:
     """The filter looks ahead: there is something before the start, too."""
-    cut = not measured.tally.over
-    first, values = cfc60(measured.chain.record_interval, measured.velocity[:, [vehicle]], cut)
-    return Trace(first, measured.chain.record_interval, 0.0, math.nan if cut else 0.0, values[0] / G)
+    first, values = cfc60(interval, speeds[:, None], cut)
+    return Trace(first, interval, 0.0, math.nan if cut else 0.0, values[0] / G)
 
 
 CHANNELS = (
@@ -127,14 +124,21 @@ def channels(result: Result | str | Path) -> pd.DataFrame:
     import pandas as pd
 
     result = result_given(result)
-    measured = Measured(result.chain, result.tally, result.time, result.velocity)
-    there = channels_of(result.chain).items()
-    names = [name for name, (channel, _) in there if not channel.no_number(result.chain)]
-    found = {name: trace.at(result.time) for name, trace in traces_of(measured, names).items()}
-    return pd.DataFrame({"time_s": result.time} | found)
+    chain, there = result.chain, channels_of(result.chain).items()
+    names = [name for name, (channel, _) in there if not channel.no_number(chain)]
+    traces = traces_of(chain, result.velocity, not result.tally.over, names)
+    return pd.DataFrame({"time_s": result.time} | {name: trace.at(result.time) for name, trace in traces.items()})
 
 
-def traces_of(measured: Measured, names: Sequence[str]) -> dict[str, Trace]:
-    """Those of these channels that a collision has."""
-    there = channels_of(measured.chain) if names else {}
-    return {name: there[name][0].of(measured, there[name][1]) for name in names if name in there}
+def traces_of(chain: Chain, velocity: Array, cut: bool, names: Sequence[str]) -> dict[str, Trace]:
+    """Those of these channels that a collision has.
+
+    Args:
+        chain: what was collided.
+        velocity: (n_sample, n_vehicle) recorded speeds [m/s].
+        cut: whether the collision was cut off at the last record.
+        names: of the channels.
+    """
+    there = channels_of(chain) if names else {}
+    of_vehicles = {name: there[name] for name in names if name in there}
+    return {name: channel.of(chain.record_interval, velocity[:, i], cut) for name, (channel, i) in of_vehicles.items()}

@@ -6,6 +6,8 @@ two records.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from trainmj.collision.envelope import Array
@@ -107,10 +109,15 @@ def _filtered(interval: float, velocity: Array) -> Array:
     known = len(velocity) - 1
     n = known + 2 * int(np.ceil(_SILENCE / interval))
     n = 1 << (n - 1).bit_length()
-    corner = np.tan(np.pi * 60 * _J211 * interval)
-    gain = 1.0 / (1.0 + (np.tan(np.pi * np.fft.rfftfreq(n)) / corner) ** 4)
     spectrum = np.fft.rfft(np.diff(velocity.T) / interval, n)
-    return np.asarray(np.fft.irfft(spectrum * gain, n))
+    return np.asarray(np.fft.irfft(spectrum * _gain(interval, n), n))
+
+
+@lru_cache(maxsize=16)
+def _gain(interval: float, n: int) -> Array:
+    """(n // 2 + 1,) square of the gain of the filter at the frequencies of n values; not to be changed."""
+    corner = np.tan(np.pi * 60 * _J211 * interval)
+    return np.asarray(1.0 / (1.0 + (np.tan(np.pi * np.fft.rfftfreq(n)) / corner) ** 4))
 
 
 def _known(interval: float, n_sample: int) -> int:

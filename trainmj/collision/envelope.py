@@ -18,6 +18,8 @@ from trainmj.errors import InputError
 from trainmj.units import beyond
 
 Array = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.intp]
+BoolArray = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

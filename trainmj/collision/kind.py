@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -19,6 +19,23 @@ Response = tuple[float, float, float, float, float]
 """Force [N], the two states after the step, energy lost in it and the part of that lost by speed [J]."""
 
 
+class Numbers(Protocol):
+    """The numbers of one law, or of many laws of a kind side by side.
+
+    Attributes:
+        parameters: a number each, or an array of those of all laws.
+        curves: strokes, values and slopes (3, n), or (3, ..., n), of each curve.
+    """
+
+    @property
+    def parameters(self) -> Sequence[Any]:
+        """In the order of the kind."""
+
+    @property
+    def curves(self) -> Sequence[Array]:
+        """In the order of the kind."""
+
+
 @dataclass(frozen=True)
 class Kind:
     """A kind of law.
@@ -30,8 +47,9 @@ class Kind:
             element as the step before left it and changes nothing but segments of curves and the PEAK, so that it may
             be asked for several strokes. It is compiled as it stands.
         device: the device that a part of a scenario describes, ``device(name, spec, parts)``.
-        stored: energy that it holds and gives back [J], of a law, its stroke, force and two states.
-        permanent: stroke that remains without force [m], of a law and its two states.
+        stored: energy that it holds and gives back [J], of the numbers of a law, its stroke, force and two states; of
+            many laws at once as of one, element by element.
+        permanent: stroke that remains without force [m], of the numbers of a law and its two states, likewise.
         bounds: of a law and a largest rate [m/s]: largest dF/du [N/m] and dF/drate [N s/m], for the largest step.
         loss: how the books call what it loses other than by speed.
         store: how they call what it holds.
@@ -41,9 +59,9 @@ class Kind:
     name: str
     respond: Callable[..., Response]
     device: Callable[..., Device]
-    stored: Callable[..., float]
+    stored: Callable[..., Array]
     bounds: Callable[..., tuple[float, float]]
-    permanent: Callable[..., float]
+    permanent: Callable[..., Array]
     loss: str = "crushed"
     store: str = "elastic"
     follows: bool = False

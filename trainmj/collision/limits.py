@@ -8,16 +8,28 @@ judged. The stroke limits of stages belong to the devices: those of a struck tra
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from trainmj.collision.chain import Chain, n_own_sides
-from trainmj.collision.quantities import STAGE, Column, of_each
+import numpy as np
+
+from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
+from trainmj.collision.elementwise import picked
+from trainmj.collision.envelope import Array, BoolArray
+from trainmj.collision.measured import Measured
+from trainmj.collision.quantities import (
+    STAGE,
+    Column,
+    Quantity,
+    Values,
+    of_each,
+    of_vehicles,
+)
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.files.provenance import source_of
 from trainmj.scenario.devices import DEVICE
-from trainmj.units import against, beyond
+from trainmj.units import MM, against, beyond
 
 _MET = "met_step_mm"  # a number of interfaces with faces only
 
@@ -78,25 +90,110 @@ class Criterion:
         return {name: getattr(self, name) for name in names}
 
 
-def of_responses(
-    chain: Chain,
-    columns: Mapping[str, Column],
-    responses: Mapping[str, float],
-    interfaces: Sequence[InterfaceMetrics],
-    vehicles: Sequence[VehicleMetrics],
-) -> Iterator[Criterion]:
-    """What became of the limits that a scenario states.
+@dataclass(frozen=True, eq=False)
+class Limited:
+    """One limit and what was found in each case of a lot.
 
-    Args:
-        chain: what was collided.
-        columns: what the responses are, by name.
-        responses: by column.
-        interfaces: from the front backwards, the moving train first.
-        vehicles: likewise.
+    Attributes:
+        name: as a :class:`Criterion` has it, and so on.
+        title: likewise.
+        unit: likewise.
+        digits: likewise.
+        of_scenario: likewise.
+        source: likewise.
+        where: (n_case,) of each case.
+        found: (n_case,) likewise.
+        limit: (n_case,) likewise.
+        valid: (n_case,) likewise.
     """
-    for name, limit in chain.limits.items():
-        found = reported(chain, columns, responses, interfaces, vehicles, name)
-        yield replace(found, limit=limit, source=source_of(chain.sources, f"limits.{name}"))
+
+    name: str
+    title: str
+    unit: str
+    digits: int
+    of_scenario: bool
+    source: str
+    where: Sequence[str]
+    found: Array
+    limit: Array
+    valid: BoolArray
+
+    @property
+    def kept(self) -> BoolArray:
+        """(n_case,) whether the limit is kept; see :class:`Criterion`."""
+        return np.asarray(self.valid & np.isfinite(self.found) & ~beyond(np.abs(self.found), self.limit))
+
+    @property
+    def used(self) -> Array:
+        """(n_case,) how much of the limit is used [%]."""
+        return np.asarray(100 * np.abs(self.found) / self.limit)
+
+    def of(self, case: int) -> Criterion:
+        """That of one case."""
+        return Criterion(
+            self.name,
+            self.title,
+            self.where[case],
+            float(self.found[case]),
+            float(self.limit[case]),
+            self.unit,
+            self.digits,
+            self.of_scenario,
+            self.source,
+            bool(self.valid[case]),
+        )
+
+
+def limits_of(measured: Measured, values: Values) -> tuple[Limited, ...]:
+    """What became of every limit of a lot: of those that the scenario states, then of the strokes of stages."""
+    return (*_of_scenario(measured, values), *_of_stages(measured))
+
+
+def _of_scenario(measured: Measured, values: Values) -> Iterator[Limited]:
+    """The limits that the scenario states."""
+    chain, valid = measured.chain, measured.tally.valid_until == math.inf
+    stated = measured.lot.values(lambda chain: list(chain.limits.values())) if chain.limits else np.zeros((0, 0))
+    for n, name in enumerate(chain.limits):
+        if name in values.columns:
+            (title, unit, digits), where = _said(values.columns[name]), [""] * len(measured)
+            found = values.in_columns([name])[:, 0]
+        else:
+            quantity = of_each(chain)[name]
+            (title, unit, digits), (where, found) = _said(quantity), _worst(*_parts(measured, values, quantity))
+        source = source_of(chain.sources, f"limits.{name}")
+        yield Limited(name, title, unit, digits, True, source, where, found, stated[:, n], valid)
+
+
+def _parts(measured: Measured, values: Values, quantity: Quantity) -> tuple[list[str], Array]:
+    """Names of the vehicles or interfaces of the moving train that a limit of a quantity is about, and its numbers."""
+    chain, sides = measured.chain, measured.sides
+    if quantity in of_vehicles(chain):
+        own = order_of_vehicles(chain)[: chain.n_moving]
+        return [chain.vehicles[i].name for i in own], picked(values.of(quantity), own)
+    own = list(range(n_own_sides(chain)))
+    if quantity.name == _MET:
+        own = [n for n in own if sides.faced[n]] or own
+    return [sides.names[n] for n in own], picked(values.of(quantity), own)
+
+
+def _of_stages(measured: Measured) -> Iterator[Limited]:
+    """The stroke limit of each stage under test that has one, where most of it is used; it may differ as built."""
+    chain, sides, valid = measured.chain, measured.sides, measured.tally.valid_until == math.inf
+    found: dict[str, tuple[str, list[int]]] = {}
+    limited = np.flatnonzero(sides.stage_limit[0] < np.inf).tolist()
+    for k, stage in ((k, sides.stages[k]) for k in limited):
+        if sides.judged[stage.side]:
+            several = stage.name != DEVICE  # a device of one curve is its own stage, and has the limit itself
+            device = sides.devices[stage.side]
+            path = f"devices.{device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"
+            found.setdefault(path, (f"stroke of {device}{f' {stage.name}' if several else ''}", []))[1].append(k)
+    for path, (title, stages) in found.items():
+        stroke, limit = picked(sides.stage_stroke, stages) / MM, picked(sides.stage_limit, stages) / MM
+        at = _place_of_worst(100 * np.abs(stroke) / limit)
+        where = [sides.names[sides.stages[stages[k]].side] for k in at.ravel().tolist()]
+        most, most_allowed = (np.take_along_axis(values, at, axis=-1)[:, 0] for values in (stroke, limit))
+        source = source_of(chain.sources, path)
+        yield Limited(path, title, STAGE.unit, STAGE.digits, False, source, where, most, most_allowed, valid)
 
 
 def reported(
@@ -107,37 +204,44 @@ def reported(
     vehicles: Sequence[VehicleMetrics],
     name: str,
 ) -> Criterion:
-    """A response, or a quantity where it is largest in the moving train, without a limit; arguments as above."""
-    column = columns.get(name)
-    if column is not None:
-        title = f"{column.title} of the partner" if column.of_partner else column.title
-        return Criterion(name, title, "", responses[name], math.inf, column.unit, column.digits, True)
-    quantity = of_each(chain)[name]
+    """A response, or a quantity where it is largest in the moving train, without a limit.
+
+    Args:
+        chain: what was collided.
+        columns: what the responses are, by name.
+        responses: by column.
+        interfaces: from the front backwards, the moving train first.
+        vehicles: likewise.
+        name: of a response or a quantity.
+    """
+    if name in columns:
+        title, unit, digits = _said(columns[name])
+        return Criterion(name, title, "", responses[name], math.inf, unit, digits, True)
+    title, unit, digits = _said(of_each(chain)[name])
     own: tuple[VehicleMetrics | InterfaceMetrics, ...] = (
         *vehicles[: chain.n_moving],
         *interfaces[: n_own_sides(chain)],
     )
     there = [part for part in own if name in part.values]
     faced = [part for part in there if not (name == _MET and isinstance(part, InterfaceMetrics) and not part.faces)]
-    worst = max(faced or there, key=lambda part: _badness(part.values[name]))
-    title, found = quantity.key.replace("_", " "), worst.values[name]
-    return Criterion(name, title, worst.name, found, math.inf, quantity.unit, quantity.digits, True)
+    parts = faced or there
+    (where,), (found,) = _worst([part.name for part in parts], np.array([[part.values[name] for part in parts]]))
+    return Criterion(name, title, where, float(found), math.inf, unit, digits, True)
 
 
-def of_stages(chain: Chain, interfaces: Iterable[InterfaceMetrics]) -> Iterator[Criterion]:
-    """The stroke limit of each stage under test that has one, where most of it is used; it may differ as built."""
-    found: dict[str, Criterion] = {}
-    for interface in interfaces:
-        for stage in interface.stages if interface.judged else ():
-            if stage.limit_mm is not None:
-                several = stage.name != DEVICE  # a device of one curve is its own stage, and has the limit itself
-                path = f"devices.{interface.device}{f'.stages.{stage.name}' if several else ''}.stroke_limit_mm"
-                title = f"stroke of {interface.device}{f' {stage.name}' if several else ''}"
-                what = path, title, interface.name, stage.stroke_mm, stage.limit_mm, STAGE.unit, STAGE.digits
-                one = Criterion(*what, source=source_of(chain.sources, path))
-                found[path] = max(found.get(path, one), one, key=lambda criterion: _badness(criterion.used))
-    yield from found.values()
+def _said(thing: Column | Quantity) -> tuple[str, str, int]:
+    """Title, unit and digits."""
+    if isinstance(thing, Quantity):
+        return thing.key.replace("_", " "), thing.unit, thing.digits
+    return f"{thing.title} of the partner" if thing.of_partner else thing.title, thing.unit, thing.digits
 
 
-def _badness(value: float) -> float:
-    return math.inf if math.isnan(value) else abs(value)
+def _worst(names: Sequence[str], values: Array) -> tuple[list[str], Array]:
+    """The name, and the largest magnitude with its sign, of each row of values (n_case, n); nan is larger than all."""
+    at = _place_of_worst(values)
+    return [names[k] for k in at.ravel().tolist()], np.take_along_axis(values, at, axis=-1)[:, 0]
+
+
+def _place_of_worst(values: Array) -> Any:
+    """(n_case, 1) where the first of the largest magnitudes is in each row (n_case, n)."""
+    return np.where(np.isnan(values), np.inf, np.abs(values)).argmax(axis=-1)[:, None]

@@ -10,7 +10,8 @@ from trainmj.collision.device import CAR_BODY
 from trainmj.errors import close_match
 from trainmj.units import beyond
 
-_COLLAPSED = 1.0  # plastic shortening or lengthening of a car body from which on it counts as collapsed [mm]
+COLLAPSED = 1.0
+"""Plastic shortening or lengthening of a car body from which on it counts as collapsed [mm]."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class StageUse:
     @property
     def collapsed(self) -> bool:
         """Whether it is the car body, and has given way."""
-        return self.name == CAR_BODY and self.stroke_mm > _COLLAPSED
+        return self.name == CAR_BODY and self.stroke_mm > COLLAPSED
 
     @property
     def exhausted(self) -> bool:
@@ -200,7 +201,7 @@ class VehicleMetrics(Numbers):
     @property
     def collapsed(self) -> bool:
         """Whether its body has given way."""
-        return bool(self.members) and abs(self.body_plastic_mm) > _COLLAPSED
+        return bool(self.members) and abs(self.body_plastic_mm) > COLLAPSED
 
     def as_row(self) -> dict[str, Any]:
         """Plain values for a table; contact windows, members and points are left out."""

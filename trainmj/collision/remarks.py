@@ -95,17 +95,19 @@ def _of_gear(chain: Chain) -> Iterator[str]:
 
 
 def remarks_of(measured: Measured) -> tuple[str, ...]:
-    """What this collision adds to the remarks of its chain."""
+    """What the collision of a lot of one adds to the remarks of its chain."""
     return (*_set_free(measured), *_refined(measured), *_contacts(measured))
 
 
 def _set_free(measured: Measured) -> Iterator[str]:
     """What pairs of devices set free as they snapped, if that counts."""
+    sides, dissipated = measured.sides, measured.tally.dissipated[0].tolist()
+    energies = list(zip(sides.interfaces, sides.energy[0].tolist(), strict=True))
     for k, interface in enumerate(measured.chain.interfaces):
         pair = 2.0 if interface.equal_sides and len(interface.sides) == 1 else 1.0
-        taken = pair * sum(side.energy for side in measured.sides if side.interface is interface)
-        lost = float(measured.tally.dissipated[k]) - taken
-        if lost > _COUNTS * measured.convertible:
+        taken = pair * sum(energy for of, energy in energies if of is interface)
+        lost = dissipated[k] - taken
+        if lost > _COUNTS * measured.convertible[0]:
             yield (
                 f"{interface.name}: {lost / KJ:.4g} kJ of the absorbed energy are in neither device: the force of one "
                 "fell faster than the other could give back."
@@ -115,23 +117,25 @@ def _set_free(measured: Measured) -> Iterator[str]:
 def _refined(measured: Measured) -> Iterator[str]:
     """That steps were made smaller, and what it cost."""
     if measured.chain.refined:
-        whole = measured.tally.time / measured.chain.step
+        whole = measured.tally.time[0] / measured.chain.step
         yield (
             "A step was wider than a part of a curve, and passed a peak of it or lost the balance of energy. Steps "
-            f"were made smaller there: {measured.tally.steps:.0f} in place of {whole:.0f}, after a first run without."
+            f"were made smaller there: {measured.tally.steps[0]:.0f} in place of {whole:.0f}, after a first run "
+            "without."
         )
 
 
 def _contacts(measured: Measured) -> Iterator[str]:
     """Contact windows that the end of the run has cut, and that there are more than are kept."""
     order = [(i, measured.chain.vehicles[i].name) for i in order_of_vehicles(measured.chain)]
-    cut = [name for i, name in order if measured.contacts[1][i, -1] > 0.0]
+    contacts = measured.tally.contacts[0]
+    cut = [name for i, name in order if measured.contacts[1][0, i, -1] > 0.0]
     if cut:
         yield (
             f"{', '.join(cut)}: in contact when the run ended; the last contact window is cut off there, and its mean "
             "is that up to there."
         )
-    many = [f"{name} ({measured.tally.contacts[i]:.0f})" for i, name in order if measured.tally.contacts[i] > KEPT]
+    many = [f"{name} ({contacts[i]:.0f})" for i, name in order if contacts[i] > KEPT]
     if many:
         yield (
             f"{', '.join(many)}: more contact windows than are listed, which are the first {KEPT - 1} and the worst of "

@@ -50,8 +50,8 @@ def run(scenario: Scenario | str | Path, changes: Mapping[str, Any] | None = Non
     scenario = scenario_given(scenario, changes, parameters)
     chain = line_up(scenario)
     result = _run(scenario, chain)
-    measured = Measured(chain, result.tally, result.time, result.velocity)
-    if measured.jumped:
+    measured = Measured.of_one(chain, result.tally, result.time, result.velocity)
+    if measured.jumped.any():
         result = _run(scenario, replace(chain, refined=True))
     return result
 

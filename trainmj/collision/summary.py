@@ -6,36 +6,32 @@ The quantities themselves are in :mod:`trainmj.collision.quantities`; here they 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from functools import cache
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trainmj.collision.block import Tally
-from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
+from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.channels import Trace
+from trainmj.collision.ending import collapsed, crushed, place
 from trainmj.collision.envelope import Array
-from trainmj.collision.limits import Criterion, of_responses, of_stages
-from trainmj.collision.line import Line
-from trainmj.collision.measured import UNSTABLE, Measured, Side
+from trainmj.collision.found import Found
+from trainmj.collision.limits import Criterion
+from trainmj.collision.measured import Measured
 from trainmj.collision.quantities import (
     COLLISION,
-    STAGE,
     TRAIN,
     Column,
     Quantity,
-    columns_of,
     names_of_parts,
     of_balance,
-    of_interfaces,
     of_sides,
     of_train,
     of_vehicles,
     parts_of,
-    with_column,
 )
 from trainmj.collision.records import (
     ContactWindow,
@@ -48,12 +44,11 @@ from trainmj.collision.records import (
 )
 from trainmj.collision.remarks import remarks, remarks_of
 from trainmj.collision.result import Result, result_given
-from trainmj.collision.status import Kind, Status, not_valid
+from trainmj.collision.status import Status, not_valid
 from trainmj.collision.verdict import verdict
 from trainmj.files.arguments import chosen_of
 from trainmj.files.shown import Shown
 from trainmj.files.written import finite
-from trainmj.scenario.devices import DEVICE
 from trainmj.units import KJ, MM, G
 
 if TYPE_CHECKING:
@@ -100,8 +95,9 @@ class Summary(Shown, Numbers):
     def gave_way(self) -> list[str]:
         """Car bodies under test that gave way, with by how much: "body of M1 (crushed by 3.1 mm)"."""
         found = [(i, stage) for i in self.interfaces if i.judged for stage in i.stages if stage.collapsed]
-        bodies = [said for vehicle in self.vehicles if vehicle.judged for _, said in _collapsed(vehicle)]
-        return [_crushed(_place(*one), one[1]) for one in found] + bodies
+        stages = [crushed(place(i.name, len(i.stages), stage.name), stage.stroke_mm) for i, stage in found]
+        vehicles = [vehicle for vehicle in self.vehicles if vehicle.judged and vehicle.collapsed]
+        return stages + [collapsed(vehicle.name, vehicle.body_plastic_mm) for vehicle in vehicles]
 
     def __repr__(self) -> str:
         """Status, criteria and verdict: a summary holds every number."""
@@ -158,19 +154,7 @@ class Summary(Shown, Numbers):
         return plain
 
 
-def _shown(numbers: Numbers, quantities: tuple[Quantity[Any], ...]) -> list[float]:
-    """The numbers that have a column."""
-    values = numbers.values
-    return [values[name] for name in _names(quantities)]
-
-
-@cache
-def _names(quantities: tuple[Quantity[Any], ...]) -> tuple[str, ...]:
-    """Names of the quantities that have a column."""
-    return tuple(quantity.name for quantity in with_column(quantities))
-
-
-def _of(values: Mapping[str, float], quantities: Iterable[Quantity[Any]]) -> dict[str, float]:
+def _of(values: Mapping[str, float], quantities: Iterable[Quantity]) -> dict[str, float]:
     return {q.name: values[q.name] for q in quantities}
 
 
@@ -189,24 +173,94 @@ def measure(chain: Chain, tally: Tally, time: Array, velocity: Array) -> Summary
         time: (n_sample,) [s], evenly spaced.
         velocity: (n_sample, n_vehicle) [m/s].
     """
-    return summary_of(Measured(chain, tally, time, np.asfortranarray(velocity)))  # the speeds of a vehicle side by side
+    return summary_of(Found(Measured.of_one(chain, tally, time, velocity)))
 
 
-def summary_of(measured: Measured) -> Summary:
-    """The numbers of a collision that has been measured."""
-    chain = measured.chain
-    own = n_own_sides(chain)
-    sides = of_sides(chain)
-    interfaces = tuple(_interface(side, sides, chain.twin or n < own) for n, side in enumerate(measured.sides))
-    quantities = of_vehicles(chain)
-    names = [q.name for q in quantities]
-    blank = np.full(len(chain.vehicles), np.nan)
-    values = (np.asarray(q.value(measured) if q.is_number(chain) else blank, dtype=np.float64) for q in quantities)
-    numbers = list(zip(*(value.tolist() for value in values), strict=True))
-    parts = {kind: _of_parts(measured, table) for kind, table in parts_of(chain)}
-    vehicles = tuple(
+@np.errstate(all="ignore")
+def summary_of(found: Found, case: int = 0) -> Summary:
+    """The numbers of one case of a lot."""
+    if len(found) > 1:
+        return summary_of(Found(found.measured.take(np.array([case]))))
+    measured, chain = found.measured, found.measured.lot.chain_of(0)
+    interfaces, vehicles = _interfaces(found), _vehicles(found, chain)
+    balance = Numbers(_numbers(found, of_balance(chain)))
+    whole = _numbers(found, (*of_train(chain), *COLLISION))
+    partner = [said for _, said in found.endings.spent(0, False)]
+    said = (*remarks(chain), *remarks_of(measured), *_of_partner(partner))
+    return Summary(
+        whole,
+        found.endings.of(0),
+        interfaces,
+        vehicles,
+        balance,
+        tuple(one.of(0) for one in found.limits),
+        said,
+        dict(zip(found.columns, _plain(found.numbers[0]), strict=True)),
+        found.columns,
+        over=bool(found.over[0]),
+    )
+
+
+def _numbers(found: Found, quantities: Iterable[Quantity]) -> dict[str, float]:
+    """Quantities of the whole of the one case by name."""
+    return {q.name: _plain(found.values.of(q)[0])[0] for q in quantities}
+
+
+def _plain(numbers: Array) -> list[float]:
+    """Numbers (n,) one by one; all that are none are the same object, so that equal summaries are equal."""
+    return [number if number == number else math.nan for number in numbers.tolist()]
+
+
+def _rows(found: Found, quantities: Iterable[Quantity]) -> list[dict[str, float]]:
+    """The same of each vehicle, interface or part."""
+    numbers = {q.name: _plain(found.values.of(q)[0]) for q in quantities}
+    return [dict(zip(numbers, row, strict=True)) for row in zip(*numbers.values(), strict=True)]
+
+
+def _interfaces(found: Found) -> tuple[InterfaceMetrics, ...]:
+    """The interfaces of the one case."""
+    chain, sides = found.measured.chain, found.measured.sides
+    stages: list[list[StageUse]] = [[] for _ in sides.places]
+    numbers = (sides.stage_stroke / MM, sides.stage_limit / MM, sides.stage_energy / KJ)
+    for stage, *of_stage in zip(sides.stages, *(values[0].tolist() for values in numbers), strict=True):
+        stroke, limit, energy = of_stage
+        stages[stage.side].append(StageUse(stage.name, stroke, limit if limit < np.inf else None, energy))
+    ended, drawn_out = (sides.end_time[0] < np.inf).tolist(), sides.drawn_out[0].tolist()
+    return tuple(
+        InterfaceMetrics(
+            numbers_of_side,
+            name=sides.names[n],
+            device=sides.devices[n],
+            stages=tuple(stages[n]),
+            beyond_curve=ended[n],
+            draws=sides.interfaces[n].draws,
+            drawn_out=drawn_out[n],
+            judged=sides.judged[n],
+            slid=tuple(found.endings.slid(0, n)),
+            faces=tuple(_faces(found, n)),
+        )
+        for n, numbers_of_side in enumerate(_rows(found, of_sides(chain)))
+    )
+
+
+def _faces(found: Found, side: int) -> Iterator[FaceUse]:
+    """The stages of a side that have faces."""
+    sides, lines = found.measured.sides, found.measured.chain.lines
+    for stage, line in sides.on_lines(side):
+        if not lines[line].strut:
+            met, off = float(sides.met[0, line]) / MM, float(sides.off_time[0, line])
+            found_there = (None if math.isnan(value) else value for value in (met, off))
+            yield FaceUse(stage, float(sides.overlap[0, line]) / MM, *found_there)
+
+
+def _vehicles(found: Found, chain: Chain) -> tuple[VehicleMetrics, ...]:
+    """The vehicles of the one case, from the front backwards."""
+    measured, rows = found.measured, _rows(found, of_vehicles(chain))
+    parts = {kind: _rows(found, table) for kind, table in parts_of(chain)}
+    used_up = measured.used_up[0].tolist()
+    return tuple(
         VehicleMetrics(
-            dict(zip(names, numbers[i], strict=True)),
+            rows[i],
             chain.vehicles[i].name,
             chain.vehicles[i].kind,
             **{
@@ -214,171 +268,16 @@ def summary_of(measured: Measured) -> Summary:
                 for kind, of in parts.items()
             },
             contacts=tuple(
-                ContactWindow(start, end, mean / G, cut) for start, end, mean, cut in measured.contacts_of(i)
+                ContactWindow(start, end, mean / G, cut) for start, end, mean, cut in measured.contacts_of(0, i)
             ),
-            used_up=any(measured.tally.member_end_time[k] >= 0.0 for k in chain.members_inward(i)),
+            used_up=used_up[i],
             judged=chain.twin or i < chain.n_moving,
         )
         for i in order_of_vehicles(chain)
     )
-    balance = Numbers({q.name: q.value(measured) for q in of_balance(chain)})
-    whole = Numbers({q.name: q.value(measured) for q in (*of_train(chain), *COLLISION)})
-    columns = columns_of(chain)
-    responses = dict(zip(columns, _responses(chain, whole, balance, interfaces, vehicles), strict=True))
-    found = (*of_responses(chain, columns, responses, interfaces, vehicles), *of_stages(chain, interfaces))
-    limits = tuple(replace(criterion, valid=measured.tally.valid_until == math.inf) for criterion in found)
-    status = _status(measured, interfaces, vehicles, balance, limits)
-    said = (*remarks(chain), *remarks_of(measured), *_of_partner(interfaces, vehicles))
-    over = bool(measured.tally.over)
-    return Summary(whole.values, status, interfaces, vehicles, balance, limits, said, responses, columns, over=over)
 
 
-def _responses(
-    chain: Chain,
-    whole: Numbers,
-    balance: Numbers,
-    interfaces: Iterable[InterfaceMetrics],
-    vehicles: Iterable[VehicleMetrics],
-) -> list[float]:
-    """Every number that has a column, in the order of the columns."""
-    values = [*_shown(whole, (*of_train(chain), *COLLISION)), *_shown(balance, of_balance(chain))]
-    for i in interfaces:
-        values += [i.values[q.name] for q in of_interfaces(of_sides(chain), i.draws)]
-        values += [stage.stroke_mm for stage in i.stages if stage.name != DEVICE] if len(i.stages) > 1 else []
-    quantities = of_vehicles(chain)
-    for v in vehicles:
-        values += _shown(v, quantities)
-        for kind, table in parts_of(chain):
-            values += [part.values[q.name] for q in with_column(table) for part in getattr(v, kind)]
-    return values
-
-
-def _of_parts(measured: Measured, table: tuple[Quantity[Measured], ...]) -> list[dict[str, float]]:
-    """The numbers of each part of a kind, such as a member of a body that gives, by its index."""
-    numbers = [np.asarray(q.value(measured)).tolist() for q in table]
-    names = [q.name for q in table]
-    return [dict(zip(names, of_one, strict=True)) for of_one in zip(*numbers, strict=True)]
-
-
-def _interface(side: Side, quantities: tuple[Quantity[Side], ...], judged: bool) -> InterfaceMetrics:
-    return InterfaceMetrics(
-        {q.name: q.value(side) for q in quantities},
-        name=side.name,
-        device=side.device.name,
-        stages=tuple(
-            StageUse(s.name, STAGE.value(stroke), s.limit / MM if s.limit < np.inf else None, energy / KJ)
-            for s, stroke, energy in side.stages
-        ),
-        beyond_curve=side.end_time < np.inf,
-        draws=side.interface.draws,
-        drawn_out=side.drawn_out,
-        judged=judged,
-        slid=tuple(_slid(*one) for one in side.slid),
-        faces=tuple(
-            FaceUse(name, line.overlap / MM, *(None if math.isnan(v) else v for v in (met / MM, off)))
-            for name, line, met, off in side.faces
-        ),
-    )
-
-
-def _slid(stage: str, line: Line, time: float) -> str:
-    how = "its pins met" if line.strut else f"past its {line.overlap / MM:.6g} mm of overlap"
-    return f"{stage} at {time:.4g} s ({how})"
-
-
-def _status(
-    measured: Measured,
-    interfaces: Iterable[InterfaceMetrics],
-    vehicles: Iterable[VehicleMetrics],
-    balance: Numbers,
-    limits: Iterable[Criterion],
-) -> Status:
-    tally, energy_error = measured.tally, balance.energy_error
-    if not (np.isfinite(energy_error) and np.isfinite(tally.stroke_max).all()):
-        return Status(Kind.UNSTABLE, detail="a value is not finite; take a smaller step")
-    if abs(energy_error) > UNSTABLE:
-        return Status(
-            Kind.UNSTABLE, detail=f"the energy balance is off by {abs(energy_error):.2%}; take a smaller step"
-        )
-    if balance.curve_error > UNSTABLE:
-        side = measured.curve_error[1]
-        return Status(
-            Kind.UNSTABLE,
-            detail=f"{side.device.name} at {side.name} absorbed {side.energy / KJ:.4g} kJ, and the area below its "
-            f"curve is {side.energy_by_curve / KJ:.4g} kJ; take a smaller step",
-        )
-    if tally.first_force_time.max() < 0.0:
-        return Status(
-            Kind.NO_CONTACT,
-            detail="the two sides came to rest, or stopped coming closer, before a device was pressed"
-            if tally.over
-            else "no device was pressed before the time limit",
-        )
-    slid = [(i.name, f"{i.name} {one}") for i in interfaces for one in i.slid]
-    ended = [(i.name, _ended(i)) for i in interfaces if i.beyond_curve]
-    ended += [
-        (f"body of {v.name}", f"body of {v.name} (a member shortened by its whole length)")
-        for v in vehicles
-        if v.used_up
-    ]
-    spent = [one for interface in interfaces if interface.judged for one in _spent(interface)]
-    spent += [one for vehicle in vehicles if vehicle.judged for one in _collapsed(vehicle)]
-    passed = ", ".join(c.said for c in limits if c.of_scenario and not c.kept)
-    cut = "" if tally.over else "; cut off by the time limit"
-    if slid:
-        where, said = zip(*slid, strict=True)
-        also = f"; {Kind.CURVE_ENDED} at {', '.join(one for _, one in ended)}" if ended else ""
-        return Status(Kind.OVERRIDE, where, f"{', '.join(said)}{also}; {not_valid(tally.valid_until)}{cut}")
-    if ended:
-        where, said = zip(*ended, strict=True)
-        return Status(Kind.CURVE_ENDED, where, f"{', '.join(said)}; {not_valid(tally.valid_until)}{cut}")
-    if spent:
-        where, said = zip(*spent, strict=True)
-        more = f"; {Kind.LIMIT}: {passed}" if passed else ""
-        return Status(Kind.EXHAUSTED, tuple(where), ", ".join(said) + more + cut)
-    if passed:
-        return Status(Kind.LIMIT, detail=passed + cut)
-    return Status(Kind.OVER if tally.over else Kind.TIME_LIMIT)
-
-
-def _ended(interface: InterfaceMetrics) -> str:
-    """An interface whose device went past the end of its curve, with its stroke."""
-    if interface.drawn_out:
-        return f"{interface.name} (drawn past the end of the curve of the draw gear of {interface.device})"
-    return f"{interface.name} ({interface.stroke_mm:.1f} mm, past the end of the curve of {interface.device})"
-
-
-def _of_partner(interfaces: Iterable[InterfaceMetrics], vehicles: Iterable[VehicleMetrics]) -> Iterator[str]:
+def _of_partner(said: Sequence[str]) -> Iterator[str]:
     """What of the partner, which is not judged, passed its limits or gave way."""
-    found = [said for interface in interfaces if not interface.judged for _, said in _spent(interface)]
-    found += [said for vehicle in vehicles if not vehicle.judged for _, said in _collapsed(vehicle)]
-    if found:
-        yield f"The partner, which is not judged, passed limits of its own: {', '.join(found)}."
-
-
-def _collapsed(vehicle: VehicleMetrics) -> Iterator[tuple[str, str]]:
-    """A body that gave way, with by how much."""
-    if vehicle.collapsed:
-        how = "crushed" if vehicle.body_plastic_mm > 0.0 else "drawn out"
-        where = f"body of {vehicle.name}"
-        yield where, f"{where} ({how} by {abs(vehicle.body_plastic_mm):.1f} mm)"
-
-
-def _spent(interface: InterfaceMetrics) -> Iterator[tuple[str, str]]:
-    """Each stage that passed its limit, and a car body that gave way, with the numbers."""
-    for stage in interface.stages:
-        where = _place(interface, stage)
-        if stage.exhausted:
-            found = STAGE.text(stage.stroke_mm, stage.limit_mm)
-            yield where, f"{where} ({found} of {stage.limit_mm:.12g} mm)"
-        elif stage.collapsed:
-            yield where, _crushed(where, stage)
-
-
-def _place(interface: InterfaceMetrics, stage: StageUse) -> str:
-    """Where a stage is: the interface, and the stage if it is one of several."""
-    return f"{interface.name} {stage.name}" if len(interface.stages) > 1 else interface.name
-
-
-def _crushed(where: str, stage: StageUse) -> str:
-    return f"{where} (crushed by {STAGE.text(stage.stroke_mm)} mm)"
+    if said:
+        yield f"The partner, which is not judged, passed limits of its own: {', '.join(said)}."

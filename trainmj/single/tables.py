@@ -178,7 +178,7 @@ def vehicles(chain: Chain, summary: Summary) -> Iterator[Table]:
 
 
 def _of_vehicles(
-    summary: Summary, title: str, quantities: Sequence[Quantity[Any]], note: str, needed: Sequence[Quantity[Any]]
+    summary: Summary, title: str, quantities: Sequence[Quantity], note: str, needed: Sequence[Quantity]
 ) -> Table:
     """Some quantities of every vehicle; those that are needed are missed if they are no numbers."""
     if any(math.isnan(v.values[q.name]) for v in summary.vehicles for q in needed):
@@ -236,7 +236,7 @@ def bodies(chain: Chain, summary: Summary) -> Table:
     return table.marked(summary.not_valid)
 
 
-def columns_for(quantities: Iterable[Quantity[Any]]) -> list[Column]:
+def columns_for(quantities: Iterable[Quantity]) -> list[Column]:
     """Heads of quantities in a table."""
     return [
         Column(q.heading.replace("\n", " "), q.unit, q.digits if q.digits >= 0 else f".{-q.digits}g", head=q.heading)

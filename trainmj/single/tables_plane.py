@@ -164,7 +164,7 @@ def _line(end: LineEnd) -> tuple[str, float | None, float | None, str]:
 
 def bracket(chain: Chain, rows: Sequence[Mapping[str, Any]]) -> Table:
     """The same collision with other ties, side by side; rows as of :func:`trainmj.collision.bracket.rows_of`."""
-    quantities: dict[str, Quantity[Any]] = {q.name: q for q in of_train(chain)} | {q.name: q for q in ENDS}
+    quantities: dict[str, Quantity] = {q.name: q for q in of_train(chain)} | {q.name: q for q in ENDS}
     said = {_MET: f"step as faces met at {chain.interfaces[chain.front].name}", "slip_mm": "largest slip"}
     cells: list[tuple[Any, ...]] = []
     for name in BRACKETED:

@@ -130,10 +130,10 @@ def _errors(case: Chain) -> tuple[float, float, float]:
         ride.model.opt.gravity[:] = 0.0
     turned = angular_momentum(case, ride.data.qpos, ride.data.qvel)
     tally = ride.go(case.time_limit).tally
-    seen = Measured(case, tally, np.zeros(2), np.zeros((2, len(case.vehicles))))
-    at_end = (of[:, :N_DOF].ravel() for of in (seen.plane.q, seen.plane.v))
-    energy = seen.energy_error * seen.convertible / seen.kinetic[0]
-    return abs(seen.momentum_error), abs(angular_momentum(case, *at_end) / turned - 1.0), abs(energy)
+    seen = Measured.of_one(case, tally, np.zeros(2), np.zeros((2, len(case.vehicles))))
+    at_end = (of[0, :, :N_DOF].ravel() for of in (seen.plane.q, seen.plane.v))
+    energy = float((seen.energy_error * seen.convertible / seen.kinetic[0])[0])
+    return abs(float(seen.momentum_error[0])), abs(angular_momentum(case, *at_end) / turned - 1.0), abs(energy)
 
 
 def angular_momentum(case: Chain, qpos: Array, qvel: Array) -> float:

@@ -13,14 +13,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
 
 from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
+from trainmj.collision.elementwise import positive
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
-from trainmj.collision.kind import Kind, Law, Response, points
+from trainmj.collision.kind import Kind, Law, Numbers, Response, points
 from trainmj.collision.law.curve import follow, inlined, value
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.parts import Parts
@@ -77,10 +79,11 @@ def _passed(s: Block, e: int, before: int, k: int) -> float:
     return peak
 
 
-def stored(law: Law, stroke: float, force: float, plastic: float, _: float) -> float:
+def stored(law: Numbers, stroke: Any, force: Any, plastic: Any, _: Any) -> Array:
     """Energy in the spring [J]."""
-    left = max(0.0, stroke - plastic)
-    return 0.5 * law.parameters[0] * left * left  # left**2 is an error where it overflows
+    left = positive(stroke - plastic)
+    with np.errstate(over="ignore"):
+        return np.asarray(0.5 * law.parameters[0] * left * left)
 
 
 def bounds(law: Law, _: float) -> tuple[float, float]:
@@ -203,9 +206,9 @@ def _path(
     return Path(origin * MM, made(envelope, np.inf if stated else own, own), tuple(stages))
 
 
-def permanent(law: Law, plastic: float, _: float) -> float:
+def permanent(law: Numbers, plastic: Any, _: Any) -> Array:
     """Stroke that remains without force [m]."""
-    return plastic
+    return np.asarray(plastic)
 
 
 KIND = Kind("crush", respond, device, stored, bounds, permanent, follows=True)

@@ -55,14 +55,3 @@ def behind(s: Block, curve: int) -> int:
     while s[curve] != math.inf:
         curve += 3
     return curve + 1
-
-
-@register_jitable
-def area(s: Block, curve: int, stroke: float) -> float:
-    """Area below a curve from 0 to a stroke."""
-    found = 0.0
-    while s[curve] < stroke:
-        width = min(stroke, s[curve + 3]) - s[curve]
-        found += width * (s[curve + 1] + 0.5 * s[curve + 2] * width)
-        curve += 3
-    return found

@@ -14,14 +14,15 @@ u is without what the car body has given way.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
 
 from trainmj.collision.device import Device, pull_of
-from trainmj.collision.envelope import Envelope
+from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
-from trainmj.collision.kind import Kind, Law, Response, points
+from trainmj.collision.kind import Kind, Law, Numbers, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.curve import follow, value
 from trainmj.collision.law.stop import after, stop_of, stopped
@@ -105,11 +106,16 @@ def _held(s: Block, e: int, plunger: float) -> float:
     return found
 
 
-def stored(law: Law, stroke: float, force: float, plunger: float, given: float) -> float:
+def stored(law: Numbers, stroke: Any, force: Any, plunger: Any, given: Any) -> Array:
     """Energy in the gas and in the stop [J]."""
-    travel, stop, *_, rebound, _, empty = law.parameters
+    one_by_one = np.vectorize(_stored, otypes=[np.float64])  # NumPy's own powers may differ in the last bit
+    return np.asarray(one_by_one(stroke, plunger, given, *law.parameters))
+
+
+def _stored(stroke: float, plunger: float, given: float, *parameters: float) -> float:
+    """The same of one device."""
+    travel, stop, *_, rebound, _, empty = numbers = [*parameters]
     over = max(0.0, stroke - empty - travel - given)
-    numbers = [*law.parameters]
     carried = _gas(numbers, -ELEMENT.P0, travel)  # along the stop, too
     found = (carried + 0.5 * stop * over) * over
     return found if math.isinf(rebound) else found + _held(numbers, -ELEMENT.P0, plunger)
@@ -157,14 +163,14 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
 
 
-def recovers(law: Law) -> bool:
+def recovers(law: Numbers) -> Any:
     """Whether gas brings the plunger back."""
-    return math.isfinite(law.parameters[7])
+    return np.isfinite(law.parameters[7])
 
 
-def permanent(law: Law, plunger: float, given: float) -> float:
+def permanent(law: Numbers, plunger: Any, given: Any) -> Array:
     """Stroke that remains without force [m]: of the car body, and of a plunger that nothing brings back."""
-    return given + (0.0 if recovers(law) else plunger)
+    return np.asarray(given + np.where(recovers(law), 0.0, plunger))
 
 
 KIND = Kind("hydraulic", respond, device, stored, bounds, permanent, store="gas")

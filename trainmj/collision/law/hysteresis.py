@@ -13,17 +13,19 @@ behind it has given way is taken from the stroke u.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numba.extending import register_jitable
 
 from trainmj.collision.device import Device, pull_of
-from trainmj.collision.envelope import Envelope
+from trainmj.collision.elementwise import lesser, positive
+from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
-from trainmj.collision.kind import Kind, Law, Response, points
+from trainmj.collision.kind import Kind, Law, Numbers, Response, points
 from trainmj.collision.law import crush
-from trainmj.collision.law.curve import area, follow, segment, value
+from trainmj.collision.law.curve import follow, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import HysteresisDevice
 from trainmj.scenario.parts import Parts
@@ -81,22 +83,39 @@ def _met(s: Block, e: int, k: int, slipped: float) -> float:
     return stiffness * (stroke - slipped)
 
 
-def stored(law: Law, stroke: float, force: float, slipped: float, given: float) -> float:
+def stored(law: Numbers, stroke: Any, force: Any, slipped: Any, given: Any) -> Array:
     """Energy that it gives back [J]: along the transition to the unloading curve, then along that; and in the stop."""
-    if force <= 0.0:
-        return 0.0
     stiffness, travel, stop, *_ = law.parameters
-    own, over = stroke - given, max(0.0, stroke - given - travel)
-    force -= stop * over
-    unloading = law.packed[1]
     u, f, slope = law.curves[1]
-    k = max(0, int((stiffness * (u - slipped) <= f).sum()) - 1)
-    at = min(own, travel)
-    if slope[k] < stiffness * (1.0 - 1e-9):
-        at = min(at, (f[k] - slope[k] * u[k] + stiffness * slipped) / (stiffness - slope[k]))
-    met = value(unloading, 0, segment(unloading, 0, 0, at), at)
-    held = (force * force - met * met) / (2.0 * stiffness) + area(unloading, 0, at)
-    return float(held + (force + 0.5 * stop * over) * over)
+    own, over = stroke - given, positive(stroke - given - travel)
+    with np.errstate(all="ignore"):  # where there is no force, or the transition is parallel
+        left = force - stop * over
+        reached = np.expand_dims(stiffness, -1) * (u - np.expand_dims(slipped, -1)) <= f
+        start, high, steep = _at(np.maximum(0, reached.sum(axis=-1) - 1), u, f, slope)
+        at = lesser(own, travel)
+        crossing = (high - steep * start + stiffness * slipped) / (stiffness - steep)
+        at = np.where(steep < stiffness * (1.0 - 1e-9), lesser(at, crossing), at)
+        start, high, steep = _at((u[..., 1:] <= np.expand_dims(at, -1)).sum(axis=-1), u, f, slope)
+        met = high + steep * (at - start)
+        held = (left * left - met * met) / (2.0 * stiffness) + _area(u, f, slope, at)
+        return np.where(force <= 0.0, 0.0, held + (left + 0.5 * stop * over) * over)
+
+
+def _at(k: Any, *curve: Array) -> Iterator[Array]:
+    """Stroke, value and slope (...) of a curve (..., n) at its points k."""
+    for values in curve:
+        yield np.take_along_axis(values, np.expand_dims(k, -1), axis=-1)[..., 0]
+
+
+def _area(u: Array, f: Array, slope: Array, stroke: Array) -> Array:
+    """Area below a curve from 0 to a stroke, added up from point to point."""
+    found = np.zeros_like(stroke)
+    for k in range(u.shape[-1]):
+        end = u[..., k + 1] if k + 1 < u.shape[-1] else np.inf
+        width = lesser(stroke, end) - u[..., k]
+        more = width * (f[..., k] + 0.5 * slope[..., k] * width)
+        found = np.where(u[..., k] < stroke, found + more, found)
+    return found
 
 
 def bounds(law: Law, _: float) -> tuple[float, float]:
@@ -123,9 +142,9 @@ def device(name: str, spec: HysteresisDevice, parts: Parts) -> Device:
     return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
 
 
-def permanent(law: Law, _: float, given: float) -> float:
+def permanent(law: Numbers, _: Any, given: Any) -> Array:
     """Stroke that remains without force [m]: what the car body has given way."""
-    return given
+    return np.asarray(given)
 
 
 KIND = Kind("hysteresis", respond, device, stored, bounds, permanent, loss="frictional")
