@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from trainmj.collision import plane
 from trainmj.collision.chain import WALL, Chain, Element, Interface
@@ -186,9 +187,9 @@ class Layout:
         """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
         return block[..., self._ring :].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
 
-    def block(self, chain: Chain) -> Array:
-        """(size,) the block of a chain before its first step."""
-        block = np.zeros(self.size)
+    def block(self, chain: Chain, dtype: npt.DTypeLike = np.float64) -> Array:
+        """(size,) the block of a chain before its first step; of objects for one of symbols."""
+        block = np.zeros(self.size, dtype)
         head = {
             Head.MAGIC: MAGIC,
             Head.N_VEHICLE: self.n_vehicle,

@@ -174,8 +174,8 @@ class Interface:
             np.sum([e.bounds(fastest) for e in self.elements if e.sign == sign] or [(0.0, 0.0)], axis=0)
             for sign in (1.0, -1.0)
         ]
-        stiffness, damping = np.max(sums, axis=0)
-        return float(stiffness), float(damping)
+        stiffness, damping = np.max(sums, axis=0).tolist()
+        return stiffness, damping
 
 
 def meet(
@@ -539,8 +539,8 @@ class Chain:
     @property
     def rolling(self) -> bool:
         """Whether vehicles that have come apart may come together again: by brakes, grade or unequal friction."""
-        rails = {v.rail_friction for v in self.vehicles}
-        return bool(self.grade or len(rails) > 1 or any(v.brake for v in self.vehicles))
+        first, *others = (v.rail_friction for v in self.vehicles)
+        return bool(self.grade or any(rail != first for rail in others) or any(v.brake for v in self.vehicles))
 
     @property
     def linger(self) -> float:
@@ -554,7 +554,8 @@ class Chain:
     @cached_property
     def closing_speed(self) -> float:
         """Largest difference of the initial speeds [m/s]."""
-        return float(np.ptp(self.speed)) if self.interfaces[-1].right != WALL else float(np.abs(self.speed).max())
+        speeds = [v.speed for v in self.vehicles]
+        return max(speeds) - min(speeds) if self.interfaces[-1].right != WALL else max(map(abs, speeds))
 
     @property
     def stand_in_speed(self) -> float:

@@ -50,7 +50,7 @@ class Envelope:
         """Check the rules above and compute the slopes."""
         if self.stroke.shape != self.force.shape or self.stroke.ndim != 1 or self.stroke.size < 2:
             raise InputError("an envelope needs two or more points, as many strokes as forces")
-        if not (np.isfinite(self.stroke).all() and np.isfinite(self.force).all()):
+        if not ((abs(self.stroke) < np.inf).all() and (abs(self.force) < np.inf).all()):
             raise InputError("an envelope must be finite at every point")
         width, rise = self.stroke[1:] - self.stroke[:-1], self.force[1:] - self.force[:-1]
         if self.stroke[0] != 0.0 or (width < 0).any():

@@ -10,6 +10,7 @@ from trainmj.collision import stability_plane as plane
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.envelope import Array
 from trainmj.errors import InputError
+from trainmj.symbol import square_root
 from trainmj.units import MS, rounded_down
 
 _ROUNDING = 1e-9  # of a largest step
@@ -67,14 +68,18 @@ def _certain_step(chain: Chain) -> float:
     if chain.plane:
         k, c = plane.bounds(chain)
         return float(2.0 / (0.5 * c + np.sqrt(0.25 * c**2 + k)))
-    stiffness, damping = np.zeros(len(chain.points)), np.zeros(len(chain.points))
+    stiffness, damping = [0.0] * len(chain.points), [0.0] * len(chain.points)
     for left, right, k, c in _links(chain):
         for point in (left, right):
             if point != WALL:
                 stiffness[point] += k
                 damping[point] += c
-    w2, d = 2.0 * stiffness / chain.point_mass, damping / chain.point_mass
-    return float(np.min(2.0 / (d + np.sqrt(d**2 + w2))))
+    return min(map(_step_of_point, stiffness, damping, chain.point_mass.tolist()))
+
+
+def _step_of_point(stiffness: float, damping: float, mass: float) -> float:
+    w2, d = 2.0 * stiffness / mass, damping / mass
+    return 2.0 / (d + square_root(d * d + w2))
 
 
 def check_step(chain: Chain) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Collection, Iterator, Sequence
+from functools import reduce
 from itertools import pairwise
+from operator import add
 
 from trainmj.files.source import Path, Problem, dotted, no_such
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, Metering, MeteringFile, TableFile, listed
@@ -56,11 +58,14 @@ def size_of(parts: Parts) -> float:
     """Scale of a collision by the mass of its lighter side, at most 1: a model of half the size has an eighth of it."""
     c = parts.collision
     sides = [
-        sum(car.mass_t or 0.0 for car in parts.trains[s].cars()) for s in (c.train, c.partner) if s in parts.trains
+        reduce(add, (car.mass_t or 0.0 for car in parts.trains[s].cars()), 0.0)
+        for s in (c.train, c.partner)
+        if s in parts.trains
     ]
     if c.partner in parts.obstacles:
         sides.append(parts.obstacles[c.partner].mass_t or 0.0)
-    return float(min([1.0, *((mass / _FULL_SIZE) ** (1 / 3) for mass in sides if mass > 0.0)]))
+    sizes: list[float] = [(mass / _FULL_SIZE) ** (1 / 3) for mass in sides if mass > 0.0]
+    return min([1.0, *sizes])
 
 
 def _by(before: float, behind: float) -> str:
@@ -206,7 +211,7 @@ def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float)
         )
         yield Problem((*path, "unloading"), rule)
         return
-    for u in sorted({*loading[0], *(u for u in unloading[0] if u <= end)}):
+    for u in sorted([*loading[0], *(u for u in unloading[0] if u <= end)]):
         inwards, outwards = _at(loading, u), _at(unloading, u)
         if outwards > inwards * (1 + _ROUND_OFF):
             rule = f"is above loading at {u:.12g} mm, {outwards:.12g} kN over {inwards:.12g} kN: lower it there"

@@ -76,7 +76,7 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     """Largest dF/du and dF/drate [N/m, N s/m]: the factor is steepest below 1 cm/s, a table between two speeds."""
     stiffness, damping = crush.bounds(law, fastest)
     _, _, reference, exponent, _, speeds, *_ = law.parameters
-    most = float(law.curves[0][1].max())
+    most = max(law.curves[0][1].tolist())
     if speeds == 0:
         return stiffness, max(damping, most * (LINEAR / reference) ** exponent / LINEAR)
     ends = np.concatenate([curve[0] for curve in law.curves])

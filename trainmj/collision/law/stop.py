@@ -49,7 +49,7 @@ class Behind:
         inside = loading.stroke <= self.end * (1.0 + 1e-12)
         stroke, force = loading.stroke[inside], loading.force[inside]
         stiffness = max(loading.stiffness, self.stiffness)  # the stop's rise is no climb along a softer one
-        if not np.isfinite(self.most):
+        if self.most == np.inf:
             return Envelope(stroke, force, stiffness, 0.0, self.stiffness)
         stroke, force = (
             np.append(stroke, self.end + self.most / self.stiffness),
@@ -60,7 +60,7 @@ class Behind:
     def stages(self, start: float, limit_mm: float | None) -> tuple[Stage, ...]:
         """The stages: the device from a stroke [m] on, with its limit, and the car body."""
         limit = np.inf if limit_mm is None else limit_mm * MM
-        if not np.isfinite(self.most):
+        if self.most == np.inf:
             return (Stage(DEVICE, start, np.inf, limit),)
         body = self.end + self.most / self.stiffness
         return Stage(DEVICE, start, body, limit), Stage(CAR_BODY, body, np.inf)
