@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NoReturn
 
 INPUT, CONSTANT, CALL = "input", "constant", "call"
@@ -245,6 +245,31 @@ def square_root(value: float) -> float:
     symbol: Any = value
     symbol.tape.guard(operator.ge, symbol, 0.0)
     return symbol.tape.operate(math.sqrt, math.sqrt(symbol.sample), symbol)
+
+
+def largest(values: Iterable[float]) -> float:
+    """The largest of some numbers or symbols; which one that is may differ from case to case, unlike with max."""
+    return _extreme(max, operator.gt, values)
+
+
+def least(values: Iterable[float]) -> float:
+    """Likewise the least."""
+    return _extreme(min, operator.lt, values)
+
+
+def _extreme(of: Callable[..., Any], passes: Callable[[Any, Any], bool], values: Iterable[Any]) -> Any:
+    listed = list(values)
+    if Symbol not in set(map(type, listed)):
+        return of(listed)
+    found, *others = listed
+    for value in others:
+        if type(found) is Symbol or type(value) is Symbol:
+            a, b = sampled(found), sampled(value)
+            tape = found.tape if type(found) is Symbol else value.tape
+            found = tape.operate(of, float(b if passes(b, a) else a), found, value)
+        elif passes(value, found):
+            found = value
+    return found
 
 
 def case_by_case(function: Callable[..., Any], *arguments: Any) -> Any:

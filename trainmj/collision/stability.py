@@ -60,26 +60,24 @@ def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
         yield member.left, member.right, member.stiffness, member.damping
 
 
-def _certain_step(chain: Chain) -> float:
-    """A step that is stable for certain [s]: at most the largest, and found at once.
+def _certain_steps(chain: Chain) -> Iterator[float]:
+    """Steps the least of which is stable for certain [s]: at most the largest, and found at once.
 
     Gershgorin's circles: around the points, all that acts on a point, twice; in the vertical plane around what acts.
     """
     if chain.plane:
         k, c = plane.bounds(chain)
-        return float(2.0 / (0.5 * c + np.sqrt(0.25 * c**2 + k)))
+        yield float(2.0 / (0.5 * c + np.sqrt(0.25 * c**2 + k)))
+        return
     stiffness, damping = [0.0] * len(chain.points), [0.0] * len(chain.points)
     for left, right, k, c in _links(chain):
         for point in (left, right):
             if point != WALL:
                 stiffness[point] += k
                 damping[point] += c
-    return min(map(_step_of_point, stiffness, damping, chain.point_mass.tolist()))
-
-
-def _step_of_point(stiffness: float, damping: float, mass: float) -> float:
-    w2, d = 2.0 * stiffness / mass, damping / mass
-    return 2.0 / (d + square_root(d * d + w2))
+    for k, c, mass in zip(stiffness, damping, chain.point_mass.tolist(), strict=True):
+        w2, d = 2.0 * k / mass, c / mass
+        yield 2.0 / (d + square_root(d * d + w2))
 
 
 def check_step(chain: Chain) -> None:
@@ -88,7 +86,7 @@ def check_step(chain: Chain) -> None:
     Raises:
         InputError: naming the largest step.
     """
-    if chain.step <= _certain_step(chain):
+    if all(chain.step <= certain for certain in _certain_steps(chain)):
         return
     limit = largest_step(chain)
     if chain.step > limit * (1.0 + _ROUNDING):

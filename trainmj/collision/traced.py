@@ -41,6 +41,8 @@ _FUNCTIONS: dict[Any, Any] = {
     operator.neg: np.negative,
     operator.abs: np.absolute,
     operator.pow: pow,  # case by case: the powers of arrays have other bits
+    max: lambda one, other: np.where(other > one, other, one),
+    min: lambda one, other: np.where(other < one, other, one),
     math.sqrt: np.sqrt,
     round: np.rint,
 }

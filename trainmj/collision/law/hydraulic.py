@@ -27,7 +27,7 @@ from trainmj.collision.law.curve import follow, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import GasHydraulicDevice, Hydraulic, HydraulicDevice
 from trainmj.scenario.parts import Parts
-from trainmj.symbol import case_by_case
+from trainmj.symbol import case_by_case, largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 PLUNGER, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
@@ -121,9 +121,9 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     travel, stop, _, preload, per_length, gamma, ramp, rebound, _, _ = law.parameters
     metering = law.curves[0]
     gas = preload * gamma * per_length * (1.0 - per_length * travel) ** (-gamma - 1.0)
-    steepest = max(abs(metering[2]).tolist()) * fastest**2
-    orifice = max(*metering[1].tolist(), rebound if rebound < math.inf else 0.0)
-    return max(stop, ramp, gas + steepest), 2.0 * orifice * fastest
+    steepest = largest(abs(metering[2]).tolist()) * fastest**2
+    orifice = largest([*metering[1].tolist(), rebound if rebound < math.inf else 0.0])
+    return largest([stop, ramp, gas + steepest]), 2.0 * orifice * fastest
 
 
 def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
@@ -142,7 +142,7 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     gas_spring = preload, per_length, gamma, ramp, travel
     knee = case_by_case(_knee, *gas_spring) if preload > 0.0 else 0.0
     strokes, spring = case_by_case(_spring, knee, *gas_spring)
-    resting = after(empty, Envelope(strokes, spring, max(ramp, 1.0)))
+    resting = after(empty, Envelope(strokes, spring, largest([ramp, 1.0])))
     stop = stop_of(spec, empty + travel, spring.tolist()[-1])
     numbers = (travel, stop.stiffness, stop.most, preload, per_length, gamma, ramp, rebound, knee, empty)
     law = Law(KIND, numbers, (points(metering),), stop.behind(resting))

@@ -27,6 +27,7 @@ from trainmj.collision.law.curve import area, follow, segment, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import HysteresisDevice
 from trainmj.scenario.parts import Parts
+from trainmj.symbol import largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 TRANSITION, TRAVEL, STOP, COLLAPSE = ELEMENT.P0, ELEMENT.P1, ELEMENT.P2, ELEMENT.P3
@@ -102,7 +103,7 @@ def stored(law: Law, stroke: float, force: float, slipped: float, given: float) 
 def bounds(law: Law, _: float) -> tuple[float, float]:
     """Largest dF/du and dF/drate [N/m, N s/m]."""
     stiffness, _travel, stop, *_rest = law.parameters
-    return max(stiffness, stop), 0.0
+    return largest([stiffness, stop]), 0.0
 
 
 def device(name: str, spec: HysteresisDevice, parts: Parts) -> Device:

@@ -10,6 +10,7 @@ from numba.extending import register_jitable
 from trainmj.collision.device import CAR_BODY, Stage
 from trainmj.collision.envelope import Envelope
 from trainmj.scenario.devices import DEVICE, RecoveringDevice
+from trainmj.symbol import largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 
@@ -48,7 +49,7 @@ class Behind:
         """A curve of first loading up to the end, with what is behind it."""
         inside = loading.stroke <= self.end * (1.0 + 1e-12)
         stroke, force = loading.stroke[inside], loading.force[inside]
-        stiffness = max(loading.stiffness, self.stiffness)  # the stop's rise is no climb along a softer one
+        stiffness = largest([loading.stiffness, self.stiffness])  # the stop's rise is no climb along a softer one
         if self.most == np.inf:
             return Envelope(stroke, force, stiffness, 0.0, self.stiffness)
         stroke, force = (
