@@ -14,7 +14,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.lot import Chains, Lot, structure_of
-from trainmj.collision.traced import Trace, followers
+from trainmj.collision.traced import CANNOT, Trace, Traced
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario
 from trainmj.symbol import Tape, TraceError
@@ -176,9 +176,12 @@ class _Kind:
         """
         if not (places and trace.sound):
             return places
-        lot, follow = followers(trace, table.cases.take(places), table.numbers[:, places])
-        if lot is None:
+        lot = Traced(trace, table.cases, places, table.numbers[:, places])
+        follow = lot.follows
+        if not follow.any():
             return places
+        if not follow.all():
+            lot = lot.take(np.flatnonzero(follow).tolist())
         checked = {len(lot) - 1} if trace.due() else set[int]()
         if first is not None:
             checked |= {0, len(lot) // 2}
@@ -195,7 +198,7 @@ class _Kind:
         changes, numbers = partial(table.changes, place), table.numbers[:, place].tolist()
         try:
             trace = Trace(self._scenario, chain, changes, numbers, self._asked)
-        except (TypeError, ValueError, ArithmeticError, AttributeError) as error:  # a symbol where code needs a number
+        except CANNOT as error:
             log.info("case %s cannot stand for others: %s", table.cases.keys[place], error)
             self._failed += 1
             return None
