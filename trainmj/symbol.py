@@ -244,17 +244,20 @@ def square_root(value: float) -> float:
         return math.sqrt(value)
     symbol: Any = value
     symbol.tape.guard(operator.ge, symbol, 0.0)
-    return symbol.tape.operate(math.sqrt, math.sqrt(symbol.sample), symbol)
+    found: float = symbol.tape.operate(math.sqrt, math.sqrt(symbol.sample), symbol)
+    return found
 
 
 def largest(values: Iterable[float]) -> float:
     """The largest of some numbers or symbols; which one that is may differ from case to case, unlike with max."""
-    return _extreme(max, operator.gt, values)
+    found: float = _extreme(max, operator.gt, values)
+    return found
 
 
 def least(values: Iterable[float]) -> float:
     """Likewise the least."""
-    return _extreme(min, operator.lt, values)
+    found: float = _extreme(min, operator.lt, values)
+    return found
 
 
 def _extreme(of: Callable[..., Any], passes: Callable[[Any, Any], bool], values: Iterable[Any]) -> Any:

@@ -28,7 +28,7 @@ class Lot(Protocol):
             limit, hold for every case.
     """
 
-    keys: Sequence[Hashable]
+    keys: Sequence[Any]
     chain: Chain
 
     def __len__(self) -> int:

@@ -17,13 +17,14 @@ from trainmj.collision.lot import Chains, Lot, structure_of
 from trainmj.collision.traced import CANNOT, Trace, Traced
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario
-from trainmj.symbol import Tape, TraceError
+from trainmj.symbol import Tape
 
 SIZE = 256
 """Most cases of a lot."""
 
 _WORTH = 6  # cases of a kind that make up for a trace
 _TRACES = 8  # that are kept of a kind
+_KINDS = 64  # that are kept
 _FAILURES = 3  # to make one, after which cases are computed alone
 
 log = logging.getLogger(__name__)
@@ -59,10 +60,12 @@ def lots(scenario: Scenario, cases: Iterable[Cases], size: int = SIZE, asked: As
             fixed[names] = _fixed(scenario, some)
         table = _Table(some, fixed[names])
         for stated, places in table.by_stated().items():
-            if (names, stated) not in kinds:
-                kinds[names, stated] = _Kind(scenario, asked)
+            kind = kinds.pop((names, stated), None) or _Kind(scenario, asked)
+            kinds[names, stated] = kind  # the latest one last
+            if len(kinds) > _KINDS:
+                del kinds[next(iter(kinds))]
             for begin in range(0, len(places), size):
-                yield from kinds[names, stated].lots(table, places[begin : begin + size])
+                yield from kind.lots(table, places[begin : begin + size])
 
 
 class _Table:
@@ -79,7 +82,7 @@ class _Table:
         """The places of cases by all that they change but numbers."""
         others = [column for n, column in enumerate(self.cases.values) if n not in self.at]
         if not others:
-            return {(): list(range(len(self.cases)))}
+            return {tuple(self.at): list(range(len(self.cases)))}
         found: dict[Hashable, list[int]] = {}
         for place, values in enumerate(zip(*others, strict=True)):
             found.setdefault((tuple(self.at), repr(values)), []).append(place)
@@ -93,16 +96,16 @@ class _Table:
         return Cases([self.cases.keys[place]], self.cases.names, [[value] for value in values])[0]
 
 
-def _as_numbers(column: Sequence[Any] | np.ndarray) -> Array | None:
+def _as_numbers(column: Sequence[Any] | Array) -> Array | None:
     """A column as an array of numbers; None if it is something else."""
-    if not isinstance(column, np.ndarray):
-        if not set(map(type, column)) <= {float, int, np.float64}:
-            return None
-        try:
-            column = np.array(column, dtype=np.float64)
-        except OverflowError:
-            return None
-    return column.astype(np.float64, copy=False) if column.dtype.kind in "fiu" else None
+    if isinstance(column, np.ndarray):
+        return column.astype(np.float64, copy=False) if column.dtype.kind in "fiu" else None
+    if not set(map(type, column)) <= {float, int, np.float64}:
+        return None
+    try:
+        return np.array(column, dtype=np.float64)
+    except OverflowError:
+        return None
 
 
 def _fixed(scenario: Scenario, cases: Cases) -> set[int]:
@@ -114,12 +117,15 @@ def _fixed(scenario: Scenario, cases: Cases) -> set[int]:
             symbols = [tape.symbol(number) for number in table.numbers[:, place].tolist()]
             try:
                 scenario.with_values(table.changes(place, symbols))
-            except TraceError as error:
-                if not any(error.symbol is symbol for symbol in symbols):
-                    return found
-                found.add(next(n for n, symbol in zip(table.at, symbols, strict=True) if symbol is error.symbol))
             except InputError:
                 break  # another one may be valid
+            except CANNOT as error:
+                at = [
+                    n for n, symbol in zip(table.at, symbols, strict=True) if symbol is getattr(error, "symbol", None)
+                ]
+                if not at:
+                    return found
+                found.update(at)
             else:
                 return found
     return found
@@ -144,7 +150,7 @@ class _Kind:
     def lots(self, table: _Table, places: Sequence[int]) -> Iterator[Lot | Refused]:
         """Those of some of the cases of a table."""
         left = list(places)
-        for trace in self._traces:
+        for trace in list(self._traces):
             left = yield from self._following(trace, table, left)
         alone: dict[Hashable, tuple[list[Hashable], list[Chain]]] = {}
         while left:

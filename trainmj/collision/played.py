@@ -19,19 +19,28 @@ import numpy.typing as npt
 from trainmj.collision.envelope import Array
 from trainmj.symbol import CALL, CONSTANT, INPUT, Tape
 
-_FUNCTIONS: dict[Any, Callable[..., Array]] = {
+
+def _larger(one: Array, other: Array) -> Any:
+    return np.where(other > one, other, one)
+
+
+def _smaller(one: Array, other: Array) -> Any:
+    return np.where(other < one, other, one)
+
+
+_FUNCTIONS: dict[Any, Any] = {
     operator.add: np.add,
     operator.sub: np.subtract,
     operator.mul: np.multiply,
     operator.truediv: np.divide,
     operator.neg: np.negative,
     operator.abs: np.absolute,
-    max: lambda one, other: np.where(other > one, other, one),
-    min: lambda one, other: np.where(other < one, other, one),
+    max: _larger,
+    min: _smaller,
     math.sqrt: np.sqrt,
     round: np.rint,
 }
-_RELATIONS: dict[Any, Callable[..., Array]] = {
+_RELATIONS: dict[Any, Any] = {
     operator.lt: np.less,
     operator.le: np.less_equal,
     operator.gt: np.greater,
@@ -120,17 +129,16 @@ class Program:
         lost = np.zeros(numbers.shape[1], dtype=bool)
         with np.errstate(all="ignore"):
             for operation, to, sides in self._batches:
-                taken = [values[side] if isinstance(side, slice) else _taken(values, side) for side in sides]
+                taken = [_taken(values, side) for side in sides]
                 if operation in _FUNCTIONS:
                     values[to] = _FUNCTIONS[operation](*taken)
                 elif operation is operator.pow:
-                    values[to] = _powers(*taken, lost)
+                    values[to] = _powers(taken[0], taken[1], lost)
                 else:
                     values[to] = _case_by_case(operation, taken, to.stop - to.start, lost)
             kept = ~lost
             for relation, outcome, sides in self._guards:
-                one, other = (values[side] if isinstance(side, slice) else _taken(values, side) for side in sides)
-                found = _RELATIONS[relation](one, other)
+                found = _RELATIONS[relation](*(_taken(values, side) for side in sides))
                 kept &= found.all(axis=0) if outcome else ~found.any(axis=0)
         return Played(self, values, kept)
 
@@ -150,7 +158,7 @@ class Played:
 
     def rows(self, places: Sequence[int]) -> Array:
         """(n_place, n_case) numbers at places of the tape."""
-        return np.take(self._values, [self.program.row_of[place] for place in places], axis=0)
+        return np.asarray(self._values[[self.program.row_of[place] for place in places]])
 
     def take(self, at: Sequence[int]) -> Played:
         """The same of some of the cases."""
@@ -166,8 +174,10 @@ def _side(tape: Tape, rows: dict[int, int], places: list[int]) -> _Rows | Array:
     return slice(first, first + n) if np.array_equal(found, np.arange(first, first + n)) else found
 
 
-def _taken(values: Array, side: Any) -> Array:
-    return np.take(values, side, axis=0) if side.ndim == 1 else side
+def _taken(values: Array, side: _Rows | Array) -> Array:
+    if isinstance(side, slice):
+        return values[side]
+    return np.asarray(side) if side.dtype == np.float64 else values[side.astype(np.intp, copy=False)]
 
 
 def _powers(base: Array, exponent: Array, lost: Mask) -> Array:

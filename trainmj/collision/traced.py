@@ -26,7 +26,7 @@ from trainmj.collision.lot import structure_of
 from trainmj.collision.model import numbers_of
 from trainmj.collision.played import Mask, Played, Program
 from trainmj.scenario import Scenario
-from trainmj.symbol import Symbol, Tape
+from trainmj.symbol import Symbol, Tape, sampled
 
 CANNOT = (TypeError, ValueError, ArithmeticError, AttributeError)
 """What code raises that cannot be traced: where it needs a number, a symbol is none."""
@@ -85,19 +85,23 @@ class Trace:
             key = _key(of)
             if key not in self._outputs:
                 try:
-                    self._outputs[key] = self._output(np.array(of(self.chain), dtype=object))
+                    self._outputs[key] = self._output(of)
                 except CANNOT as error:
                     log.info("what is asked of the chains of a lot is asked one by one: %s", error)
                     self._outputs[key] = None
             return self._outputs[key]
 
-    def _output(self, values: npt.NDArray[np.object_]) -> Output:
+    def _output(self, of: Callable[[Chain], Any]) -> Output | None:
+        values = np.array(of(self.chain), dtype=object)
         flat = values.ravel().tolist()
+        if not _same(np.array(sampled(flat), dtype=np.float64).reshape(values.shape), of(self.sample)):
+            log.warning("what is asked of the chains of a lot is asked one by one: with symbols it is another number")
+            return None
         at = [n for n, value in enumerate(flat) if type(value) is Symbol]
         places = [self._tape.place(flat[n]) for n in at]
         plain = np.array([0.0 if type(value) is Symbol else value for value in flat], dtype=np.float64)
         return Output(
-            values.shape, plain, np.array(at, dtype=int), places, len(self._tape.steps), len(self._tape.guards)
+            of, values.shape, plain, np.array(at, dtype=int), places, len(self._tape.steps), len(self._tape.guards)
         )
 
     def play(self, numbers: Array) -> Played:
@@ -116,9 +120,10 @@ class Trace:
 
     def agrees(self, lot: Traced, place: int, alone: Chain) -> bool:
         """Whether the numbers of a case of a lot are those of its own chain, bit for bit; not sound if they are not."""
-        found = structure_of(alone) == self._structure and np.array_equal(
-            lot.values(self._numbers)[place].view(np.int64),
-            np.array(self._numbers(alone), dtype=np.float64).view(np.int64),
+        with self._lock:
+            asked = [output for output in self._outputs.values() if output is not None]
+        found = structure_of(alone) == self._structure and all(
+            _same(lot.values(output.of)[place], output.of(alone)) for output in asked
         )
         if not found:
             self.sound = False
@@ -133,6 +138,12 @@ class Trace:
         return np.concatenate([self._layout.block(chain, object), chain.start_qpos, chain.start_qvel, *model])
 
 
+def _same(one: Array, other: Any) -> bool:
+    """Whether numbers have the same bits."""
+    plain = np.array(other, dtype=np.float64)
+    return one.shape == plain.shape and one.tobytes() == plain.tobytes()
+
+
 def _key(of: Callable[[Chain], Any]) -> Hashable:
     """What tells a function from others: the same code with the same values around it is the same one."""
     if isinstance(of, partial):
@@ -145,6 +156,7 @@ def _key(of: Callable[[Chain], Any]) -> Hashable:
 class Output(NamedTuple):
     """What a function gives for a chain with symbols."""
 
+    of: Callable[[Chain], Any]
     shape: tuple[int, ...]
     plain: Array  # (size,) its numbers; 0 where symbols are
     at: npt.NDArray[np.intp]  # (n,) where these are
@@ -163,7 +175,8 @@ class Traced:
 
     def __init__(self, trace: Trace, cases: Cases, places: Sequence[int], numbers: Array) -> None:
         """Take cases by their places among some, and which numbers (n_number, n_case) the symbols stand for in them."""
-        self.keys, self.chain = [cases.keys[place] for place in places], trace.sample
+        self.keys: Sequence[Any] = [cases.keys[place] for place in places]
+        self.chain = trace.sample
         self._trace, self._cases, self._places, self._numbers = trace, cases, places, numbers
         self._played = trace.play(numbers)
         self._found: dict[int, Array] = {}  # by what was asked
@@ -183,10 +196,10 @@ class Traced:
         if output is None:
             return np.array([of(self.chain_of(place)) for place in range(len(self))], dtype=np.float64)
         if id(output) not in self._found:
-            self._found[id(output)] = self._values(of, output)
+            self._found[id(output)] = self._values(output)
         return self._found[id(output)]
 
-    def _values(self, of: Callable[[Chain], Any], output: Output) -> Array:
+    def _values(self, output: Output) -> Array:
         program = self._played.program
         if program.size < output.size or program.n_guards < output.n_guards:
             self._played = self._trace.play(self._numbers)
@@ -196,12 +209,14 @@ class Traced:
             found[:, output.at] = self._played.rows(output.places).T
         found = found.reshape(len(self), *output.shape)
         for place in np.flatnonzero(~self.follows).tolist():
-            found[place] = of(self.chain_of(place))
+            found[place] = output.of(self.chain_of(place))
         return found
 
     def blocks(self, layout: Layout) -> Array:
         """(n_case, size) the block of each case before its first step."""
-        return self.values(partial(layout.block, dtype=object))
+        of = partial(layout.block, dtype=object)
+        output = self._trace.output(of)
+        return self.values(of) if output is None else self._values(output)  # not kept: they are large
 
     def chain_of(self, place: int) -> Chain:
         """The chain of one case."""
