@@ -50,7 +50,7 @@ def test_example_of_the_package_docstring_runs():
 
 ORDER = (
     ("errors",),
-    ("units",),
+    ("units", "symbol"),
     ("files",),
     ("scenario", "doe", "output"),
     ("collision",),

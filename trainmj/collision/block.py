@@ -14,6 +14,7 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from trainmj.collision import plane
 from trainmj.collision.chain import WALL, Chain, Element, Interface
@@ -209,9 +210,9 @@ class Layout:
         """(..., n_ring, n_vehicle) speeds at the latest records, in blocks (..., size); the oldest is overwritten."""
         return block[..., self._ring : self._motion].reshape(*block.shape[:-1], self.n_ring, self.n_vehicle)
 
-    def block(self, chain: Chain) -> Array:
-        """(size,) the block of a chain before its first step."""
-        block = np.zeros(self.size)
+    def block(self, chain: Chain, dtype: npt.DTypeLike = np.float64) -> Array:
+        """(size,) the block of a chain before its first step; of objects for one of symbols."""
+        block = np.zeros(self.size, dtype)
         head = {
             Head.MAGIC: MAGIC,
             Head.N_VEHICLE: self.n_vehicle,

@@ -22,6 +22,7 @@ from numba.extending import register_jitable
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import MEMBER, Block
+from trainmj.symbol import square_root
 
 SURVIVAL_LENGTH = 5.0
 """Plastic shortening is looked at over this length along a body, as a proxy of survival space [m]."""
@@ -73,7 +74,7 @@ class Body:
     def frequency(self, mass: float, mode: int = 1) -> float:
         """Frequency of an axial mode of the free body of some mass, bogies left out [Hz]."""
         n = self.n_members
-        return n / math.pi * math.sqrt(self.stiffness / mass) * math.sin(mode * math.pi / (2 * n))
+        return n / math.pi * square_root(self.stiffness / mass) * math.sin(mode * math.pi / (2 * n))
 
 
 @dataclass(frozen=True)
@@ -191,7 +192,7 @@ def members_of(name: str, vehicle: int, mass: float, length: float, body: Body, 
 
 def nearest(body: Body, length: float, place: float) -> int:
     """The point of a body nearest to a place along it [m], counted from the left."""
-    return int(np.clip(round(place / length * body.n_members), 0, body.n_members))
+    return min(max(round(place / length * body.n_members), 0), body.n_members)
 
 
 @register_jitable

@@ -20,6 +20,7 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.gear import N_DOF, N_WHEELSET, Gear
 from trainmj.collision.kind import Law
 from trainmj.collision.line import Line, LineEnd
+from trainmj.symbol import largest, least
 from trainmj.units import KN, G
 
 _SWINGS = 2.0  # longest periods of its bodies that a chain is followed after its last force
@@ -110,7 +111,7 @@ class Element:
             return self.share * found[0][0], self.share * found[0][1]
         (k, c), (other_k, other_c) = found
         if c and other_c:
-            return max(k, other_k), c * other_c / (c + other_c)
+            return largest([k, other_k]), c * other_c / (c + other_c)
         if c or other_c:  # a dashpot that locks leaves the spring of the other one
             return (other_k if c else k), 0.0
         return 1.0 / (1.0 / k + 1.0 / other_k), 0.0
@@ -177,8 +178,8 @@ class Interface:
             np.sum([e.bounds(fastest) for e in self.elements if e.sign == sign] or [(0.0, 0.0)], axis=0)
             for sign in (1.0, -1.0)
         ]
-        stiffness, damping = np.max(sums, axis=0)
-        return float(stiffness), float(damping)
+        (k, c), (pulled_k, pulled_c) = (both.tolist() for both in sums)
+        return largest([k, pulled_k]), largest([c, pulled_c])
 
 
 def meet(
@@ -213,7 +214,7 @@ def meet(
             for a, b, line in zip(left.paths(n), right.paths(n), lines or n * (None,), strict=True)
         ]
     if coupled and pulls:
-        start, breaks = sum(pull.slack for pull in pulls), min(pull.breaks for pull in pulls)
+        start, breaks = sum(pull.slack for pull in pulls), least(pull.breaks for pull in pulls)
         laws = tuple(pull.law for pull in pulls)
         alike = len(laws) == 2 and laws[0].is_like(laws[1])
         found.append(
@@ -547,8 +548,8 @@ class Chain:
     @property
     def rolling(self) -> bool:
         """Whether vehicles that have come apart may come together again: by brakes, grade or unequal friction."""
-        rails = {v.rail_friction for v in self.vehicles}
-        return bool(self.grade or len(rails) > 1 or any(v.brake for v in self.vehicles))
+        first, *others = (v.rail_friction for v in self.vehicles)
+        return bool(self.grade or any(rail != first for rail in others) or any(v.brake for v in self.vehicles))
 
     @property
     def linger(self) -> float:
@@ -557,12 +558,13 @@ class Chain:
         swings += [
             _HEAVES / min(v.gear.frequencies.values()) for v in self.vehicles if self.plane and v.gear is not None
         ]
-        return max(swings, default=0.0)
+        return largest(swings) if swings else 0.0
 
     @cached_property
     def closing_speed(self) -> float:
         """Largest difference of the initial speeds [m/s]."""
-        return float(np.ptp(self.speed)) if self.interfaces[-1].right != WALL else float(np.abs(self.speed).max())
+        speeds = [v.speed for v in self.vehicles]
+        return largest(speeds) - least(speeds) if self.interfaces[-1].right != WALL else largest(map(abs, speeds))
 
     @property
     def stand_in_speed(self) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from trainmj.errors import InputError
+from trainmj.symbol import largest
 from trainmj.units import beyond
 
 Array = npt.NDArray[np.float64]
@@ -52,7 +53,7 @@ class Envelope:
         """Check the rules above and compute the slopes."""
         if self.stroke.shape != self.force.shape or self.stroke.ndim != 1 or self.stroke.size < 2:
             raise InputError("an envelope needs two or more points, as many strokes as forces")
-        if not (np.isfinite(self.stroke).all() and np.isfinite(self.force).all()):
+        if not ((abs(self.stroke) < np.inf).all() and (abs(self.force) < np.inf).all()):
             raise InputError("an envelope must be finite at every point")
         width, rise = self.stroke[1:] - self.stroke[:-1], self.force[1:] - self.force[:-1]
         if self.stroke[0] != 0.0 or (width < 0).any():
@@ -63,7 +64,7 @@ class Envelope:
             raise InputError("the last slope of an envelope must not be negative")
         if not (0 < self.stiffness < np.inf and 0 <= self.damping < np.inf):
             raise InputError("an envelope needs a stiffness > 0 and a damping >= 0")
-        slope = np.zeros_like(self.force)
+        slope = np.zeros(self.force.shape, np.result_type(self.stroke, self.force, np.asarray(self.last_slope)))
         np.divide(rise, width, out=slope[:-1], where=width > 0)
         slope[-1] = self.last_slope
         object.__setattr__(self, "slope", slope)
@@ -79,7 +80,7 @@ class Envelope:
         """Whether it rises faster than its stiffness in places."""
         at, force, slope = self._points
         jumps = (v == u and g > f for (u, v), (f, g) in zip(pairwise(at), pairwise(force), strict=True))
-        return force[0] > 0.0 or beyond(max(slope), self.stiffness) or any(jumps)
+        return force[0] > 0.0 or beyond(largest(slope), self.stiffness) or any(jumps)
 
     @cached_property
     def climbing(self) -> Envelope:

@@ -25,6 +25,7 @@ from trainmj.scenario.lines import LineSpec, Strut, Ties
 from trainmj.scenario.parts import Collision
 from trainmj.scenario.running_gear import SuspensionSpec, VehicleType
 from trainmj.scenario.trains import RIGID_WALL, Car
+from trainmj.symbol import square_root
 from trainmj.units import KM_H, KN, KN_PER_MM, KN_S_PER_M, MM, MN_M, MRAD, MS, TONNE, G
 
 
@@ -257,5 +258,5 @@ def _body(spec: BodySpec, car: Car, leads_right: bool) -> Body:
     if spec.bogies is None:
         return body
     stiffness, mass = spec.bogies.stiffness_kN_per_mm * KN_PER_MM, spec.bogies.mass_t * TONNE
-    damping = 2.0 * spec.damping_ratio * math.sqrt(stiffness * mass)
+    damping = 2.0 * spec.damping_ratio * square_root(stiffness * mass)
     return replace(body, bogies=Bogies(mass, stiffness, damping, spec.bogies.centres_m))

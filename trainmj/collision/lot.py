@@ -6,7 +6,9 @@ curves, the same kinds of laws, names and options.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+import math
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -14,6 +16,7 @@ import numpy as np
 from trainmj.collision.block import Layout
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
+from trainmj.collision.kind import Kind
 
 
 class Lot(Protocol):
@@ -21,10 +24,11 @@ class Lot(Protocol):
 
     Attributes:
         keys: what the caller calls each case.
-        chain: of the first of them; what is no number in it, or is stated equal for all, holds for every case.
+        chain: of one of the structure, which need not be one of them: what is no number in it, and its step and time
+            limit, hold for every case.
     """
 
-    keys: Sequence[Hashable]
+    keys: Sequence[Any]
     chain: Chain
 
     def __len__(self) -> int:
@@ -69,3 +73,26 @@ class Chains:
     def take(self, places: Sequence[int]) -> Chains:
         """Some of the cases, in this order."""
         return Chains([self.keys[i] for i in places], [self._chains[i] for i in places])
+
+
+def structure_of(chain: Chain) -> Hashable:
+    """What is the same for all chains of one structure: all but numbers, of which only step and time limit count."""
+    return chain.step, chain.time_limit, _structure(chain, {})
+
+
+def _structure(thing: Any, known: dict[int, Hashable]) -> Hashable:
+    """The same of a part of a chain; known are parts that have been seen, which several others may have."""
+    if isinstance(thing, float):
+        return "number" if math.isfinite(thing) else str(thing)
+    if isinstance(thing, np.ndarray):
+        return ("array", *thing.shape)
+    if isinstance(thing, tuple):
+        return tuple(_structure(part, known) for part in thing)
+    if isinstance(thing, Mapping):
+        return tuple((key, _structure(part, known)) for key, part in thing.items())
+    if is_dataclass(thing) and not isinstance(thing, Kind):
+        if id(thing) not in known:
+            parts = [_structure(getattr(thing, field.name), known) for field in fields(thing)]
+            known[id(thing)] = (type(thing).__name__, *parts)
+        return known[id(thing)]
+    return "function" if callable(thing) else repr(thing)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from trainmj.collision import stability_plane as plane
 from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.envelope import Array
 from trainmj.errors import InputError
+from trainmj.symbol import case_by_case, least, square_root
 from trainmj.units import MS, rounded_down
 
 _ROUNDING = 1e-9  # of a largest step
@@ -25,7 +27,16 @@ def largest_step(chain: Chain) -> float:
     step late, h v deep, and turns v into v (1 - h2 K / M - h C / M): not faster than v if its stiffness counts twice.
     What resists the speed, such as an orifice, is taken at the speed at which the two sides close.
     """
-    stiffness, damping = plane.matrices(chain) if chain.plane else _matrices(chain)
+    if chain.plane:
+        return _largest(*plane.matrices(chain))
+    links = list(_links(chain))
+    stated = [[link[n] for link in links] for n in (2, 3)]
+    found: float = case_by_case(partial(_along, tuple(link[:2] for link in links)), chain.point_mass, *stated)
+    return found
+
+
+def _largest(stiffness: Array, damping: Array) -> float:
+    """The same of a stiffness and damping over the roots of the masses."""
     # with m = 1 / h, (m2 - m C / 2 - K / 4) x = 0: a symmetric problem of twice the size, by K / 4 = R R'
     squares, shapes = np.linalg.eigh(0.25 * stiffness)
     root = shapes * np.sqrt(np.maximum(squares, 0.0))
@@ -33,21 +44,20 @@ def largest_step(chain: Chain) -> float:
     return float(1.0 / np.linalg.eigvalsh(both)[-1])
 
 
-def _matrices(chain: Chain) -> tuple[Array, Array]:
-    """(n_point, n_point) stiffness and damping over the roots of the masses."""
-    n = len(chain.points)
-    root = np.sqrt(chain.point_mass)
-    stiffness, damping = np.zeros((n, n)), np.zeros((n, n))
-    for left, right, *of_link in _links(chain):
-        for matrix, value in zip((stiffness, damping), of_link, strict=True):
+def _along(ends: Sequence[tuple[int, int]], mass: Array, *stated: Array) -> float:
+    """The same along the track, of masses, and of the stiffness and damping between each two points or one and the wall."""
+    root = np.sqrt(mass)
+    matrices = []
+    for values in stated:
+        matrix = np.zeros((mass.size, mass.size))
+        for (left, right), value in zip(ends, values, strict=True):
             matrix[left, left] += value
             if right != WALL:
                 matrix[right, right] += value
                 matrix[left, right] -= value
                 matrix[right, left] -= value
-    stiffness /= np.outer(root, root)
-    damping /= np.outer(root, root)
-    return stiffness, damping
+        matrices.append(matrix / np.outer(root, root))
+    return _largest(*matrices)
 
 
 def _links(chain: Chain) -> Iterator[tuple[int, int, float, float]]:
@@ -67,14 +77,18 @@ def _certain_step(chain: Chain) -> float:
     if chain.plane:
         k, c = plane.bounds(chain)
         return float(2.0 / (0.5 * c + np.sqrt(0.25 * c**2 + k)))
-    stiffness, damping = np.zeros(len(chain.points)), np.zeros(len(chain.points))
+    stiffness, damping = [0.0] * len(chain.points), [0.0] * len(chain.points)
     for left, right, k, c in _links(chain):
         for point in (left, right):
             if point != WALL:
                 stiffness[point] += k
                 damping[point] += c
-    w2, d = 2.0 * stiffness / chain.point_mass, damping / chain.point_mass
-    return float(np.min(2.0 / (d + np.sqrt(d**2 + w2))))
+    return least(map(_step_of_point, stiffness, damping, chain.point_mass.tolist()))
+
+
+def _step_of_point(stiffness: float, damping: float, mass: float) -> float:
+    w2, d = 2.0 * stiffness / mass, damping / mass
+    return 2.0 / (d + square_root(d * d + w2))
 
 
 def check_step(chain: Chain) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -9,7 +11,7 @@ from itertools import islice
 from pathlib import Path as FilePath
 from typing import Annotated, Any, TypeVar, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 
 from trainmj.errors import InputError, close_match, nearest
@@ -17,6 +19,7 @@ from trainmj.files.arguments import group_given
 from trainmj.files.kinds import kind_of
 from trainmj.files.numbers import LARGEST
 from trainmj.files.parts import Above, Below, Either, Spelt, alternatives, base_of, is_group, keys_of
+from trainmj.symbol import Symbol, TraceError, sampled, symbols_in
 
 Model = TypeVar("Model", bound=BaseModel)
 Path = tuple[str | int, ...]
@@ -111,6 +114,11 @@ class Source:
         try:
             return model.model_validate(self.values)
         except ValidationError as error:
+            if symbols := list(symbols_in(self.values)):
+                found: Any = replace(self, values=sampled(self.values)).checked(model)
+                for path, symbol in symbols:
+                    found = _with_symbol(found, model, path, symbol)
+                return found  # type: ignore[no-any-return]
             kind, keys = model.model_config.get("title"), keys_of(model)
             other = kind_of(self.values)
             wrong = other is not None and other.name != kind
@@ -166,9 +174,42 @@ class Source:
 
 def change(name: str, value: Any) -> str:
     """A change of a value, as the place of what it changes."""
-    text = "null" if value is None else str(value)
+    text = "null" if value is None else value if isinstance(value, str) else repr(value)
     return f"change {name}={text[:_SHOWN]}{'...' if len(text) > _SHOWN else ''}"
 
+
+def _with_symbol(here: Any, type_: Any, path: Path, symbol: Symbol) -> Any:
+    """What was validated for the sample of a symbol, with the symbol back in its place, and guards for its rules.
+
+    Raises:
+        TraceError: if something else was made of the number there, or a rule is no bound.
+    """
+    bare, notes = _bare(type_)
+    bounds = [bound for note in notes for bound in (note.metadata if isinstance(note, FieldInfo) else [note])]
+    if any(isinstance(bound, BeforeValidator | AfterValidator) for bound in bounds):
+        raise TraceError("validation", symbol)
+    if not path:
+        if type(here) is not float or here != symbol.sample:
+            raise TraceError("another type", symbol)
+        keeps = -math.inf < symbol < math.inf
+        for bound in bounds:
+            for name, relation in _BOUNDS.items():
+                keeps = keeps and (not hasattr(bound, name) or relation(symbol, getattr(bound, name)))
+        assert keeps  # its sample does
+        return symbol
+    key, *others = path
+    if isinstance(here, BaseModel):
+        name = next(name for name, field in type(here).model_fields.items() if key in (name, field.alias))
+        inner = _with_symbol(getattr(here, name), inside(type(here), key), tuple(others), symbol)
+        return here.model_copy(update={name: inner})
+    if members := alternatives(bare):
+        bare = next((member for member in members.values() if isinstance(here, base_of(member))), None)
+    found = here.copy()
+    found[key] = _with_symbol(here[key], inside(bare, key), tuple(others), symbol)
+    return found
+
+
+_BOUNDS = {"ge": operator.ge, "gt": operator.gt, "le": operator.le, "lt": operator.lt}
 
 _RULES = {
     "missing": "is missing",

@@ -133,7 +133,9 @@ def built(parts: Parts) -> Built:
 
     def stated(part: Part, only: set[str] | None = None) -> Any:
         if id(part) not in values:
-            values[id(part)] = part.model_dump(include=only, exclude_unset=True, exclude_none=True, by_alias=True)
+            values[id(part)] = part.model_dump(
+                include=only, exclude_unset=True, exclude_none=True, by_alias=True, warnings=False
+            )
         return values[id(part)]
 
     devices = {at.place: parts.devices[at.device] for joint in joints(parts) for at in joint.devices}

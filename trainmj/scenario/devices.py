@@ -5,7 +5,6 @@ A further kind is one more class in :data:`DeviceSpec`, and its rules in :mod:`t
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Iterator
 from typing import Annotated, Literal, NamedTuple
@@ -360,7 +359,8 @@ class Gas(Part):
 
     def force_at_kN(self, stroke_mm: float) -> float:
         """Force at a stroke, without the rise to the preload [kN]."""
-        return self.force_kN * math.pow(1.0 - stroke_mm / self.length_mm, -self.exponent)
+        found: float = self.force_kN * (1.0 - stroke_mm / self.length_mm) ** -self.exponent
+        return found
 
 
 class GasHydraulicDevice(Hydraulic):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Collection, Iterator, Sequence
+from functools import reduce
 from itertools import pairwise
+from operator import add
 
 from trainmj.files.source import Path, Problem, dotted, no_such
 from trainmj.scenario.curves import Curve, CurveFile, CurveRef, Metering, MeteringFile, TableFile, listed
@@ -20,6 +22,7 @@ from trainmj.scenario.devices import (
 )
 from trainmj.scenario.parts import Parts
 from trainmj.scenario.ranges import MAX_FORCE
+from trainmj.symbol import largest, least
 
 _MOST_POINTS = 4000  # of a device
 _LEAST_WIDTH = 1e-6  # between two points of a curve [mm]
@@ -56,11 +59,14 @@ def size_of(parts: Parts) -> float:
     """Scale of a collision by the mass of its lighter side, at most 1: a model of half the size has an eighth of it."""
     c = parts.collision
     sides = [
-        sum(car.mass_t or 0.0 for car in parts.trains[s].cars()) for s in (c.train, c.partner) if s in parts.trains
+        reduce(add, (car.mass_t or 0.0 for car in parts.trains[s].cars()), 0.0)
+        for s in (c.train, c.partner)
+        if s in parts.trains
     ]
     if c.partner in parts.obstacles:
         sides.append(parts.obstacles[c.partner].mass_t or 0.0)
-    return float(min([1.0, *((mass / _FULL_SIZE) ** (1 / 3) for mass in sides if mass > 0.0)]))
+    sizes: list[float] = [(mass / _FULL_SIZE) ** (1 / 3) for mass in sides if mass > 0.0]
+    return least([1.0, *sizes])
 
 
 def _by(before: float, behind: float) -> str:
@@ -142,7 +148,8 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: flo
         at = (*path, *device.place_of(name))
         if whole:
             stroke, force = parts.curve_points(stage.curve)
-            length, most = length + stroke[-1], max(most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0)
+            length += stroke[-1]
+            most = largest([most, *force, stage.shear_off.force_kN if stage.shear_off else 0.0])
             yield from _limit(at, stage.stroke_limit_mm, stroke[-1], "the curve")
             if stage.shear_off is not None and stage.shear_off.force_kN < force[-1]:
                 rule = f"must be at least the {force[-1]:.12g} kN at which the curve ends"
@@ -164,7 +171,7 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: flo
     if whole:
         at_rate = [parts.curve_points(at_rate.curve)[1] for at_rate in device.rate_curves()]
         yield from _units(path, length, most, size)
-        yield from _collapse(path, device, max([most, *(max(force) for force in at_rate)]))
+        yield from _collapse(path, device, largest([most, *(largest(force) for force in at_rate)]))
 
 
 def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> Iterator[Problem]:
@@ -196,7 +203,7 @@ def _rate_curves(path: Path, device: CrushDevice, parts: Parts, whole: bool) -> 
 
 def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float) -> Iterator[Problem]:
     loading, unloading = (parts.curve_points(ref) for ref in (device.loading, device.unloading))
-    end, most = loading[0][-1], max(loading[1])
+    end, most = loading[0][-1], largest(loading[1])
     stiffness = device.transition_stiffness_kN_per_mm
     yield from _units(path, end, most, size)
     yield from _limit(path, device.stroke_limit_mm, end, "the loading curve")
@@ -206,7 +213,7 @@ def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float)
         )
         yield Problem((*path, "unloading"), rule)
         return
-    for u in sorted({*loading[0], *(u for u in unloading[0] if u <= end)}):
+    for u in sorted([*loading[0], *(u for u in unloading[0] if u <= end)]):
         inwards, outwards = _at(loading, u), _at(unloading, u)
         if outwards > inwards * (1 + _ROUND_OFF):
             rule = f"is above loading at {u:.12g} mm, {outwards:.12g} kN over {inwards:.12g} kN: lower it there"

@@ -22,7 +22,7 @@ from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
 from trainmj.collision.elementwise import positive
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
-from trainmj.collision.kind import Kind, Law, Numbers, Response, points
+from trainmj.collision.kind import Kind, Law, Numbers, Response
 from trainmj.collision.law.curve import follow, inlined, value
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.parts import Parts
@@ -101,11 +101,11 @@ def climbable(envelope: Envelope) -> Array:
 
     Along such a part round-off would decide from step to step whether the device crushes or the dashpot acts.
     """
-    found = points(envelope)
+    slope = envelope.slope
     if envelope.damping > 0.0:
-        along = np.abs(found[2] - envelope.stiffness) < _ALONG * envelope.stiffness
-        found[2, along] = (1.0 + _ALONG) * envelope.stiffness
-    return found
+        along = abs(slope - envelope.stiffness) < _ALONG * envelope.stiffness
+        slope = np.where(along, (1.0 + _ALONG) * envelope.stiffness, slope) if along.any() else slope
+    return np.array([envelope.stroke, envelope.force, slope])
 
 
 def device(name: str, spec: CrushDevice, parts: Parts) -> Device:

@@ -28,6 +28,7 @@ from trainmj.collision.law.curve import follow, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import GasHydraulicDevice, Hydraulic, HydraulicDevice
 from trainmj.scenario.parts import Parts
+from trainmj.symbol import case_by_case, largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 PLUNGER, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
@@ -126,15 +127,13 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     travel, stop, _, preload, per_length, gamma, ramp, rebound, _, _ = law.parameters
     metering = law.curves[0]
     gas = preload * gamma * per_length * (1.0 - per_length * travel) ** (-gamma - 1.0)
-    steepest = float(abs(metering[2]).max()) * fastest**2
-    orifice = max(float(metering[1].max()), rebound if math.isfinite(rebound) else 0.0)
-    return max(stop, ramp, gas + steepest), 2.0 * orifice * fastest
+    steepest = largest(abs(metering[2]).tolist()) * fastest**2
+    orifice = largest([*metering[1].tolist(), rebound if rebound < math.inf else 0.0])
+    return largest([stop, ramp, gas + steepest]), 2.0 * orifice * fastest
 
 
 def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
     """The device that a scenario describes."""
-    from scipy.optimize import brentq  # slow to load, and most trains have no such device
-
     empty, travel = spec.empty_stroke_mm * MM, spec.stroke_mm * MM
     u, c = (np.array(values) for values in spec.orifice_points())
     metering = after(empty, Envelope(u * MM, c * KN, 1.0))
@@ -146,21 +145,32 @@ def device(name: str, spec: Hydraulic, parts: Parts) -> Device:
         gas = spec.gas
         preload, per_length, gamma = gas.force_kN * KN, 1.0 / (gas.length_mm * MM), gas.exponent
         ramp, rebound = gas.preload_stiffness_kN_per_mm * KN_PER_MM, spec.rebound_orifice_kN_s2_per_m2 * KN
+    gas_spring = preload, per_length, gamma, ramp, travel
+    knee = case_by_case(_knee, *gas_spring) if preload > 0.0 else 0.0
+    strokes, spring = case_by_case(_spring, knee, *gas_spring)
+    resting = after(empty, Envelope(strokes, spring, largest([ramp, 1.0])))
+    stop = stop_of(spec, empty + travel, spring.tolist()[-1])
+    numbers = (travel, stop.stiffness, stop.most, preload, per_length, gamma, ramp, rebound, knee, empty)
+    law = Law(KIND, numbers, (points(metering),), stop.behind(resting))
+    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
+
+
+def _knee(preload: float, per_length: float, gamma: float, ramp: float, travel: float) -> float:
+    """The stroke at which the ramp of the preload meets the gas [m]."""
+    from scipy.optimize import brentq  # slow to load, and most trains have no such device
 
     def short(d: float) -> float:
         """What the ramp lacks of the gas."""
         return float(preload * (1.0 - per_length * d) ** -gamma - ramp * d)
 
-    knee = 0.0
-    if preload > 0.0:
-        knee = float(brentq(short, 0.0, travel)) if short(travel) < 0.0 else travel
+    return float(brentq(short, 0.0, travel)) if short(travel) < 0.0 else travel
+
+
+def _spring(knee: float, preload: float, per_length: float, gamma: float, ramp: float, travel: float) -> Array:
+    """(2, n) strokes [m] and forces [N] of the gas spring."""
     strokes = np.unique(np.concatenate([[0.0, knee], np.linspace(knee, travel, _GAS_POINTS)]))
-    spring = np.where(strokes <= knee, ramp * strokes, preload * (1.0 - per_length * strokes) ** -gamma)
-    resting = after(empty, Envelope(strokes, spring, max(ramp, 1.0)))
-    stop = stop_of(spec, empty + travel, float(spring[-1]))
-    numbers = (travel, stop.stiffness, stop.most, preload, per_length, gamma, ramp, rebound, knee, empty)
-    law = Law(KIND, numbers, (points(metering),), stop.behind(resting))
-    return Device(name, law, stop.stages(empty, spec.stroke_limit_mm), pull=pull_of(spec, parts, crush.law_of))
+    forces = np.where(strokes <= knee, ramp * strokes, preload * (1.0 - per_length * strokes) ** -gamma)
+    return np.array([strokes, forces])
 
 
 def recovers(law: Numbers) -> Any:

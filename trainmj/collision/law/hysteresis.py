@@ -29,6 +29,7 @@ from trainmj.collision.law.curve import follow, value
 from trainmj.collision.law.stop import after, stop_of, stopped
 from trainmj.scenario.devices import HysteresisDevice
 from trainmj.scenario.parts import Parts
+from trainmj.symbol import largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 TRANSITION, TRAVEL, STOP, COLLAPSE = ELEMENT.P0, ELEMENT.P1, ELEMENT.P2, ELEMENT.P3
@@ -121,7 +122,7 @@ def _area(u: Array, f: Array, slope: Array, stroke: Array) -> Array:
 def bounds(law: Law, _: float) -> tuple[float, float]:
     """Largest dF/du and dF/drate [N/m, N s/m]."""
     stiffness, _travel, stop, *_rest = law.parameters
-    return max(stiffness, stop), 0.0
+    return largest([stiffness, stop]), 0.0
 
 
 def device(name: str, spec: HysteresisDevice, parts: Parts) -> Device:

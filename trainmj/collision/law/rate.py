@@ -22,6 +22,7 @@ from trainmj.collision.law.crush import PLASTIC, pressed
 from trainmj.collision.law.curve import behind, follow, segment, value
 from trainmj.scenario.devices import CowperSymonds, CrushDevice
 from trainmj.scenario.parts import Parts
+from trainmj.symbol import largest
 from trainmj.units import KN, MM
 
 LINEAR = 0.01
@@ -76,9 +77,9 @@ def bounds(law: Law, fastest: float) -> tuple[float, float]:
     """Largest dF/du and dF/drate [N/m, N s/m]: the factor is steepest below 1 cm/s, a table between two speeds."""
     stiffness, damping = crush.bounds(law, fastest)
     _, _, reference, exponent, _, speeds, *_ = law.parameters
-    most = float(law.curves[0][1].max())
+    most = largest(law.curves[0][1].tolist())
     if speeds == 0:
-        return stiffness, max(damping, most * (LINEAR / reference) ** exponent / LINEAR)
+        return stiffness, largest([damping, most * (LINEAR / reference) ** exponent / LINEAR])
     ends = np.concatenate([curve[0] for curve in law.curves])
     strokes = np.concatenate([ends, np.nextafter(ends, np.inf)])  # both sides of a jump
     rows = [(v, np.interp(strokes, c[0], c[1])) for v, c in zip((0.0, *law.speeds), law.curves, strict=True)]

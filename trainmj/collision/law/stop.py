@@ -10,6 +10,7 @@ from numba.extending import register_jitable
 from trainmj.collision.device import CAR_BODY, Stage
 from trainmj.collision.envelope import Envelope
 from trainmj.scenario.devices import DEVICE, RecoveringDevice
+from trainmj.symbol import largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 
@@ -48,8 +49,8 @@ class Behind:
         """A curve of first loading up to the end, with what is behind it."""
         inside = loading.stroke <= self.end * (1.0 + 1e-12)
         stroke, force = loading.stroke[inside], loading.force[inside]
-        stiffness = max(loading.stiffness, self.stiffness)  # the stop's rise is no climb along a softer one
-        if not np.isfinite(self.most):
+        stiffness = largest([loading.stiffness, self.stiffness])  # the stop's rise is no climb along a softer one
+        if self.most == np.inf:
             return Envelope(stroke, force, stiffness, 0.0, self.stiffness)
         stroke, force = (
             np.append(stroke, self.end + self.most / self.stiffness),
@@ -60,7 +61,7 @@ class Behind:
     def stages(self, start: float, limit_mm: float | None) -> tuple[Stage, ...]:
         """The stages: the device from a stroke [m] on, with its limit, and the car body."""
         limit = np.inf if limit_mm is None else limit_mm * MM
-        if not np.isfinite(self.most):
+        if self.most == np.inf:
             return (Stage(DEVICE, start, np.inf, limit),)
         body = self.end + self.most / self.stiffness
         return Stage(DEVICE, start, body, limit), Stage(CAR_BODY, body, np.inf)

@@ -1,0 +1,232 @@
+"""A lot of cases without a chain for each: what differs between them is computed for all at once.
+
+The chain of one case is made with symbols in place of the numbers that differ (:mod:`trainmj.symbol`); their tape is
+then played for all others.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from copy import copy
+from functools import partial
+from threading import Lock
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from trainmj.collision.block import Layout
+from trainmj.collision.cases import Cases
+from trainmj.collision.chain import Chain
+from trainmj.collision.envelope import Array
+from trainmj.collision.lineup import line_up
+from trainmj.collision.lot import structure_of
+from trainmj.collision.model import numbers_of
+from trainmj.collision.played import Mask, Played, Program
+from trainmj.scenario import Scenario
+from trainmj.symbol import Symbol, Tape, sampled
+
+CANNOT = (TypeError, ValueError, ArithmeticError, AttributeError)
+"""What code raises that cannot be traced: where it needs a number, a symbol is none."""
+
+_CHECKED = 64  # every so many lots of a trace one is checked, and of the first ones several
+_CHECKED_AT_FIRST = (1, 4, 16)
+
+log = logging.getLogger(__name__)
+
+
+class Trace:
+    """The chain of one case with symbols in it, and what they stand for in all cases that take the same way.
+
+    Attributes:
+        scenario: which the cases change.
+        chain: of the case, with symbols.
+        sample: the same with its numbers.
+        sound: whether nothing that was played has differed from what was computed for a case alone.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        sample: Chain,
+        changes: Callable[[Sequence[Any]], Mapping[str, Any]],
+        numbers: Sequence[float],
+        asked: Iterable[Callable[[Chain], Any]] = (),
+    ) -> None:
+        """Make the chain of a case with symbols.
+
+        Args:
+            scenario: which the cases change.
+            sample: the chain of the case.
+            changes: of the scenario, with so many numbers or symbols in place of what differs between the cases.
+            numbers: which these are in the case.
+            asked: functions of a chain of which values will be asked: their ways through the code are guarded, too.
+
+        Raises:
+            TraceError: if somewhere only a plain number will do.
+        """
+        self.scenario, self.sample, self.sound = scenario, sample, True
+        self._tape = Tape()
+        self.chain = line_up(scenario.with_values(changes([self._tape.symbol(number) for number in numbers])))
+        self._outputs: dict[Hashable, Output | None] = {}
+        self._lock = Lock()  # several threads ask for values
+        self._n_lots = 0
+        self._structure = structure_of(sample)
+        self._program: Program | None = None
+        self._layout = Layout.of(sample)
+        for of in (*asked, self._numbers):
+            self.output(of)
+
+    def output(self, of: Callable[[Chain], Any]) -> Output | None:
+        """What a function gives for the chain, by places on the tape; None if it cannot be traced."""
+        with self._lock:
+            key = _key(of)
+            if key not in self._outputs:
+                try:
+                    self._outputs[key] = self._output(of)
+                except CANNOT as error:
+                    log.info("what is asked of the chains of a lot is asked one by one: %s", error)
+                    self._outputs[key] = None
+            return self._outputs[key]
+
+    def _output(self, of: Callable[[Chain], Any]) -> Output | None:
+        values = np.array(of(self.chain), dtype=object)
+        flat = values.ravel().tolist()
+        if not _same(np.array(sampled(flat), dtype=np.float64).reshape(values.shape), of(self.sample)):
+            log.warning("what is asked of the chains of a lot is asked one by one: with symbols it is another number")
+            return None
+        at = [n for n, value in enumerate(flat) if type(value) is Symbol]
+        places = [self._tape.place(flat[n]) for n in at]
+        plain = np.array([0.0 if type(value) is Symbol else value for value in flat], dtype=np.float64)
+        return Output(
+            of, values.shape, plain, np.array(at, dtype=int), places, len(self._tape.steps), len(self._tape.guards)
+        )
+
+    def play(self, numbers: Array) -> Played:
+        """Compute what is on the tape, for numbers (n_number, n_case) in place of the symbols."""
+        with self._lock:
+            tape, program = self._tape, self._program
+            if program is None or (program.size, program.n_guards) != (len(tape.steps), len(tape.guards)):
+                program = self._program = Program.of(tape)
+        return program.play(numbers)
+
+    def due(self) -> bool:
+        """Whether the next lot is to be checked."""
+        with self._lock:
+            self._n_lots += 1
+            return self._n_lots in _CHECKED_AT_FIRST or self._n_lots % _CHECKED == 0
+
+    def agrees(self, lot: Traced, place: int, alone: Chain) -> bool:
+        """Whether the numbers of a case of a lot are those of its own chain, bit for bit; not sound if they are not."""
+        with self._lock:
+            asked = [output for output in self._outputs.values() if output is not None]
+        found = structure_of(alone) == self._structure and all(
+            _same(lot.values(output.of)[place], output.of(alone)) for output in asked
+        )
+        if not found:
+            self.sound = False
+            log.warning(
+                "case %s: what was computed for many cases at once is not what is for it alone", lot.keys[place]
+            )
+        return found
+
+    def _numbers(self, chain: Chain) -> Array:
+        """All numbers of a chain with which a simulation begins, plain or symbols."""
+        model = [values.ravel() for values in numbers_of(chain).values()]
+        return np.concatenate([self._layout.block(chain, object), chain.start_qpos, chain.start_qvel, *model])
+
+
+def _same(one: Array, other: Any) -> bool:
+    """Whether numbers have the same bits."""
+    plain = np.array(other, dtype=np.float64)
+    return one.shape == plain.shape and one.tobytes() == plain.tobytes()
+
+
+def _key(of: Callable[[Chain], Any]) -> Hashable:
+    """What tells a function from others: the same code with the same values around it is the same one."""
+    if isinstance(of, partial):
+        return _key(of.func), of.args, tuple(of.keywords.items())
+    if isinstance(of, FunctionType):
+        return of.__code__, of.__defaults__, tuple(cell.cell_contents for cell in of.__closure__ or ())
+    return of
+
+
+class Output(NamedTuple):
+    """What a function gives for a chain with symbols."""
+
+    of: Callable[[Chain], Any]
+    shape: tuple[int, ...]
+    plain: Array  # (size,) its numbers; 0 where symbols are
+    at: npt.NDArray[np.intp]  # (n,) where these are
+    places: list[int]  # (n,) of them on the tape
+    size: int  # of the tape, up to which it was played for this
+    n_guards: int  # of the tape, that hold for this
+
+
+class Traced:
+    """A lot of which one case has been traced, and the others follow its way.
+
+    Attributes:
+        keys: what the caller calls each case.
+        chain: of the case that was traced, which need not be one of them.
+    """
+
+    def __init__(self, trace: Trace, cases: Cases, places: Sequence[int], numbers: Array) -> None:
+        """Take cases by their places among some, and which numbers (n_number, n_case) the symbols stand for in them."""
+        self.keys: Sequence[Any] = [cases.keys[place] for place in places]
+        self.chain = trace.sample
+        self._trace, self._cases, self._places, self._numbers = trace, cases, places, numbers
+        self._played = trace.play(numbers)
+        self._found: dict[int, Array] = {}  # by what was asked
+
+    def __len__(self) -> int:
+        """How many cases there are."""
+        return len(self.keys)
+
+    @property
+    def follows(self) -> Mask:
+        """(n_case,) which cases take the way that was traced."""
+        return self._played.kept
+
+    def values(self, of: Callable[[Chain], Any]) -> Array:
+        """(n_case, ...) a number, or an array of numbers, of every case."""
+        output = self._trace.output(of)
+        if output is None:
+            return np.array([of(self.chain_of(place)) for place in range(len(self))], dtype=np.float64)
+        if id(output) not in self._found:
+            self._found[id(output)] = self._values(output)
+        return self._found[id(output)]
+
+    def _values(self, output: Output) -> Array:
+        program = self._played.program
+        if program.size < output.size or program.n_guards < output.n_guards:
+            self._played = self._trace.play(self._numbers)
+        found = np.empty((len(self), output.plain.size))
+        found[:] = output.plain
+        if output.places:
+            found[:, output.at] = self._played.rows(output.places).T
+        found = found.reshape(len(self), *output.shape)
+        for place in np.flatnonzero(~self.follows).tolist():
+            found[place] = output.of(self.chain_of(place))
+        return found
+
+    def blocks(self, layout: Layout) -> Array:
+        """(n_case, size) the block of each case before its first step."""
+        of = partial(layout.block, dtype=object)
+        output = self._trace.output(of)
+        return self.values(of) if output is None else self._values(output)  # not kept: they are large
+
+    def chain_of(self, place: int) -> Chain:
+        """The chain of one case."""
+        return line_up(self._trace.scenario.with_values(self._cases[self._places[place]]))
+
+    def take(self, places: Sequence[int]) -> Traced:
+        """Some of the cases, in this order."""
+        at = list(places)
+        found = copy(self)
+        found.keys, found._places = [self.keys[n] for n in at], [self._places[n] for n in at]
+        found._numbers, found._played = self._numbers[:, at], self._played.take(at)
+        found._found = {output: values[at] for output, values in self._found.items()}
+        return found
