@@ -86,4 +86,4 @@ def _rows(key: Any, summary: Summary, columns: Mapping[str, Column]) -> Rows:
     values = {"status": [summary.status.kind.value], "reason": [summary.status.reason]}
     packed = {name: [trace.packed()] for name, trace in summary.channels.items()}
     numbers = np.array([[summary.responses[name] for name in columns]], dtype=np.float64)
-    return Rows([key], {**values, **packed}, columns, numbers, tuple(map(Limited.of, summary.limits)))
+    return Rows([key], {**values, **packed}, columns, numbers, tuple(Limited.of([one]) for one in summary.limits))

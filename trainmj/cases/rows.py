@@ -46,11 +46,12 @@ class Limited(NamedTuple):
     used: FloatArray  # [%]
 
     @classmethod
-    def of(cls, one: Criterion) -> Limited:
-        """That of one case."""
+    def of(cls, each: Sequence[Criterion]) -> Limited:
+        """That of the limit in each case."""
+        one = each[0]
         same = (one.name, one.title, one.unit, one.digits, one.of_scenario, one.source)
-        found = (np.array([value]) for value in (one.found, one.limit, one.valid, one.kept, one.used))
-        return cls(*same, [one.where], *found)
+        found = (np.array([getattr(c, name) for c in each]) for name in ("found", "limit", "valid", "kept", "used"))
+        return cls(*same, [c.where for c in each], *found)
 
     def criterion(self, place: int) -> Criterion:
         """The limit of one case."""

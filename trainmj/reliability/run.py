@@ -155,7 +155,7 @@ def _fill(plan: Reliability, store: Store, engine: Engine, progress: Callable[[i
     for k, case in enumerate(plan.cases):
         missing = ~there[k::cases]
         if missing.any():
-            at_work = engine.of(plan.scenarios[case], plan.patterns)
+            at_work = engine.of(plan.scenarios[case], tuple(plan.responses(case, plan.patterns)))
             told = onwards(progress, before + computed)
             fill(store, at_work, _missing(plan, case, missing), _keeper(plan, case), told)
             computed += int(missing.sum())

@@ -68,7 +68,7 @@ class Searches:
             self._progress(self.computed)
 
         cases = replace(self.plan.scatter.cases(case, z), keys=keys)
-        engine = self._engine.of(self.plan.scenarios[case], self.plan.patterns)
+        engine = self._engine.of(self.plan.scenarios[case], tuple(self.plan.responses(case, self.plan.patterns)))
         found = rows_of(self._store, engine, [cases], keep, progress)
         return [found[key] for key in keys]
 
