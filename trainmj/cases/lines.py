@@ -13,7 +13,6 @@ from typing import Any
 
 from pydantic_core import to_json
 
-_EXPONENT = re.compile(rb"e-(?=\d\D)|e(?=\d)")
 _SMALL = re.compile(rb"0\.0000\d+")
 
 
@@ -41,20 +40,31 @@ def _numbers(rows: Sequence[Sequence[float | None]]) -> list[str] | None:
     text = to_json(rows, inf_nan_mode="constants", bytes_mode="base64")
     if b'"' in text:
         return None
-    if b"I" in text:
-        text = text.replace(b"Infinity", b"inf")
+    if infinite := b"I" in text:
+        text = text.replace(b"Infinity", b"I")
     if b"0.0000" in text:
         text = _SMALL.sub(_small, text)
-    text = _EXPONENT.sub(lambda found: b"e-0" if found[0] == b"e-" else b"e+", text)
-    return text[2:-2].replace(b"null", b"").decode().split("],[")
+    first, *rest = text.split(b"e")  # faster than a regular expression
+    text = b"".join([first, *map(_exponent, rest)])
+    first, *rest = text.split(b"n")
+    text = b"".join([first, *(part.removeprefix(b"ull") for part in rest)])
+    if infinite:
+        text = text.replace(b"I", b"inf")
+    return [line[2:] for line in text[:-2].decode().split("]")]
+
+
+def _exponent(rest: bytes) -> bytes:
+    """An e and what follows it, with the sign and the two digits that repr gives an exponent at least."""
+    if rest[:1] != b"-":
+        return b"e+" + rest
+    return b"e" + rest if rest[2:3].isdigit() else b"e-0" + rest[1:]
 
 
 def _small(found: re.Match[bytes]) -> bytes:
-    """A number below 0.0001, which repr writes with an exponent; unless the match is the end of a larger one."""
-    begin = found.start()
-    if found.string[begin - 1 : begin].isdigit():
+    """A number below 0.0001, which repr writes with an exponent, as JSON would have one; or the end of a larger one."""
+    if found.string[found.start() - 1 : found.start()].isdigit():
         return found[0]
-    return repr(float(found[0])).encode()
+    return repr(float(found[0])).encode().replace(b"e-0", b"e-")
 
 
 class _Lines:

@@ -39,6 +39,9 @@ MOST_COLUMNS = 1990
 PATIENCE = 30.0
 """How long writer and readers wait for each other [s]."""
 
+IN_A_PIECE = 50
+"""Rows that are read at a time: they fit into the cache of a processor."""
+
 _BESIDE = ("", "-journal", "-wal", "-shm")
 """What SQLite appends to the name of a file for those that it keeps beside it."""
 
@@ -51,7 +54,6 @@ _TABLE = re.compile(
 )
 """How the tables of a store are made, and nothing else in it."""
 
-_IN_A_PIECE = 50  # rows that are read at a time: they fit into the processor's cache
 _COLUMNS = "columns"
 _STATE = "INSERT OR REPLACE INTO about VALUES (?, ?)"
 _TROUBLES = {
@@ -220,14 +222,13 @@ class Store:
         """
         names = in_order(self._names, self._known)
         n = sum(name not in self._known for name in names)  # that are no responses
-        where, values = ("", ()) if before is None else (f'WHERE "{self._key}" < ?', (before,))
-        query = f'SELECT {", ".join(map(_quoted, names))} FROM results {where} ORDER BY "{self._key}"'
+        query = selected(names, self._key, "" if before is None else f'WHERE "{self._key}" < ?')
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
                 csv.writer(out).writerow(names)
                 with self._troubles():
-                    found = self._db.execute(query, values)
-                    while rows := found.fetchmany(_IN_A_PIECE):
+                    found = self._db.execute(query, () if before is None else (before,))
+                    while rows := found.fetchmany(IN_A_PIECE):
                         out.write(lines_of(rows, n))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
@@ -335,6 +336,11 @@ def in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
     names = list(names)
     responses = ordered(columns[name] for name in names if name in columns)
     return [*(name for name in names if name not in columns), *(column.name for column in responses)]
+
+
+def selected(names: Iterable[str], key: str, where: str = "") -> str:
+    """The query for some columns, or for all if none is named, in the order of the keys."""
+    return f'SELECT {", ".join(map(_quoted, names)) or "*"} FROM results {where} ORDER BY "{key}"'
 
 
 def _quoted(name: str) -> str:
