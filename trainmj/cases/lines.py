@@ -55,7 +55,7 @@ def _numbers(rows: Sequence[Sequence[float | None]]) -> list[str] | None:
 
 def _exponent(rest: bytes) -> bytes:
     """An e and what follows it, with the sign and the two digits that repr gives an exponent at least."""
-    if rest[:1] != b"-":
+    if rest[:1].isdigit():
         return b"e+" + rest
     return b"e" + rest if rest[2:3].isdigit() else b"e-0" + rest[1:]
 
