@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from trainmj.cases.rows import Rows
 from trainmj.collision import kernel
 from trainmj.collision.block import Tally, alone
 from trainmj.collision.chain import Chain, Element, Interface, meet
@@ -213,3 +215,15 @@ def few(values: Iterable[Any], n: int) -> list[Any]:
     """Values of a parameter of which the default run takes the first n; thorough runs take the others."""
     every = [value if isinstance(value, tuple) else (value,) for value in values]
     return [pytest.param(*value, marks=[pytest.mark.thorough] * (k >= n)) for k, value in enumerate(every)]
+
+
+def each_alone(chunks: Iterable[Rows]) -> Iterator[Rows]:
+    """The rows of an engine one by one, however many it yields at a time."""
+    for rows in chunks:
+        for n in range(len(rows)):
+            here = slice(n, n + 1)
+            facts = {name: values[here] for name, values in rows.facts.items()}
+            limits = tuple(
+                one._replace(**{name: getattr(one, name)[here] for name in one._fields[6:]}) for one in rows.limits
+            )
+            yield replace(rows, keys=rows.keys[here], facts=facts, numbers=rows.numbers[here], limits=limits)

@@ -10,6 +10,7 @@ import trainmj
 from trainmj.cases.engine import Local
 from trainmj.cases.table import chosen
 from trainmj.collision.batch import run_chains
+from trainmj.collision.cases import gathered
 from trainmj.collision.lineup import line_up
 from trainmj.collision.measured import Measured
 from trainmj.collision.quantities import columns_of, ordered
@@ -120,8 +121,8 @@ def test_an_unknown_response_is_refused():
 
 
 def test_columns_stand_in_one_order_whatever_order_the_cases_ended_in():
-    (case,) = Local(trainmj.load("b_type", FAST))([("a key", {"mass_t": 33})])
-    assert list(case.row) == ["status", "reason", *case.columns]
+    (case,) = Local(trainmj.load("b_type", FAST))(gathered([("a key", {"mass_t": 33})]))
+    assert list(case.row(0)) == ["status", "reason", *case.columns]
     names = [column.name for column in ordered(case.columns.values())]
     assert names == [column.name for column in ordered(reversed(case.columns.values()))]
     assert names[:2] == ["TS_mm", "TAMA_g"]

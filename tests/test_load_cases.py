@@ -7,6 +7,7 @@ import sqlite3
 
 import pandas as pd
 import pytest
+from builders import each_alone
 from click.testing import CliRunner
 
 import trainmj
@@ -174,7 +175,7 @@ def test_a_killed_sweep_goes_on_to_the_same_table_on_one_thread(swept, tmp_path)
 
     class Interrupted(Local):
         def __call__(self, cases):
-            for n, computed in enumerate(super().__call__(cases)):
+            for n, computed in enumerate(each_alone(super().__call__(cases))):
                 if n == 1 and self.scenario.collision.partner == "wagon_80t":
                     raise KeyboardInterrupt
                 yield computed

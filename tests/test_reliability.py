@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from builders import points
+from builders import each_alone, points
 from click.testing import CliRunner
 from forked import Forked
 from scipy.stats import norm
 
 import trainmj
-from trainmj.cases.engine import Computed
+from trainmj.cases.rows import Limited, Rows
 from trainmj.cli import main
 from trainmj.errors import InputError
 
@@ -88,20 +88,31 @@ class Linear:
         self.beta, self.fails = beta, fails
         self.identity = {"code": "none"}
 
-    def of(self, scenario):
-        self.designed = trainmj.summarise(trainmj.run(scenario)).limits[:1]
+    def of(self, scenario, responses=("*",)):
+        designed = trainmj.summarise(trainmj.run(scenario))
+        self.designed, self.columns = designed.limits[0], {"TS_mm": designed.columns["TS_mm"]}
         return self
 
     def __call__(self, cases):
-        for key, case in cases:
-            y = case.get("collision.gap_mm", 50.0) - 50.0
-            (criterion,) = self.designed
-            if self.fails(y):
-                yield Computed(key, {"status": "unstable", "reason": "made so"}, {})
-                continue
-            found = replace(criterion, found=criterion.limit * (1.0 + (y - self.beta) / 10.0))
-            status = "over" if found.kept else "limit passed"
-            yield Computed(key, {"status": status, "reason": "", "TS_mm": found.found}, {}, (found,))
+        for some in cases:
+            y = {key: case.get("collision.gap_mm", 50.0) - 50.0 for key, case in zip(some.keys, some, strict=True)}
+            lost = [key for key in y if self.fails(y[key])]
+            if lost:
+                yield unstable(lost)
+            if there := [key for key in y if key not in lost]:
+                c = self.designed
+                found = [replace(c, found=c.limit * (1.0 + (y[key] - self.beta) / 10.0)) for key in there]
+                facts = {
+                    "status": ["over" if one.kept else "limit passed" for one in found],
+                    "reason": [""] * len(there),
+                }
+                numbers = np.array([[one.found] for one in found])
+                yield Rows(there, facts, self.columns, numbers, (Limited.of(found),))
+
+
+def unstable(keys):
+    """Rows of cases without numbers."""
+    return Rows(keys, {"status": ["unstable"] * len(keys), "reason": ["made so"] * len(keys)})
 
 
 GAP = {"tolerances": {"gap": {"of": "collision.gap_mm", "sigma": 1}}, "set": {"collision.gap_mm": 50}}
@@ -165,9 +176,9 @@ def test_what_passes_in_one_load_case_passes_whatever_becomes_of_it_in_another(f
     class Failing(Linear):
         def __call__(self, cases):
             cases = list(cases)
-            for (key, case), computed in zip(cases, super().__call__(cases), strict=True):
-                lost = Computed(key, {"status": "unstable", "reason": "made so"}, {})
-                yield lost if key % 2 and case["collision.gap_mm"] > 50.0 else computed
+            gap = {key: case["collision.gap_mm"] for some in cases for key, case in zip(some.keys, some, strict=True)}
+            for rows in each_alone(super().__call__(cases)):
+                yield unstable(rows.keys) if rows.keys[0] % 2 and gap[rows.keys[0]] > 50.0 else rows
 
     found = run("out", engine=Failing(1.0), runs=64, cases={"a": {}, "b": {}}, **GAP)
     of = {(p.case, p.name): p for p in found.passed}

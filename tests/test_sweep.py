@@ -9,6 +9,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
+from itertools import chain
 
 import numpy as np
 import pandas as pd
@@ -18,9 +19,12 @@ from click.testing import CliRunner
 from forked import Forked, forked
 
 import trainmj
-from trainmj.cases.engine import Computed, Local
+from trainmj.cases.engine import Local
+from trainmj.cases.rows import Rows
 from trainmj.cases.store import Store
 from trainmj.cli import main
+from trainmj.collision.lineup import line_up
+from trainmj.collision.quantities import columns_of
 from trainmj.files.folder import held
 from trainmj.sweep.plan import grid_values
 
@@ -302,9 +306,9 @@ def test_parquet_holds_the_same_table(tmp_path):
 def test_more_columns_than_sqlite_holds_are_refused_with_the_cure(tmp_path):
     with Store(tmp_path / "results.sqlite") as store:
         with pytest.raises(trainmj.InputError, match="--responses"):
-            store.add([(0, {f"column_{k}": 1.0 for k in range(2100)})], {})
-        store.add([(0, {"status": "over"})], {})
-        assert store.finished() == {0}
+            store.add([Rows([0], {f"column_{k}": [1.0] for k in range(2100)})])
+        store.add([Rows([0], {"status": ["over"]})])
+        assert store.there(3).tolist() == [True, False, False]
 
 
 # nothing is lost
@@ -353,13 +357,14 @@ def _finished(file):
 
 def test_finished_cases_are_not_computed_again(undisturbed, tmp_path):
     sweep = trainmj.grid_of(trainmj.load("b_type", {"simulation.step_ms": 0.5}), {"mass_t": "30,33,36"})
+    columns = {"TS_mm": columns_of(line_up(sweep.scenario))["TS_mm"]}
     asked = []
 
     class Counting(Local):
         def __call__(self, cases):
-            for number, _ in cases:
+            for number in chain.from_iterable(some.keys for some in cases):
                 asked.append(number)
-                yield Computed(number, {"status": "over", "reason": "", "TS_mm": float(number)}, {})
+                yield Rows([number], {"status": ["over"], "reason": [""]}, columns, np.array([[float(number)]]))
                 if number == 1 and len(asked) == 2:
                     raise KeyboardInterrupt
 

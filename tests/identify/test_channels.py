@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from builders import each_alone
 
 import trainmj
 from trainmj.cases.engine import Local
+from trainmj.collision.cases import gathered
 from trainmj.collision.channels import Trace, channels_of
 from trainmj.collision.lineup import line_up
 from trainmj.errors import InputError
@@ -57,13 +59,13 @@ def wagons(**body: float) -> Scenario:
 def recorded(noise: float = 0.0, every: int = 1, shift_ms: float = 0.0, **body: float) -> pd.DataFrame:
     """Channels of a test of 0.12 s whose clock begins later, with noise over about 5 ms, as a filter leaves it."""
     scenario = wagons(**body)
-    (case,) = Local(scenario, 1, [*SPEEDS.values(), *ACCELERATIONS.values()])([("", {})])
+    (case,) = Local(scenario, 1, [*SPEEDS.values(), *ACCELERATIONS.values()])(gathered([("", {})]))
     time = np.arange(121) * 1e-3
     rng = np.random.default_rng(5)
     table = {"t": time}
     for name in (*SPEEDS.values(), *ACCELERATIONS.values()):
         scatter = np.convolve(rng.standard_normal(time.size), np.ones(5) / np.sqrt(5), "same")
-        table[name] = Trace.unpacked(case.row[name]).at(time + 1e-3 * shift_ms) + noise * scatter
+        table[name] = Trace.unpacked(case.row(0)[name]).at(time + 1e-3 * shift_ms) + noise * scatter
     return pd.DataFrame(table)[::every]
 
 
@@ -117,16 +119,18 @@ def test_channels_of_a_batch_are_those_of_a_single_run_on_any_threads():
     alone = trainmj.channels(result)
     of = [v.name for v in result.chain.vehicles]
     for threads in (1, 2):
-        cases = list(Local(scenario, threads, names)([(k, {}) for k in range(3)]))
-        assert len({case.row[name] for case in cases for name in names}) == len(names)
+        engine = Local(scenario, threads, names)
+        cases = [rows.row(0) for rows in each_alone(engine(gathered((k, {}) for k in range(3))))]
+        assert len(cases) == 3
+        assert len({case[name] for case in cases for name in names}) == len(names)
         for name in names:
-            trace = Trace.unpacked(cases[0].row[name])
+            trace = Trace.unpacked(cases[0][name])
             np.testing.assert_allclose(trace.at(result.time), alone[name], rtol=0, atol=1e-9)
         for v in ("M1", "M2"):
-            speed = Trace.unpacked(cases[0].row[f"velocity_{v}_km_h"])
+            speed = Trace.unpacked(cases[0][f"velocity_{v}_km_h"])
             np.testing.assert_allclose(speed[4] / 3.6, result.velocity[:, of.index(v)], rtol=1e-14)
-            filtered = Trace.unpacked(cases[0].row[f"acceleration_cfc60_{v}_g"])
-            assert np.abs(filtered[4]).max() == cases[0].row[f"cfc60_peak_{v}_g"]
+            filtered = Trace.unpacked(cases[0][f"acceleration_cfc60_{v}_g"])
+            assert np.abs(filtered[4]).max() == cases[0][f"cfc60_peak_{v}_g"]
 
 
 def test_a_filtered_channel_keeps_what_is_below_its_corner_and_its_time():
@@ -231,9 +235,9 @@ def test_the_same_bytes_on_any_threads_and_nothing_is_simulated_again_for_other_
 
 def test_tests_of_their_own_speeds_and_clocks_are_each_compared_with_their_case(tmp_path):
     """Breaks if a channel is taken from the case of another test, or shifted by another clock, also while exploring."""
-    (fast,) = Local(wagons(), 1, SPEEDS.values())([("", {"speed_km_h": 12})])
+    (fast,) = Local(wagons(), 1, SPEEDS.values())(gathered([("", {"speed_km_h": 12})]))
     time = np.arange(100) * 1e-3
-    of_fast = {name: Trace.unpacked(fast.row[name]).at(time + 3e-3) for name in SPEEDS.values()}
+    of_fast = {name: Trace.unpacked(fast.row(0)[name]).at(time + 3e-3) for name in SPEEDS.values()}
     pd.DataFrame({"t": time} | of_fast).to_csv(tmp_path / "fast.csv", index=False)
     fast_data = {"channels": "fast.csv", "time": "t", "offset_ms": 3, "set": {"speed_km_h": 12}, "values": SPEEDS}
     found = found_by(

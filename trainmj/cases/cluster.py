@@ -1,7 +1,7 @@
 """Cases on a Dask cluster: the same code and the same numbers on any number of machines.
 
-A task is a handful of cases. Dask gives the tasks of a worker that dies to another one, so nothing is lost; finished
-cases are in the store already.
+A task is as many cases as take a fraction of a second. Dask gives the tasks of a worker that dies to another one, so
+nothing is lost; finished cases are in the store already.
 """
 
 from __future__ import annotations
@@ -13,14 +13,16 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from copy import copy
 from itertools import islice
 from typing import Any
 
-from trainmj.cases.engine import Case, Computed, Engine, Local
+from trainmj.cases.engine import ALL, Engine, Local
+from trainmj.cases.rows import Rows
+from trainmj.collision.cases import Cases
 from trainmj.collision.identity import changes, identity
 from trainmj.errors import EngineError, InputError, TrainmjError
 from trainmj.files.text import printable
@@ -35,8 +37,10 @@ except ImportError:
 
 LOCAL = "local"
 CASES_PER_TASK = 32
-"""Cases in one task: a task costs Dask about 2 ms, a collision ten."""
+"""Fewest cases in one task, and as many as are in the first ones; a task costs Dask about 2 ms."""
 
+_MOST_PER_TASK = 512
+_TASK_TIME = 0.25  # that a task shall take [s]: what is finished is kept soon
 _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
 _PATIENCE = 10.0  # with a scheduler that does not answer [s]
 _LONGER = 30.0  # with workers, which may have to read trainmj from a slow disk, or to be started again [s]
@@ -128,8 +132,8 @@ class _Cluster:
     """The workers of a client."""
 
     def __init__(self, client: Client, scenario: Scenario, queue: bool) -> None:
-        self._client, self._queue = client, queue
-        self._scenario = to_yaml(scenario)
+        self._client, self._queue, self._per_task = client, queue, CASES_PER_TASK
+        self._scenario, self._responses = to_yaml(scenario), ALL
         self.identity = identity()
         with _working(self._client):
             workers = self._workers()
@@ -137,29 +141,37 @@ class _Cluster:
             self.identity |= {_MAY_DIFFER: first.get(_MAY_DIFFER, "")}
             self._agree(workers)
 
-    def of(self, scenario: Scenario) -> Engine:
-        """The same for cases of another scenario."""
+    def of(self, scenario: Scenario, responses: Sequence[str] = ALL) -> Engine:
+        """The same for cases of another scenario, and the responses that names or patterns choose."""
         other = copy(self)
-        other._scenario = to_yaml(scenario)
+        other._scenario, other._responses = to_yaml(scenario), tuple(responses)
         return other
 
-    def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
-        """Hand cases out and yield each as its task ends."""
-        source = iter(cases)
-        tasks = iter(lambda: list(islice(source, CASES_PER_TASK)), [])
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
+        """Hand cases out and yield those of each task as it ends."""
+        tasks = self._tasks(cases)
         running = as_completed([], with_results=True)
         while True:
             with _working(self._client):
                 threads = self._client.sync(self._client.nthreads, callback_timeout=_PATIENCE)
                 most = max(1, sum(threads.values())) * _TASKS_PER_THREAD
             for task in islice(tasks, max(0, most - running.count())):
-                running.add(self._client.submit(compute, self._scenario, task, pure=False))
+                running.add(self._client.submit(compute, self._scenario, self._responses, task, pure=False))
             if running.is_empty():
                 return
             with _working(self._client):
-                worker, found, computed = self._next(running)
+                worker, found, seconds, computed = self._next(running)
                 self._agree({worker: found})
+            n = sum(map(len, computed))
+            self._per_task = min(max(CASES_PER_TASK, int(_TASK_TIME * n / seconds)), _MOST_PER_TASK)
             yield from computed
+
+    def _tasks(self, cases: Iterable[Cases]) -> Iterator[Cases]:
+        """The cases of one task after the other."""
+        for some in cases:
+            first = 0
+            while first < len(some):
+                yield some.take(range(first, first := min(first + self._per_task, len(some))))
 
     def _next(self, running: as_completed) -> Any:
         """The next result; asks the workers whether they are there when there is none for long."""
@@ -227,8 +239,19 @@ def _said(error: BaseException) -> str:
     return lines[0] if lines else type(error).__name__
 
 
-def compute(scenario: str, cases: list[tuple[Any, dict[str, Any]]]) -> tuple[str, dict[str, str], list[Computed]]:
-    """Compute cases of a scenario (YAML text) in a worker, on one thread: its address, its identity, and the cases."""
+def compute(scenario: str, responses: Sequence[str], cases: Cases) -> tuple[str, dict[str, str], float, list[Rows]]:
+    """Compute cases in a worker, on one thread.
+
+    Args:
+        scenario: what they vary, as YAML text.
+        responses: patterns of those that are wanted.
+        cases: of one task.
+
+    Returns:
+        The address and the identity of the worker, how long it took [s], and the cases.
+    """
     from dask.distributed import get_worker
 
-    return get_worker().address, identity(), list(Local(from_yaml(scenario), threads=1)(cases))
+    began = time.monotonic()
+    computed = list(Local(from_yaml(scenario), threads=1, responses=responses)([cases]))
+    return get_worker().address, identity(), time.monotonic() - began, computed

@@ -5,36 +5,25 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
+
+from trainmj.cases.rows import Limited, Rows, refused
+from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
-from trainmj.collision.status import Kind
+from trainmj.collision.quantities import fitting
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
-    from trainmj.collision.limits import Criterion
     from trainmj.collision.quantities import Column
+    from trainmj.collision.summary import Summary
 
-Key = int | str
-"""What the caller calls a case."""
-
-Case = Mapping[str, Any]
-"""New values by parameter or path."""
-
-Row = dict[str, Any]
-"""Status, reason and responses of a case by column name; the responses are missing where the case was refused."""
-
-
-class Computed(NamedTuple):
-    """A case that has been computed or refused; the columns are those of its responses, by name."""
-
-    key: Any
-    row: Row
-    columns: Mapping[str, Column]
-    limits: tuple[Criterion, ...] = ()  # every limit beside what was found; none of a case that was refused
+ALL: Sequence[str] = ("*",)
+"""The pattern of all responses."""
 
 
 class Engine(Protocol):
@@ -44,11 +33,11 @@ class Engine(Protocol):
     def identity(self) -> Mapping[str, str]:
         """What computes the cases: :func:`trainmj.collision.identity.identity` there."""
 
-    def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
-        """Take cases, each a key and its changes, as they are needed, and yield each as it ends, in any order."""
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
+        """Take cases as they are needed, and yield some at a time as they end, in any order."""
 
-    def of(self, scenario: Scenario) -> Engine:
-        """The same for cases of another scenario."""
+    def of(self, scenario: Scenario, responses: Sequence[str] = ALL) -> Engine:
+        """The same for cases of another scenario, and the responses that names or patterns choose."""
 
 
 @dataclass(frozen=True)
@@ -58,30 +47,43 @@ class Local:
     scenario: Scenario
     threads: int = 0  # native ones; 0 for all cores
     channels: Sequence[str] = ()  # that rows have too, packed, under their names
+    responses: Sequence[str] = ALL  # that rows have, by name or pattern
     identity: Mapping[str, str] = field(default_factory=identity)
 
-    def of(self, scenario: Scenario) -> Local:
-        """The same for cases of another scenario."""
-        return replace(self, scenario=scenario)
+    def of(self, scenario: Scenario, responses: Sequence[str] = ALL) -> Local:
+        """The same for cases of another scenario, and the responses that names or patterns choose."""
+        return replace(self, scenario=scenario, responses=responses)
 
-    def __call__(self, cases: Iterable[tuple[Any, Case]]) -> Iterator[Computed]:
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
         """Compute cases; one that breaks a rule is a row with its reason."""
         from trainmj.collision.batch import run_chains  # loads MuJoCo and numba
 
-        refused: deque[Computed] = deque()
+        lost: deque[Rows] = deque()
 
         def chains() -> Iterator[tuple[Any, Chain]]:
-            for key, changes in cases:
-                try:
-                    chain = line_up(self.scenario.with_values(changes))
-                except InputError as error:
-                    refused.append(Computed(key, {"status": Kind.REFUSED.value, "reason": str(error)}, {}))
-                else:
-                    yield key, chain
+            for some in cases:
+                for key, changes in zip(some.keys, some, strict=True):
+                    try:
+                        chain = line_up(self.scenario.with_values(changes))
+                    except InputError as error:
+                        lost.append(refused([key], [str(error)]))
+                    else:
+                        yield key, chain
 
+        wanted: dict[tuple[str, ...], Mapping[str, Column]] = {}
         for key, summary in run_chains(chains(), self.threads, channels=self.channels):
-            packed = {name: trace.packed() for name, trace in summary.channels.items()}
-            yield Computed(key, summary.row() | packed, summary.columns, summary.limits)
-            while refused:
-                yield refused.popleft()
-        yield from refused
+            names = tuple(summary.columns)
+            if names not in wanted:
+                wanted[names] = fitting(self.responses, summary.columns)
+            yield _rows(key, summary, wanted[names])
+            while lost:
+                yield lost.popleft()
+        yield from lost
+
+
+def _rows(key: Any, summary: Summary, columns: Mapping[str, Column]) -> Rows:
+    """The row of one case, with some of its responses."""
+    values = {"status": [summary.status.kind.value], "reason": [summary.status.reason]}
+    packed = {name: [trace.packed()] for name, trace in summary.channels.items()}
+    numbers = np.array([[summary.responses[name] for name in columns]], dtype=np.float64)
+    return Rows([key], {**values, **packed}, columns, numbers, tuple(Limited.of([one]) for one in summary.limits))

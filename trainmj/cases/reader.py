@@ -9,7 +9,9 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from trainmj.cases.store import CASE, FILE, about_in, connected, in_order, read_columns
+import numpy as np
+
+from trainmj.cases.store import CASE, FILE, IN_A_PIECE, about_in, connected, in_order, read_columns, selected
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
 from trainmj.files.folder import is_held
@@ -47,7 +49,16 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
         with _reading(file) as db:
             db.execute("BEGIN")  # both from one moment
             about = about_in(db)
-            table = pd.read_sql(f'SELECT * FROM results ORDER BY "{CASE}"', db, index_col=CASE)
+            columns = read_columns(about, file)
+            there = [name for _, name, *_ in db.execute("PRAGMA table_info(results)")]
+            heads = [name for name in there if name not in columns]
+            names = [name for name in in_order(there, columns) if name in columns]
+            table = pd.read_sql(selected(heads, CASE), db, index_col=CASE)
+            numbers = np.empty((len(table), len(names)))
+            found, n = db.execute(selected(names, CASE)), 0
+            while names and (rows := found.fetchmany(IN_A_PIECE)):
+                numbers[n : n + len(rows)] = np.array(rows, dtype=np.float64)  # NaN where there is None
+                n += len(rows)
     except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
         if folder.is_dir() and is_held(folder):
             raise InputError(f"{folder}: another trainmj is writing to this folder: try again in a moment") from None
@@ -59,8 +70,7 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
         raise InputError(f"{file}: is not the file of a sweep, or damaged ({reason[0]})") from None
     except OutputError as error:
         raise InputError(str(error)) from None
-    columns = read_columns(about, file)
-    table = table[in_order(table.columns, columns)]
+    table = pd.concat([table, pd.DataFrame(numbers, index=table.index, columns=names)], axis=1)
     table.attrs["columns"] = columns
     return table, about
 

@@ -3,51 +3,51 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from trainmj.cases.engine import Case, Computed, Engine, Key, Row
+from trainmj.cases.engine import Engine
+from trainmj.cases.rows import Row, Rows
 from trainmj.cases.store import Store
-from trainmj.collision.quantities import Column
+from trainmj.collision.cases import Cases
 from trainmj.collision.status import UNUSABLE
 from trainmj.doe.arrays import FloatArray
 
 COMMIT_EVERY = 0.5
 """Longest time that finished cases wait to be written [s]."""
 
-_MOST_WAITING = 500  # cases in one transaction
+_MOST_WAITING = 2000  # cases in one transaction
 
 
 def fill(
     store: Store,
-    engine: Callable[[Iterable[tuple[Any, Case]]], Iterator[Computed]],
-    cases: Iterable[tuple[Any, Case]],
-    keep: Callable[[Computed], Row],
+    engine: Callable[[Iterable[Cases]], Iterator[Rows]],
+    cases: Iterable[Cases],
+    keep: Callable[[Rows], Rows],
     progress: Callable[[int], None],
 ) -> None:
-    """Compute cases and write what is kept of each as they end, also when something stops the work.
+    """Compute cases and write what is kept of them as they end, also when something stops the work.
 
-    Cases, each a key and its changes, are taken as they are needed. Progress is the number of cases written so far.
+    Cases are taken as they are needed. Progress is the number of cases written so far.
     """
-    waiting: list[tuple[Key, Row]] = []
-    columns: dict[str, Column] = {}
-    written, finished = time.monotonic(), 0
+    waiting: list[Rows] = []
+    written, finished, n = time.monotonic(), 0, 0
 
     def write() -> None:
-        nonlocal waiting, written, finished
+        nonlocal waiting, written, finished, n
         if waiting:
-            store.add(waiting, columns)
-        finished += len(waiting)
-        waiting, written = [], time.monotonic()
+            store.add(waiting)
+        finished += n
+        waiting, written, n = [], time.monotonic(), 0
         progress(finished)
 
     try:
-        for computed in engine(cases):
-            waiting.append((computed.key, keep(computed)))
-            columns.update(computed.columns)
-            if len(waiting) == _MOST_WAITING or time.monotonic() - written > COMMIT_EVERY:
+        for rows in engine(cases):
+            waiting.append(keep(rows))
+            n += len(rows)
+            if n >= _MOST_WAITING or time.monotonic() - written > COMMIT_EVERY:
                 write()
     finally:
         write()
@@ -56,16 +56,21 @@ def fill(
 def rows_of(
     store: Store,
     engine: Engine,
-    cases: Mapping[Any, Case],
-    keep: Callable[[Computed], Row],
+    cases: Iterable[Cases],
+    keep: Callable[[Rows], Rows] = lambda rows: rows,
     progress: Callable[[int], None] = lambda finished: None,
 ) -> dict[Any, Row]:
-    """The rows of cases by key, as the store keeps them; those that it lacks are computed first."""
-    found = store.read(cases)
-    missing = {key: case for key, case in cases.items() if key not in found}
+    """The rows of cases by key, as the store keeps them; those that it lacks are computed first, each once."""
+    cases = list(cases)
+    found = store.read(key for some in cases for key in some.keys)
+    known, missing = set(found), []
+    for some in cases:
+        places = {key: place for place, key in enumerate(some.keys) if key not in known}
+        known |= places.keys()
+        missing += [some.take(list(places.values()))] if places else []
     if missing:
-        fill(store, engine, missing.items(), keep, progress)
-        found |= store.read(missing)
+        fill(store, engine, missing, keep, progress)
+        found |= store.read(key for some in missing for key in some.keys)
     return found
 
 

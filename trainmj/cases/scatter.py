@@ -2,7 +2,7 @@
 
     scatter = scatter_of(scenario)
     scatter.names                # what scatters: "mass M1", "mass M2", "tubes M1-M2", ...
-    scatter.cases(z)             # draws (n, d) -> n changes of the scenario
+    scatter.cases(z)             # draws (n, d) -> n cases, each with its changes of the scenario
     fleet = together({"laden": scatter, "rear_leads": other})
     fleet.cases("laden", z)      # the same trains as built, in each of several load cases
 
@@ -13,7 +13,7 @@ What a tolerance scatters is one random quantity for all parts that have the val
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -21,7 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from trainmj.cases.engine import Case
+from trainmj.cases.rows import Values
+from trainmj.collision.cases import Cases, Name
 from trainmj.doe.arrays import FloatArray, as_matrix
 from trainmj.doe.scatter import Marginal, correlation_root
 from trainmj.errors import InputError
@@ -60,7 +61,7 @@ class _Curve(NamedTuple):
     path: str
     at: Callable[[FloatArray], Any]
     which: str  # stroke_mm or force_kN
-    stated: tuple[list[float], list[float]] | float  # strokes [mm] and forces [kN], or the force alone
+    stated: dict[str, list[float]] | float  # stroke_mm and force_kN, or the force alone
 
 
 @dataclass(frozen=True)
@@ -94,21 +95,29 @@ class Scatter:
         """The normal scores (n, d) of independent standard normal draws (n, d): correlated as stated."""
         return self._alone.scores(z)
 
-    def cases(self, z: FloatArray) -> list[Case]:
-        """The changes of the scenario for independent standard normal draws (n, d), one mapping for each draw."""
+    def cases(self, z: FloatArray) -> Cases:
+        """The cases of independent standard normal draws (n, d), called by their numbers from 0 on."""
         return self._alone.cases("", z)
 
-    def at(self, y: FloatArray) -> list[Case]:
-        """The changes of the scenario at normal scores (n, d)."""
-        values = [(value.place, value.path, value.at(y[:, value.column])) for value in self._values]
-        factors = [(curve, curve.at(y[:, curve.column])) for curve in self._curves]
-        return [
-            _case(
-                [(place, path, found[n]) for place, path, found in values],
-                [(curve, float(found[n])) for curve, found in factors],
-            )
-            for n in range(len(y))
-        ]
+    def at(self, y: FloatArray) -> Cases:
+        """The cases at normal scores (n, d), called by their numbers from 0 on."""
+        found: dict[str, dict[Name, Values]] = {}
+        for value in self._values:
+            found.setdefault(value.place, {})[(value.path,)] = value.at(y[:, value.column])
+        scaled: dict[tuple[str, str], Any] = {}
+        for curve in self._curves:
+            key, factor = (curve.place, curve.path), np.asarray(curve.at(y[:, curve.column]), dtype=np.float64)
+            before = scaled.get(key, curve.stated)
+            if isinstance(before, dict):
+                scaled[key] = before | {curve.which: [x * factor for x in before[curve.which]]}
+            else:
+                scaled[key] = before * factor
+        for (place, path), now in scaled.items():
+            found.setdefault(place, {}).update(_of_curve(path, now, len(y)))
+        columns = found.pop(_PLACELESS, {})
+        for place, values in found.items():
+            columns |= {("as_built", place, *name): column for name, column in values.items()}
+        return Cases(range(len(y)), tuple(columns), tuple(columns.values()))
 
 
 @dataclass(frozen=True)
@@ -141,8 +150,8 @@ class Together:
         z = as_matrix("draws", z, self.d)
         return z if self._root is None else z @ self._root.T
 
-    def cases(self, case: str, z: FloatArray) -> list[Case]:
-        """The changes of the scenario of a load case for independent standard normal draws (n, d)."""
+    def cases(self, case: str, z: FloatArray) -> Cases:
+        """The cases of a load case for independent standard normal draws (n, d), called by their numbers from 0 on."""
         return self.scatters[case].at(self.scores(z)[:, self.columns[case]])
 
 
@@ -184,28 +193,16 @@ def _root(d: int, pairs: Mapping[tuple[int, int], float]) -> FloatArray | None:
         raise InputError(f"tolerances: {error}") from None
 
 
-def _case(values: Sequence[tuple[str, str, Any]], curves: Sequence[tuple[_Curve, float]]) -> Case:
-    """One draw as changes of the scenario."""
-    found: dict[str, dict[str, Any]] = {}
-    scaled: dict[tuple[str, str], Any] = {}
-    for place, path, value in values:
-        found.setdefault(place, {})[path] = value.item() if isinstance(value, np.generic) else value
-    for curve, factor in curves:
-        key = curve.place, curve.path
-        before = scaled.get(key, curve.stated)
-        if isinstance(before, tuple):
-            stroke, force = before
-            if curve.which == "stroke_mm":
-                scaled[key] = [x * factor for x in stroke], force
-            else:
-                scaled[key] = stroke, [x * factor for x in force]
+def _of_curve(path: str, now: Any, n: int) -> Iterator[tuple[Name, Values]]:
+    """The columns of n curves, or of forces of bolts, of which strokes, forces or both have been scaled."""
+    if not isinstance(now, dict):
+        yield (path,), now
+        return
+    for which, numbers in now.items():
+        if any(isinstance(x, np.ndarray) for x in numbers):
+            yield from (((path, which, k), x) for k, x in enumerate(numbers))
         else:
-            scaled[key] = before * factor
-    for (place, path), now in scaled.items():
-        is_curve = isinstance(now, tuple)
-        found.setdefault(place, {})[path] = {"stroke_mm": now[0], "force_kN": now[1]} if is_curve else now
-    changes: dict[str, Any] = found.pop(_PLACELESS, {})
-    return changes | {"as_built": found} if found else changes
+            yield (path, which), [numbers] * n
 
 
 def scatter_of(scenario: Scenario) -> Scatter:
@@ -368,24 +365,29 @@ class _Found:
         except InputError as error:
             self.problems.append(Problem(("tolerances", name), f"{dotted(path)} = {value}: {error}"))
 
-    def _scaled(self, path: Path, what: str) -> Iterator[tuple[Path, tuple[list[float], list[float]] | float]]:
+    def _scaled(self, path: Path, what: str) -> Iterator[tuple[Path, dict[str, list[float]] | float]]:
         """The curves at a path and below it, and the forces of bolts, with what is stated."""
         match path:
             case ("curves", name):
                 curve: CurveRef = str(name)
-                yield path, self.scenario.curve_points(curve)
+                yield path, self._points(curve)
             case ("devices", name, *_):
                 device = self.scenario.devices[str(name)]
                 whole = path[2:] == ()  # a draw gear alone is not the device
                 for at, ref in device.curves() if any(device.own_curves()) or not whole else ():
                     inner = ("devices", name, *at)
                     if inner[: len(path)] == path:
-                        yield inner, self.scenario.curve_points(ref)
+                        yield inner, self._points(ref)
                 if what == "force" and isinstance(device, CrushDevice):
                     for stage, spec in device.all_stages().items():
                         inner = ("devices", name, *device.place_of(stage), "shear_off", "force_kN")
                         if spec.shear_off is not None and inner[: len(path)] == path:
                             yield inner, spec.shear_off.force_kN
+
+    def _points(self, curve: CurveRef) -> dict[str, list[float]]:
+        """The points of a curve, as one is stated in a scenario."""
+        stroke, force = self.scenario.curve_points(curve)
+        return {"stroke_mm": stroke, "force_kN": force}
 
     def _check_apart(self) -> None:
         """No value is set by two tolerances; factors of one curve multiply."""

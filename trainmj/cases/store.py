@@ -15,14 +15,17 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import Any, Self
 
-from trainmj.cases.engine import Key, Row
+import numpy as np
+from numpy.typing import NDArray
+
+from trainmj.cases.lines import lines_of
 from trainmj.cases.origin import Origin, in_words
-from trainmj.cases.table import STATUS
+from trainmj.cases.rows import STATUS, Key, Row, Rows, Values
 from trainmj.collision.quantities import Column, ordered
-from trainmj.collision.status import Kind
 from trainmj.errors import InputError, OutputError
 from trainmj.files.text import from_json, printable
 from trainmj.files.written import replacing, special
@@ -35,6 +38,9 @@ MOST_COLUMNS = 1990
 
 PATIENCE = 30.0
 """How long writer and readers wait for each other [s]."""
+
+IN_A_PIECE = 50
+"""Rows that are read at a time: they fit into the cache of a processor."""
 
 _BESIDE = ("", "-journal", "-wal", "-shm")
 """What SQLite appends to the name of a file for those that it keeps beside it."""
@@ -119,19 +125,16 @@ class Store:
             )
         self.describe(origin.about())
 
-    def finished(self) -> set[Any]:
-        """Keys of the cases that are in the file."""
-        return {key for (key,) in self._select(f'SELECT "{self._key}" FROM results')}
+    def there(self, n: int) -> NDArray[np.bool_]:
+        """(n,) whether the case of each number from 0 on is in the file."""
+        there = np.zeros(n, dtype=bool)
+        there[np.fromiter(self.column(self._key, n), dtype=np.int64)] = True
+        return there
 
-    def ended(self, kinds: Sequence[Kind]) -> Iterator[tuple[Any, str, str]]:
-        """Key, status and reason of the cases that ended in one of these ways, in the order of the keys."""
-        marks = ", ".join("?" * len(kinds))
-        query = f'SELECT "{self._key}", status, reason FROM results WHERE status IN ({marks}) ORDER BY "{self._key}"'
-        return self._select(query, tuple(kinds))
-
-    def counts(self) -> dict[str, int]:
-        """How many cases ended in each way, by status."""
-        return dict(self._select("SELECT status, count(*) FROM results GROUP BY status"))
+    def endings(self) -> dict[str, tuple[int, Any, str]]:
+        """How many cases ended in each way, and the key and reason of the first of them, by status."""
+        query = f'SELECT status, count(*), min("{self._key}"), reason FROM results GROUP BY status'  # that of the first
+        return {status: (count, first, reason) for status, count, first, reason in self._select(query)}
 
     def column(self, name: str, before: Key) -> Iterator[Any]:
         """The values of a column in the order of the keys, of those before a key; None where a case has none."""
@@ -152,32 +155,54 @@ class Store:
                 found[key] = row
         return found
 
-    def add(self, rows: Sequence[tuple[Key, Mapping[str, Any]]], columns: Mapping[str, Column]) -> None:
-        """Add the keys and values of finished cases in one transaction; columns are those of the responses, by name.
+    def prepare(self, values: Mapping[str, Any]) -> None:
+        """Make the columns of which every case will have a value, each of the type of one value.
+
+        Columns that are not prepared are of the type of the first value that is added.
+        """
+        with self._widened({name: [value] for name, value in values.items()}, {}):
+            pass
+
+    def add(self, rows: Sequence[Rows]) -> None:
+        """Add finished cases in one transaction.
 
         Raises:
             InputError: if there are more columns than SQLite can hold.
         """
-        names = list(dict.fromkeys(name for _, row in rows for name in row))
-        known = self._known | {name: columns[name] for name in names if name in columns}
-        new = in_order((name for name in names if name not in self._names), known)
+        alike: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Rows]] = {}
+        for some in rows:
+            alike.setdefault((tuple(some.facts), tuple(some.columns)), []).append(some)
+        values: dict[str, Values] = {}
+        columns: dict[str, Column] = {}
+        for first, *_ in alike.values():
+            values |= {name: column for name, column in first.facts.items() if name not in values}
+            columns |= first.columns
+        with self._widened(values, columns) as db:
+            for names, group in alike.items():
+                heads = (self._key, *chain.from_iterable(names))
+                marks = ", ".join("?" * len(heads))
+                query = f"INSERT OR REPLACE INTO results ({', '.join(map(_quoted, heads))}) VALUES ({marks})"
+                db.executemany(query, chain.from_iterable(map(_records, group)))
+
+    @contextmanager
+    def _widened(self, values: Mapping[str, Values], columns: Mapping[str, Column]) -> Iterator[sqlite3.Connection]:
+        """A transaction in which the table has these columns."""
+        known = {**self._known, **columns}
+        new = in_order((name for name in (*values, *columns) if name not in self._names), known)
         if len(self._names) + len(new) > MOST_COLUMNS:
             raise InputError(
                 f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
                 "choose some with --responses, as in --responses 'TS_mm,TAMA_g,stroke_*'"
             )
-        first = {name: value for _, row in reversed(rows) for name, value in row.items()}
-        heads = ", ".join(map(_quoted, [self._key, *names]))
-        marks = ", ".join("?" * (len(names) + 1))
-        values = [(key, *(_stored(row.get(name)) for name in names)) for key, row in rows]
         with self._transaction() as db:
             for name in new:
-                db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)}{self._kind(first[name])}")
+                kind = self._kind(0.0 if name in columns else _plain(values[name][:1])[0])
+                db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)}{kind}")
             if len(known) > len(self._known):
                 known = {name: known[name] for name in in_order(known, known)}
                 said = json.dumps({name: column._asdict() for name, column in known.items()})
                 db.execute(_STATE, (_COLUMNS, said))
-            db.executemany(f"INSERT OR REPLACE INTO results ({heads}) VALUES ({marks})", values)
+            yield db
         self._names |= dict.fromkeys(new)
         self._known = known
 
@@ -196,13 +221,15 @@ class Store:
             before: key from which on rows are left out; by default none is.
         """
         names = in_order(self._names, self._known)
-        where, values = ("", ()) if before is None else (f'WHERE "{self._key}" < ?', (before,))
-        query = f'SELECT {", ".join(map(_quoted, names))} FROM results {where} ORDER BY "{self._key}"'
+        n = sum(name not in self._known for name in names)  # that are no responses
+        query = selected(names, self._key, "" if before is None else f'WHERE "{self._key}" < ?')
         try:
             with replacing(file) as part, part.open("w", newline="", encoding="utf-8") as out:
-                table = csv.writer(out)
-                table.writerow(names)
-                table.writerows(self._select(query, values))
+                csv.writer(out).writerow(names)
+                with self._troubles():
+                    found = self._db.execute(query, () if before is None else (before,))
+                    while rows := found.fetchmany(IN_A_PIECE):
+                        out.write(lines_of(rows, n))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
 
@@ -311,10 +338,24 @@ def in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
     return [*(name for name in names if name not in columns), *(column.name for column in responses)]
 
 
+def selected(names: Iterable[str], key: str, where: str = "") -> str:
+    """The query for some columns, or for all if none is named, in the order of the keys."""
+    return f'SELECT {", ".join(map(_quoted, names)) or "*"} FROM results {where} ORDER BY "{key}"'
+
+
 def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _stored(value: Any) -> Any:
-    """A value as SQLite holds it; lists and groups as JSON, NaN as NULL."""
-    return json.dumps(value) if isinstance(value, (list, dict)) else value
+def _records(rows: Rows) -> Iterator[tuple[Any, ...]]:
+    """What a table holds of each case: its key, its values, its responses; SQLite takes NaN for NULL."""
+    heads = zip(rows.keys, *map(_plain, rows.facts.values()), strict=True)
+    if not rows.columns:
+        return heads
+    return ((*head, *numbers) for head, numbers in zip(heads, rows.numbers.tolist(), strict=True))
+
+
+def _plain(values: Values) -> list[Any]:
+    """Values as SQLite holds them; lists and groups as JSON."""
+    plain = values.tolist() if isinstance(values, np.ndarray) else values
+    return [json.dumps(value) if isinstance(value, (list, dict)) else value for value in plain]

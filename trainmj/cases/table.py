@@ -17,7 +17,11 @@ from collections.abc import Iterable, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trainmj.cases.engine import Local, Row
+import numpy as np
+
+from trainmj.cases.engine import Local
+from trainmj.cases.rows import STATUS, Rows
+from trainmj.collision.cases import Cases
 from trainmj.collision.quantities import Column, matching, ordered
 from trainmj.errors import InputError
 from trainmj.files.arguments import listed
@@ -25,9 +29,6 @@ from trainmj.scenario import Scenario, scenario_given
 
 if TYPE_CHECKING:
     import pandas as pd
-
-STATUS = ("status", "reason")
-"""Columns of every case, before its responses."""
 
 
 def run_cases(
@@ -61,18 +62,36 @@ def run_cases(
     scenario, cases = scenario_given(scenario), _table(cases)
     if pair := scenario.twice(map(str, cases.columns)):  # refuses a name before any case runs
         raise InputError(f"cases: {pair[0]} and {pair[1]} set the same value: leave one of them out")
-    rows: dict[int, Row] = {}
+    found: list[Rows] = []
     columns: dict[str, Column] = {}
-    records: Any = cases.rename(columns=str).to_dict("records")  # plain Python values
-    made = ({name: math.nan if value is None else value for name, value in record.items()} for record in records)
-    for computed in Local(scenario, threads)(enumerate(made)):
-        rows[computed.key] = computed.row
-        columns.update(computed.columns)
+    lists = (cases.iloc[:, k].tolist() for k in range(cases.shape[1]))  # plain Python values
+    values = [[math.nan if value is None else value for value in plain] for plain in lists]
+    made = Cases(range(len(cases)), [(str(name),) for name in cases.columns], values)
+    for some in Local(scenario, threads)([made]):
+        found.append(some)
+        columns |= some.columns
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})
-    found = pd.DataFrame([rows[i] for i in range(len(cases))], index=cases.index, columns=names)
-    table = pd.concat([cases, found], axis=1)
-    table.attrs["columns"] = {name: columns[name] for name in names if name in columns}
+    wanted = {name: columns[name] for name in names if name in columns}
+    table = pd.concat([cases, _as_table(found, len(cases), list(wanted)).set_index(cases.index)], axis=1)
+    table.attrs["columns"] = wanted
     return table
+
+
+def _as_table(found: Sequence[Rows], n: int, names: Sequence[str]) -> pd.DataFrame:
+    """Status, reason and some responses of n cases in the order of their keys, from 0."""
+    import pandas as pd
+
+    texts: dict[str, list[Any]] = {name: [None] * n for name in STATUS}
+    numbers = np.full((n, len(names)), math.nan)
+    for some in found:
+        for name, column in texts.items():
+            for key, text in zip(some.keys, some.facts[name], strict=True):
+                column[key] = text
+        there = [(k, list(some.columns).index(name)) for k, name in enumerate(names) if name in some.columns]
+        if there:
+            to, of = map(list, zip(*there, strict=True))
+            numbers[np.ix_(some.keys, to)] = some.numbers[:, of]
+    return pd.DataFrame(texts).join(pd.DataFrame(numbers, columns=list(names)))
 
 
 def _table(cases: Any) -> pd.DataFrame:

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.cases.engine import Case, Computed, Local, Row
+from trainmj.cases.engine import Local
+from trainmj.cases.rows import Rows
 from trainmj.cases.runner import rows_of
 from trainmj.cases.store import Store, damaged, key_of
-from trainmj.cases.table import STATUS
+from trainmj.collision.cases import Case, gathered
 from trainmj.collision.channels import Trace
 from trainmj.collision.envelope import Array
 from trainmj.collision.status import UNUSABLE
@@ -46,7 +47,7 @@ class Trials:
 
     def __post_init__(self) -> None:
         """Nothing is simulated yet."""
-        self._engine = Local(self.scenario, self.threads, self.channels)
+        self._engine = Local(self.scenario, self.threads, self.channels, self.columns)
 
     def __call__(
         self, trials: Sequence[Case], step: float | None = None, places: Sequence[int] | None = None
@@ -72,11 +73,11 @@ class Trials:
             wanted |= zip(keys[-1], made, strict=True)
         computed: set[str] = set()
 
-        def keep(case: Computed) -> Row:
-            computed.add(case.key)
-            return {name: case.row[name] for name in (*STATUS, *self.columns, *self.channels) if name in case.row}
+        def keep(rows: Rows) -> Rows:
+            computed.update(rows.keys)
+            return rows
 
-        rows = rows_of(self.store, self._engine, wanted, keep)
+        rows = rows_of(self.store, self._engine, gathered(wanted.items()), keep)
         self.simulated += len({tuple(trial) for trial in keys if not computed.isdisjoint(trial)})
         self.progress(len(trials))
         found = np.array([self._responses([rows[key] for key in trial]) for trial in keys])

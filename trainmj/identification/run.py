@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from trainmj.cases.engine import Local, Row
+from trainmj.cases.engine import Local
 from trainmj.cases.origin import Origin
+from trainmj.cases.rows import Row
 from trainmj.cases.store import KEY, Store
+from trainmj.collision.cases import gathered
 from trainmj.collision.channels import Trace
 from trainmj.collision.status import UNUSABLE
 from trainmj.errors import InputError
@@ -123,7 +125,8 @@ def _check_start(plan: Identification, threads: int) -> None:
     cases = [*plan.fitted.cases, *plan.held_out.cases]
     made = ({**changes, **case} for case in cases)
     engine = Local(plan.scenario, threads, plan.channels)
-    rows = [case.row for case in sorted(engine(enumerate(made)), key=lambda case: case.key)]
+    found = {key: some.row(n) for some in engine(gathered(enumerate(made))) for n, key in enumerate(some.keys)}
+    rows = [found[n] for n in range(len(cases))]
     for case, row in zip(cases, rows, strict=True):
         if row["status"] in UNUSABLE:
             raise InputError(f"start values, the case {dict(case)}: {row['status']}: {row['reason']}")

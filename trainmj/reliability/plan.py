@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.cases.engine import Case
 from trainmj.cases.load_cases import scenarios_of, with_tolerances, within
+from trainmj.cases.rows import STATUS
 from trainmj.cases.scatter import Together, scatter_of, together
-from trainmj.cases.table import STATUS
+from trainmj.collision.cases import Case
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number

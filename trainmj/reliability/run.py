@@ -7,16 +7,16 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from trainmj.cases.engine import Case, Computed, Engine, Local, Row
+from trainmj.cases.engine import Engine, Local
 from trainmj.cases.load_cases import within
 from trainmj.cases.origin import Origin
+from trainmj.cases.rows import Rows, Values
 from trainmj.cases.runner import fill, onwards
-from trainmj.cases.store import CASE, KEY, Store
-from trainmj.cases.table import STATUS
+from trainmj.cases.store import KEY, Store
+from trainmj.collision.cases import Cases, gathered
 from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import Column
 from trainmj.collision.status import FAILED
@@ -136,55 +136,52 @@ def _as_designed(
     limits: dict[str, tuple[Criterion, ...]] = {}
     columns: dict[str, Mapping[str, Column]] = {}
     for name, scenario in plan.scenarios.items():
-        (designed,) = engine.of(scenario)([(0, {})])
-        if designed.row["status"] in FAILED:
+        (designed,) = engine.of(scenario)(gathered([(0, {})]))
+        row = designed.row(0)
+        if row["status"] in FAILED:
             with within(name):
-                raise InputError(f"the train as designed: {designed.row['status']}: {designed.row['reason']}")
-        limits[name], columns[name] = designed.limits, designed.columns
+                raise InputError(f"the train as designed: {row['status']}: {row['reason']}")
+        limits[name] = tuple(limited.criterion(0) for limited in designed.limits)
+        columns[name] = designed.columns
     return limits, columns
 
 
 def _fill(plan: Reliability, store: Store, engine: Engine, progress: Callable[[int], None]) -> int:
     """Collide every draw that the store lacks in every load case; return how many there were."""
     n, cases = plan.spec.runs, len(plan.cases)
-    there = np.zeros(n * cases, dtype=bool)
-    there[np.fromiter(store.column(CASE, n * cases), dtype=np.int64)] = True
+    there = store.there(n * cases)
     before = int(there.sum())
     computed = 0
     for k, case in enumerate(plan.cases):
         missing = ~there[k::cases]
         if missing.any():
-            wanted = plan.responses(case, plan.patterns)
-            fill(
-                store,
-                engine.of(plan.scenarios[case]),
-                _missing(plan, case, missing),
-                _keeper(plan, case, list(wanted)),
-                onwards(progress, before + computed),
-            )
+            at_work = engine.of(plan.scenarios[case], tuple(plan.responses(case, plan.patterns)))
+            told = onwards(progress, before + computed)
+            fill(store, at_work, _missing(plan, case, missing), _keeper(plan, case), told)
             computed += int(missing.sum())
     return computed
 
 
-def _missing(plan: Reliability, case: str, missing: np.ndarray) -> Iterator[tuple[int, Case]]:
-    """Key and changes of every draw of a load case that is missing."""
+def _missing(plan: Reliability, case: str, missing: np.ndarray) -> Iterator[Cases]:
+    """Every draw of a load case that is missing, some at a time."""
     k, cases = plan.cases.index(case), len(plan.cases)
     for first, z in plan.chunks():
         here = np.flatnonzero(missing[first : first + len(z)])
-        for row, changes in zip(here.tolist(), plan.scatter.cases(case, z[here]) if here.size else (), strict=True):
-            yield (first + row) * cases + k, changes
+        if here.size:
+            yield replace(plan.scatter.cases(case, z[here]), keys=((first + here) * cases + k).tolist())
 
 
-def _keeper(plan: Reliability, case: str, wanted: Sequence[str]) -> Callable[[Computed], Row]:
-    """Gives what is kept of a draw: its number, its status, what became of each limit, and the responses wanted."""
+def _keeper(plan: Reliability, case: str) -> Callable[[Rows], Rows]:
+    """Gives what is kept of draws: their numbers, their status, what became of each limit, and the responses."""
 
-    def keep(computed: Computed) -> Row:
-        row: dict[str, Any] = {"draw": computed.key // len(plan.cases)} | ({"load_case": case} if case else {})
-        row |= {name: computed.row[name] for name in STATUS}
-        for c in computed.limits:
-            row |= {f"{c.name} found": c.found, f"{c.name} at": c.where}
-            row |= {f"{c.name} used": c.used, f"{c.name} passed": int(not c.kept)}  # the limit itself may scatter
-        return row | {name: computed.row[name] for name in wanted if name in computed.row}
+    def keep(rows: Rows) -> Rows:
+        facts: dict[str, Values] = {"draw": [key // len(plan.cases) for key in rows.keys]}
+        facts |= {"load_case": [case] * len(rows)} if case else {}
+        facts |= rows.facts
+        for c in rows.limits:
+            facts |= {f"{c.name} found": c.found, f"{c.name} at": c.where}
+            facts |= {f"{c.name} used": c.used, f"{c.name} passed": 1 - c.kept}  # the limit itself may scatter
+        return replace(rows, facts=facts)
 
     return keep
 

@@ -7,13 +7,14 @@ was computed before.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from trainmj.cases.engine import Computed, Engine, Row
+from trainmj.cases.engine import Engine
+from trainmj.cases.rows import Row, Rows
 from trainmj.cases.runner import numbers_of, rows_of
 from trainmj.cases.store import Store, key_of
-from trainmj.cases.table import STATUS
 from trainmj.collision.limits import Criterion
 from trainmj.collision.status import PAST_LIMITS
 from trainmj.doe.arrays import FloatArray
@@ -54,19 +55,21 @@ class Searches:
     def rows(self, case: str, z: FloatArray) -> list[Row]:
         """Status, responses and how much of each limit is used, of a load case at standard normal points (n, d)."""
         keys = [key_of(case, point) for point in z.tolist()]
-        kept = set(self.plan.responses(case, self.plan.patterns))
         before = self.computed
 
-        def keep(computed: Computed) -> Row:
-            used = {c.name: c.used for c in computed.limits}
-            return {name: v for name, v in computed.row.items() if name in kept or name in STATUS} | used
+        def keep(rows: Rows) -> Rows:
+            used = {limited.name: limited.used for limited in rows.limits}
+            left = [k for k, name in enumerate(rows.columns) if name not in used]
+            columns = {name: column for name, column in rows.columns.items() if name not in used}
+            return replace(rows, facts={**rows.facts, **used}, columns=columns, numbers=rows.numbers[:, left])
 
         def progress(finished: int) -> None:
             self.computed = before + finished
             self._progress(self.computed)
 
-        changes = dict(zip(keys, self.plan.scatter.cases(case, z), strict=True))
-        found = rows_of(self._store, self._engine.of(self.plan.scenarios[case]), changes, keep, progress)
+        cases = replace(self.plan.scatter.cases(case, z), keys=keys)
+        engine = self._engine.of(self.plan.scenarios[case], tuple(self.plan.responses(case, self.plan.patterns)))
+        found = rows_of(self._store, engine, [cases], keep, progress)
         return [found[key] for key in keys]
 
     def numbers(self, case: str, name: str, z: FloatArray) -> FloatArray:
@@ -75,15 +78,16 @@ class Searches:
 
     def beyond(self, case: str, limit: str, z: FloatArray) -> FloatArray:
         """By how much a limit is passed (n,) [% of it]; at or below 0 where it is kept."""
-        return self.numbers(case, limit, z) - 100.0 * (1.0 + ROUND_OFF)
+        return _beyond(self.rows(case, z), limit)
 
     def beyond_any(self, z: FloatArray) -> FloatArray:
         """The same of whichever limit is passed by most in any load case, or a car body that gives way."""
         most = np.full(len(z), -np.inf)
         for case in self.plan.cases:
+            rows = self.rows(case, z)
             for criterion in self._designed[case]:
-                most = np.maximum(most, self.beyond(case, criterion.name, z))  # nan stays
-            gave_way = [row["status"] in PAST_LIMITS for row in self.rows(case, z)]
+                most = np.maximum(most, _beyond(rows, criterion.name))  # nan stays
+            gave_way = [row["status"] in PAST_LIMITS for row in rows]
             most = np.where(gave_way, np.maximum(most, ROUND_OFF), most)
         return most
 
@@ -122,6 +126,11 @@ class Searches:
         if sampling:
             found = importance_sampling(state, d, seed=spec.seed, n=rare.runs, start=found, level=spec.level)
         return Searched(case, name, title, found)
+
+
+def _beyond(rows: Sequence[Row], limit: str) -> FloatArray:
+    """By how much rows (n,) pass a limit [% of it]."""
+    return numbers_of(rows, limit) - 100.0 * (1.0 + ROUND_OFF)
 
 
 def check_limits(plan: Reliability, designed: Mapping[str, Sequence[Criterion]]) -> None:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from trainmj.cases.engine import Row
-from trainmj.cases.table import STATUS
+from trainmj.cases.rows import STATUS, Row
 from trainmj.collision.status import UNUSABLE
 from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trainmj.cases.engine import Row
+from trainmj.cases.rows import Row
 from trainmj.cases.runner import numbers_of
 from trainmj.cases.scatter import scatter_of, together
 from trainmj.collision.status import UNUSABLE, Kind

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from trainmj.cases.engine import Case, Computed, Local, Row
+from trainmj.cases.engine import ALL, Local
 from trainmj.cases.origin import Origin, stated
+from trainmj.cases.rows import STATUS, Row
 from trainmj.cases.runner import rows_of
 from trainmj.cases.store import MOST_COLUMNS, Store, key_of
-from trainmj.cases.table import STATUS
+from trainmj.collision.cases import Case, Cases, gathered
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
 from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
@@ -85,8 +87,8 @@ class Simulator:
     def as_it_stands(self) -> dict[str, Row]:
         """Status, reason and every response of each load case, without the factors of the study."""
         if self._only:  # more responses than the store keeps
-            computed = {case: Local(of, self._threads)([("", {})]) for case, of in self.study.scenarios.items()}
-            return {case: next(iter(found)).row for case, found in computed.items()}
+            engines = {case: Local(of, self._threads) for case, of in self.study.scenarios.items()}
+            return {case: next(engine(gathered([("", {})]))).row(0) for case, engine in engines.items()}
         found = {case: self._rows([{}], of, (), self._texts[case])[0] for case, of in self.study.scenarios.items()}
         return {
             case: {name: row.get(name, np.nan) for name in (*STATUS, *self._columns[case])}
@@ -97,27 +99,25 @@ class Simulator:
         """Record that the results of the study include all changes so far."""
         self._store.describe({_CHANGES: "[]"})
 
-    def rows(self, cases: Sequence[Case], scenario: Scenario, columns: tuple[str, ...]) -> list[Row]:
+    def rows(self, cases: Cases, scenario: Scenario, columns: tuple[str, ...]) -> list[Row]:
         """Status, reason and some responses of cases of any scenario, in their order, each computed once."""
         return self._rows(cases, scenario, columns, None)
 
-    def _rows(self, cases: Sequence[Case], scenario: Scenario, only: tuple[str, ...], text: str | None) -> list[Row]:
+    def _rows(
+        self, cases: Cases | Sequence[Case], scenario: Scenario, only: tuple[str, ...], text: str | None
+    ) -> list[Row]:
         """The rows of cases of a scenario, in their order; with all responses, or only some."""
         text = text or key_of(scenario.counted())  # takes long to copy
         keys = [key_of(text, case, *only) for case in cases]
         before = self.computed
 
-        def keep(computed: Computed) -> Row:
-            if not only:
-                return computed.row
-            return {name: computed.row[name] for name in (*STATUS, *only) if name in computed.row}
-
         def progress(finished: int) -> None:
             self.computed = before + finished
             self._progress(self.computed)
 
-        engine = Local(scenario, self._threads)
-        rows = rows_of(self._store, engine, dict(zip(keys, cases, strict=True)), keep, progress)
+        engine = Local(scenario, self._threads, responses=only or ALL)
+        made = [replace(cases, keys=keys)] if isinstance(cases, Cases) else gathered(zip(keys, cases, strict=True))
+        rows = rows_of(self._store, engine, made, progress=progress)
         return [rows[key] for key in keys]
 
     def case(self, point: FloatArray) -> dict[str, Any]:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from trainmj.cases.engine import Computed
-from trainmj.collision.limits import Criterion
+import numpy as np
+
+from trainmj.cases.rows import Limited, Rows
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.files.text import printable
@@ -91,18 +92,20 @@ class Outcome:
     passed: tuple[int, ...]
 
 
-def with_uses(computed: Computed) -> Computed:
-    """A case with how much of each limit it uses [%], in columns of their own."""
-    if computed.row["status"] in UNUSABLE:
-        return computed
-    columns = {column.name: column for column in map(_column, computed.limits)}
-    uses = {_column(criterion).name: criterion.used for criterion in computed.limits}
-    return computed._replace(row=computed.row | uses, columns=columns | dict(computed.columns))
+def with_uses(rows: Rows) -> Rows:
+    """Cases with how much of each limit they use [%], in columns of their own before those of the responses."""
+    usable = rows.usable
+    if not (rows.limits and usable.any()):
+        return rows
+    uses = {column.name: column for column in map(_column, rows.limits)}
+    used = np.column_stack([limited.used for limited in rows.limits])
+    used[~usable] = np.nan
+    return replace(rows, columns={**uses, **rows.columns}, numbers=np.hstack([used, rows.numbers]))
 
 
-def _column(criterion: Criterion) -> Response:
-    place = (0, -1, int(not criterion.of_scenario))  # before all responses
-    return Response(f"percent_of_{criterion.name}", "%", 1, f"limit of {criterion.title}", _MEANING, USED, place)
+def _column(limited: Limited) -> Response:
+    place = (0, -1, int(not limited.of_scenario))  # before all responses
+    return Response(f"percent_of_{limited.name}", "%", 1, f"limit of {limited.title}", _MEANING, USED, place)
 
 
 def outcome_of(table: pd.DataFrame, titles: Mapping[str, str], planned: int) -> Outcome:

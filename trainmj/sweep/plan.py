@@ -8,14 +8,18 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from trainmj.cases.load_cases import LoadCase, in_case, scenarios_of, within
-from trainmj.cases.table import STATUS
+from trainmj.cases.rows import STATUS
+from trainmj.collision.cases import AT_ONCE, Cases
 from trainmj.collision.quantities import BALANCE, COLLISION, TRAIN
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, group_given, listed
@@ -119,26 +123,37 @@ class Sweep(Shown):
         """The names of load cases, if there are any, and the blocks: what is combined."""
         return ({LOAD_CASE: list(self.load_cases)}, *self.blocks) if self.load_cases else self.blocks
 
+    def columns(self, numbers: NDArray[np.int64]) -> dict[str, list[Any]]:
+        """The values of the cases of these numbers (n,), from 0, by name; under "load_case" those of the load cases."""
+        columns: dict[str, list[Any]] = {}
+        for block in reversed(self.crossed):
+            numbers, rows = np.divmod(numbers, _length(block))
+            places = rows.tolist()
+            columns = {name: [values[row] for row in places] for name, values in block.items()} | columns
+        return columns
+
     def case(self, number: int) -> dict[str, Any]:
         """The values of the case of a number, from 0, under "load_case" that of the load case."""
-        values: dict[str, Any] = {}
-        for block in reversed(self.crossed):
-            number, row = divmod(number, _length(block))
-            values = {name: column[row] for name, column in block.items()} | values
-        return values
+        return {name: value for name, (value,) in self.columns(np.array([number])).items()}
 
-    def cases(self, left_out: Container[int] = ()) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Number and values of every case that is not left out."""
-        return ((n, self.case(n)) for n in range(len(self)) if n not in left_out)
+    def cases(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Number and values of every case."""
+        return ((n, self.case(n)) for n in range(len(self)))
 
-    def by_scenario(
-        self, left_out: Container[int] = ()
-    ) -> Iterator[tuple[Scenario, Iterator[tuple[int, dict[str, Any]]]]]:
-        """The scenario of each load case, with number and changes of its cases, but for those that are left out."""
+    def by_scenario(self, there: NDArray[np.bool_]) -> Iterator[tuple[Scenario, Iterator[Cases]]]:
+        """The scenario of each load case with its cases, but for those that are there, (n_case,)."""
         each = len(self) // len(self.scenarios)
         for k, scenario in enumerate(self.scenarios.values()):
-            numbers = range(k * each, (k + 1) * each)
-            yield scenario, ((n, self._changes(n)) for n in numbers if n not in left_out)
+            yield scenario, self._missing(k * each, there[k * each : (k + 1) * each])
+
+    def _missing(self, begin: int, there: NDArray[np.bool_]) -> Iterator[Cases]:
+        """The cases from a number on that are not there, some at a time."""
+        names = tuple((name,) for name in self.names)
+        for first in range(0, len(there), AT_ONCE):
+            numbers = begin + first + np.flatnonzero(~there[first : first + AT_ONCE])
+            if numbers.size:
+                columns = self.columns(numbers)
+                yield Cases(numbers.tolist(), names, [columns[name] for name in self.names])
 
     def scenario_of(self, number: int) -> Scenario:
         """The scenario of a case, with its values.
@@ -146,10 +161,8 @@ class Sweep(Shown):
         Raises:
             InputError: if it breaks a rule.
         """
-        return self.scenarios[self.case(number).get(LOAD_CASE, "")].with_values(self._changes(number))
-
-    def _changes(self, number: int) -> dict[str, Any]:
-        return {name: value for name, value in self.case(number).items() if name != LOAD_CASE}
+        changes = self.case(number)
+        return self.scenarios[changes.pop(LOAD_CASE, "")].with_values(changes)
 
     @property
     def names(self) -> tuple[str, ...]:

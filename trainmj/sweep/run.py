@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trainmj.cases.engine import Case, Computed, Engine, Local, Row
+import numpy as np
+
+from trainmj.cases.engine import Engine, Local
 from trainmj.cases.origin import Origin, stated
 from trainmj.cases.reader import read_about, read_table
+from trainmj.cases.rows import STATUS, Rows
 from trainmj.cases.runner import fill, onwards
 from trainmj.cases.store import FILE, Store
-from trainmj.cases.table import STATUS
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
-from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE
+from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, own_files, remove_own
@@ -30,7 +32,7 @@ from trainmj.files.shown import Shown
 from trainmj.files.written import remove
 from trainmj.output.table import Verdict
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.sweep.outcome import USED, Outcome, first_of, outcome_of, verdict, with_uses
+from trainmj.sweep.outcome import Outcome, first_of, outcome_of, verdict, with_uses
 from trainmj.sweep.plan import LOAD_CASES, Sweep, load_sweep
 
 if TYPE_CHECKING:
@@ -130,29 +132,32 @@ def run_sweep(
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.load_cases or sweep.scenario, sweep.inputs, engine.identity))
             store.describe(_further(sweep, store.about()))
-            finished = store.finished()
-            progress(there := len(finished))
+            finished = store.there(len(sweep))
+            progress(there := int(finished.sum()))
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # of fewer cases than there will be
-            for scenario, cases in sweep.by_scenario(left_out=finished):
-                fill(store, _computed(engine.of(scenario), sweep), cases, _keeper(sweep), onwards(progress, len(store)))
+                store.prepare(sweep.case(0) | dict.fromkeys(STATUS, ""))
+            for scenario, cases in sweep.by_scenario(finished):
+                at_work = engine.of(scenario, sweep.responses)
+                fill(store, at_work, cases, _keeper(sweep), onwards(progress, len(store)))
             if there < len(sweep):
                 remove_own(folder, _MADE_OF_IT)  # made while it ran
             store.write_csv(folder / "results.csv")
-            failed, invalid, past = (_said(store.ended(kinds)) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
-            counts, first = store.counts(), first_of(store.ended((*UNUSABLE, *PAST_LIMITS)))
+            endings = store.endings()
+            failed, invalid, past = (_said(endings, kinds) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
+            _, first = _said(endings, (*UNUSABLE, *PAST_LIMITS))
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
     outcome = outcome_of(read_table(folder), titles, len(sweep)) if titles else None
-    whole = verdict(counts, len(sweep), first, outcome)
+    whole = verdict({kind: count for kind, (count, *_) in endings.items()}, len(sweep), first, outcome)
     return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, whole, seconds, outcome)
 
 
-def _said(cases: Iterable[tuple[int, str, str]]) -> tuple[int, str]:
-    """How many cases there are, and the first of them in words."""
-    all_of_them = list(cases)
-    return len(all_of_them), first_of(all_of_them)
+def _said(endings: Mapping[str, tuple[int, int, str]], kinds: Sequence[Kind]) -> tuple[int, str]:
+    """How many cases ended in one of these ways, and the first of them in words."""
+    found = [(number, kind, reason) for kind in kinds if kind in endings for _, number, reason in [endings[kind]]]
+    return sum(endings[kind][0] for _, kind, _ in found), first_of(sorted(found))
 
 
 def check_responses(sweep: Sweep) -> None:
@@ -220,24 +225,14 @@ def _history(number: int) -> Path:
     return Path(f"case_{number}.nc")
 
 
-def _computed(engine: Engine, sweep: Sweep) -> Callable[[Iterable[tuple[Any, Case]]], Iterator[Computed]]:
-    """What computes cases, and how much of each limit they use if load cases are to be compared."""
-    return (lambda cases: map(with_uses, engine(cases))) if sweep.load_cases else engine
+def _keeper(sweep: Sweep) -> Callable[[Rows], Rows]:
+    """Gives what is kept of cases: the values they change, too, and of load cases how much they use of each limit."""
 
-
-def _keeper(sweep: Sweep) -> Callable[[Computed], Row]:
-    """Gives what is kept of a case: the values it changes, its status, and the responses that the sweep asks for."""
-    wanted: dict[tuple[str, ...], list[str]] = {}
-
-    def keep(computed: Computed) -> Row:
-        names = tuple(computed.row)
-        if names not in wanted:
-            double = set(names) & set(sweep.names)
-            if double:
-                raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
-            uses = [name for name, column in computed.columns.items() if column.quantity == USED]
-            wanted[names] = list(dict.fromkeys([*STATUS, *uses, *fitting(sweep.responses, computed.columns)]))
-        return sweep.case(computed.key) | {name: computed.row[name] for name in wanted[names]}
+    def keep(rows: Rows) -> Rows:
+        if double := set(sweep.names).intersection(rows.columns):
+            raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
+        rows = with_uses(rows) if sweep.load_cases else rows
+        return rows.beside(sweep.columns(np.array(rows.keys)))
 
     return keep
 
