@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from builders import each_alone, points
+from builders import each_alone, limited, points
 from click.testing import CliRunner
 from forked import Forked
 from scipy.stats import norm
 
 import trainmj
-from trainmj.cases.rows import Limited, Rows
+from trainmj.cases.rows import Rows
 from trainmj.cli import main
 from trainmj.errors import InputError
 
@@ -107,7 +107,7 @@ class Linear:
                     "reason": [""] * len(there),
                 }
                 numbers = np.array([[one.found] for one in found])
-                yield Rows(there, facts, self.columns, numbers, (Limited.of(found),))
+                yield Rows(there, facts, self.columns, numbers, (limited(found),))
 
 
 def unstable(keys):

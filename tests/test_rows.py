@@ -9,12 +9,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from builders import each_alone
+from builders import each_alone, limited
 
 import trainmj
 from trainmj.cases.engine import Local
 from trainmj.cases.lines import lines_of
-from trainmj.cases.rows import Limited, Rows, refused
+from trainmj.cases.rows import Rows, refused
 from trainmj.cases.runner import fill, rows_of
 from trainmj.cases.store import KEY, Store
 from trainmj.collision.cases import AT_ONCE, Cases, gathered
@@ -250,11 +250,11 @@ def test_rows_have_the_responses_asked_for_and_the_limits_of_a_single_run():
     for key, changes in ((0, {"mass_t": 30}), (2, {"speed_km_h": 30})):
         alone = trainmj.summarise(trainmj.run(scenario.with_values(changes)))
         assert found[key].row(0)["TS_mm"] == alone.TS_mm
-        assert tuple(limited.criterion(0) for limited in found[key].limits) == alone.limits
+        assert tuple(limited.of(0) for limited in found[key].limits) == alone.limits
         assert [(one.kept[0], one.used[0]) for one in found[key].limits] == [
             (one.kept, one.used) for one in alone.limits
         ]
-    both = Limited.of([found[0].limits[3].criterion(0), found[2].limits[3].criterion(0)])
+    both = limited([found[0].limits[3].of(0), found[2].limits[3].of(0)])
     assert both.kept.tolist() == [True, False]
 
 

@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-
-from trainmj.cases.rows import Limited, Rows, refused
+from trainmj.cases.rows import Rows, Values, refused
 from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
-from trainmj.collision.lineup import line_up
-from trainmj.collision.quantities import fitting
-from trainmj.errors import InputError
+from trainmj.collision.lot import Lot
+from trainmj.collision.lots import Refused, lots
+from trainmj.collision.quantities import columns_of, fitting
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
-    from trainmj.collision.quantities import Column
-    from trainmj.collision.summary import Summary
+    from trainmj.collision.found import Found
 
 ALL: Sequence[str] = ("*",)
 """The pattern of all responses."""
@@ -56,34 +53,40 @@ class Local:
 
     def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
         """Compute cases; one that breaks a rule is a row with its reason."""
-        from trainmj.collision.batch import run_chains  # loads MuJoCo and numba
+        from trainmj.collision.batch import run_lots  # loads MuJoCo
 
-        lost: deque[Rows] = deque()
+        lost: deque[Refused] = deque()
 
-        def chains() -> Iterator[tuple[Any, Chain]]:
-            for some in cases:
-                for key, changes in zip(some.keys, some, strict=True):
-                    try:
-                        chain = line_up(self.scenario.with_values(changes))
-                    except InputError as error:
-                        lost.append(refused([key], [str(error)]))
-                    else:
-                        yield key, chain
+        def accepted() -> Iterator[Lot]:
+            for lot in lots(self.scenario, cases):
+                if isinstance(lot, Refused):
+                    lost.append(lot)
+                else:
+                    yield lot
 
-        wanted: dict[tuple[str, ...], Mapping[str, Column]] = {}
-        for key, summary in run_chains(chains(), self.threads, channels=self.channels):
-            names = tuple(summary.columns)
-            if names not in wanted:
-                wanted[names] = fitting(self.responses, summary.columns)
-            yield _rows(key, summary, wanted[names])
-            while lost:
-                yield lost.popleft()
-        yield from lost
+        for found in run_lots(accepted(), self.threads, wanted=self._wanted):
+            yield _rows(found, self.channels)
+            if lost:
+                yield _refused(lost)
+        if lost:
+            yield _refused(lost)
+
+    def _wanted(self, chain: Chain) -> Collection[str]:
+        """Names of the columns that are wanted of a chain."""
+        return fitting(self.responses, columns_of(chain))
 
 
-def _rows(key: Any, summary: Summary, columns: Mapping[str, Column]) -> Rows:
-    """The row of one case, with some of its responses."""
-    values = {"status": [summary.status.kind.value], "reason": [summary.status.reason]}
-    packed = {name: [trace.packed()] for name, trace in summary.channels.items()}
-    numbers = np.array([[summary.responses[name] for name in columns]], dtype=np.float64)
-    return Rows([key], {**values, **packed}, columns, numbers, tuple(Limited.of([one]) for one in summary.limits))
+def _refused(lost: deque[Refused]) -> Rows:
+    """The rows of all cases that are there; they are taken away."""
+    some = [lost.popleft() for _ in range(len(lost))]
+    return refused([case.key for case in some], [case.reason for case in some])
+
+
+def _rows(found: Found, channels: Sequence[str]) -> Rows:
+    """The rows of some cases."""
+    facts: dict[str, Values] = {"status": found.kinds, "reason": found.reasons}
+    traces = found.channels(channels)
+    for name in channels:
+        if any(name in kept for kept in traces):
+            facts[name] = [kept[name].packed() if name in kept else None for kept in traces]
+    return Rows(found.keys, facts, found.columns, found.numbers, found.limits)

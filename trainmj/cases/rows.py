@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from trainmj.collision.status import UNUSABLE, Kind
 from trainmj.doe.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from trainmj.collision.limits import Criterion
+    from trainmj.collision.limits import Limited
     from trainmj.collision.quantities import Column
 
 Key = int | str
@@ -27,39 +27,6 @@ Values = Sequence[Any] | NDArray[Any]
 
 STATUS = ("status", "reason")
 """Columns of every case, before its responses."""
-
-
-class Limited(NamedTuple):
-    """A limit of n cases; what a :class:`trainmj.collision.limits.Criterion` says of one, with arrays (n,)."""
-
-    name: str
-    title: str
-    unit: str
-    digits: int
-    of_scenario: bool
-    source: str
-    where: Sequence[str]
-    found: FloatArray
-    limit: FloatArray
-    valid: NDArray[np.bool_]
-    kept: NDArray[np.bool_]
-    used: FloatArray  # [%]
-
-    @classmethod
-    def of(cls, each: Sequence[Criterion]) -> Limited:
-        """That of the limit in each case."""
-        one = each[0]
-        same = (one.name, one.title, one.unit, one.digits, one.of_scenario, one.source)
-        found = (np.array([getattr(c, name) for c in each]) for name in ("found", "limit", "valid", "kept", "used"))
-        return cls(*same, [c.where for c in each], *found)
-
-    def criterion(self, place: int) -> Criterion:
-        """The limit of one case."""
-        from trainmj.collision.limits import Criterion
-
-        found, limit = float(self.found[place]), float(self.limit[place])
-        what = (self.name, self.title, self.where[place], found, limit, self.unit, self.digits)
-        return Criterion(*what, self.of_scenario, self.source, bool(self.valid[place]))
 
 
 @dataclass(frozen=True, eq=False)

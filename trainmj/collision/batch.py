@@ -8,13 +8,15 @@ the number of places, not of cases.
 from __future__ import annotations
 
 import os
+import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 from queue import SimpleQueue
 from threading import Event, Lock
-from typing import Generic, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -22,9 +24,10 @@ import numpy.typing as npt
 from trainmj.collision import kernel
 from trainmj.collision.block import Layout, n_values
 from trainmj.collision.chain import EVENTS, WALL, Chain
+from trainmj.collision.envelope import Array
 from trainmj.collision.fields import Head
 from trainmj.collision.found import Found
-from trainmj.collision.lot import Chains
+from trainmj.collision.lot import Chains, Lot
 from trainmj.collision.measured import Measured
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import build, numbers_of
@@ -38,11 +41,14 @@ PLACES = 128
 _LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
 _HISTORY_BYTES = 32 * 2**20  # recorded speeds of all places of a thread
 _VALUES = 256  # room for curves grows in these steps, so that few models are compiled
-_RING = 8  # records that the law takes by itself between two calls
+_RING, _SHORT_RING = 32, 8  # records that the law takes by itself between two calls; where MuJoCo makes its steps
+_PATIENCE = 0.3  # that ended cases have with the others of their lot [s]
+_CLOSE = 1e-9  # how far MuJoCo may be from where the law has come to, relative
 _LONGEST = 2e-3  # step of MuJoCo's over several records [s]
 _ENGINES = 8  # kept for sizes that come again
 
 Key = TypeVar("Key")
+Wanted = Callable[[Chain], Collection[str] | None]
 
 
 class _Size(NamedTuple):
@@ -79,15 +85,38 @@ class _Size(NamedTuple):
         )
 
 
-def run_chains(
-    cases: Iterable[tuple[Key, Chain]], threads: int = 0, places: int = PLACES, *, channels: Sequence[str] = ()
-) -> Iterator[tuple[Key, Summary]]:
-    """Compute collisions side by side and yield each as it ends.
+def run_lots(
+    lots: Iterable[Lot], threads: int = 0, places: int = PLACES, wanted: Wanted = lambda _: None
+) -> Iterator[Found]:
+    """Compute the collisions of lots side by side and yield their numbers, some cases at a time, as they end.
 
     Every number equals that of a single run, bit for bit, whatever the threads, places and order.
 
     Args:
-        cases: a key of the caller's and the chain, taken as they are needed, by one thread at a time.
+        lots: taken as they are needed, by one thread at a time.
+        threads: 0 for all cores.
+        places: simulations side by side in each thread.
+        wanted: names of the columns that are, of a chain of the lot; None for all.
+
+    Yields:
+        Parts of lots, in the order in which their cases end.
+    """
+    threads = threads or n_cores()
+    queue = _Queue(lots)
+    with kernel.installed():
+        if threads == 1:
+            yield from _work(queue, places, wanted)
+        else:
+            yield from _in_threads(threads, queue, places, wanted)
+
+
+def run_chains(
+    cases: Iterable[tuple[Key, Chain]], threads: int = 0, places: int = PLACES, *, channels: Sequence[str] = ()
+) -> Iterator[tuple[Key, Summary]]:
+    """The same of single chains, each with a key of the caller's; whole summaries.
+
+    Args:
+        cases: taken as they are needed, by one thread at a time.
         threads: 0 for all cores.
         places: simulations side by side in each thread.
         channels: those that each summary keeps, where the chain has them.
@@ -95,101 +124,15 @@ def run_chains(
     Yields:
         The key and the numbers of each case, in the order in which they end.
     """
-    threads = threads or n_cores()
-    queue = _Queue(cases)
-    with kernel.installed():
-        if threads == 1:
-            yield from _work(queue, places, channels)
-        else:
-            yield from _in_threads(threads, queue, places, channels)
+    for found in run_lots((Chains([key], [chain]) for key, chain in cases), threads, places):
+        kept = found.channels(channels)
+        for case, key in enumerate(found.keys):
+            yield key, replace(found.summary(case), channels=kept[case])
 
 
 def n_cores() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _work(queue: _Queue[Key], places: int, channels: Sequence[str]) -> Iterator[tuple[Key, Summary]]:
-    """Compute what is in a queue, one size after the other."""
-    engines: dict[_Size, _Engine[Key]] = {}
-    while (found := queue.fullest()) is not None:
-        size, chain = found
-        if size not in engines:
-            if len(engines) == _ENGINES:
-                del engines[next(iter(engines))]
-            engines[size] = _Engine(chain, size, places, channels)
-        yield from engines[size].run(queue.take(size))
-
-
-def _in_threads(
-    threads: int, queue: _Queue[Key], places: int, channels: Sequence[str]
-) -> Iterator[tuple[Key, Summary]]:
-    """The same in several threads: while MuJoCo steps in one, Python prepares and measures in another."""
-    ended: SimpleQueue[tuple[Key, Summary] | None] = SimpleQueue()
-    stop = Event()
-
-    def work() -> None:
-        try:
-            for case in _work(queue, places, channels):
-                ended.put(case)
-                if stop.is_set():
-                    return
-        finally:
-            ended.put(None)
-
-    with ThreadPoolExecutor(threads, "trainmj") as pool:
-        workers = [pool.submit(work) for _ in range(threads)]
-        try:
-            while threads:
-                case = ended.get()
-                if case is None:
-                    threads -= 1
-                else:
-                    yield case
-            for worker in workers:
-                worker.result()  # raises what stopped it
-        finally:
-            stop.set()
-
-
-class _Queue(Generic[Key]):
-    """Cases sorted by size as they are read, a limited number ahead; shared by several threads."""
-
-    def __init__(self, cases: Iterable[tuple[Key, Chain]]) -> None:
-        self._source = iter(cases)
-        self._waiting: dict[_Size, deque[tuple[Key, Chain]]] = {}
-        self._lock = Lock()
-
-    def fullest(self) -> tuple[_Size, Chain] | None:
-        """The size with the most cases waiting, and one of them; None when there is no case left."""
-        with self._lock:
-            if not self._waiting and not self._read():
-                return None
-            size = max(self._waiting, key=lambda size: len(self._waiting[size]))
-            return size, self._waiting[size][0][1]
-
-    def take(self, size: _Size) -> Iterator[tuple[Key, Chain]]:
-        """Cases of one size, until too many others are waiting."""
-        while (case := self._next(size)) is not None:
-            yield case
-
-    def _next(self, size: _Size) -> tuple[Key, Chain] | None:
-        with self._lock:
-            while size not in self._waiting:
-                if sum(len(line) for line in self._waiting.values()) >= _LOOK_AHEAD or not self._read():
-                    return None
-            line = self._waiting[size]
-            case = line.popleft()
-            if not line:
-                del self._waiting[size]
-            return case
-
-    def _read(self) -> bool:
-        """Take one more case from the source, if there is one."""
-        for key, chain in self._source:
-            self._waiting.setdefault(_Size.of(chain), deque()).append((key, chain))
-            return True
-        return False
 
 
 def steps_within(chain: Chain) -> int:
@@ -206,81 +149,233 @@ def steps_within(chain: Chain) -> int:
     return records * chain.steps_per_record
 
 
-class _Engine(Generic[Key]):
+def _work(queue: _Queue, places: int, wanted: Wanted) -> Iterator[Found]:
+    """Compute what is in a queue, one size after the other."""
+    engines: dict[_Size, _Engine] = {}
+    while (found := queue.fullest()) is not None:
+        size, chain = found
+        if size not in engines:
+            if len(engines) == _ENGINES:
+                del engines[next(iter(engines))]
+            engines[size] = _Engine(chain, size, places, wanted)
+        yield from engines[size].run(queue.take(size))
+
+
+def _in_threads(threads: int, queue: _Queue, places: int, wanted: Wanted) -> Iterator[Found]:
+    """The same in several threads: while MuJoCo steps in one, Python prepares and measures in another."""
+    ended: SimpleQueue[Found | None] = SimpleQueue()
+    stop = Event()
+
+    def work() -> None:
+        try:
+            for found in _work(queue, places, wanted):
+                found.numbers, found.reasons  # noqa: B018 computed here, and not by the one who takes them
+                ended.put(found)
+                if stop.is_set():
+                    return
+        finally:
+            ended.put(None)
+
+    with ThreadPoolExecutor(threads, "trainmj") as pool:
+        workers = [pool.submit(work) for _ in range(threads)]
+        try:
+            while threads:
+                found = ended.get()
+                if found is None:
+                    threads -= 1
+                else:
+                    yield found
+            for worker in workers:
+                worker.result()  # raises what stopped it
+        finally:
+            stop.set()
+
+
+class _Queue:
+    """Lots sorted by size as they are read, of a limited number of cases ahead; shared by several threads."""
+
+    def __init__(self, lots: Iterable[Lot]) -> None:
+        self._source = iter(lots)
+        self._waiting: dict[_Size, deque[Lot]] = {}
+        self._lock = Lock()
+
+    def fullest(self) -> tuple[_Size, Chain] | None:
+        """The size with the most cases waiting, and one of their structure; None when there is no case left."""
+        with self._lock:
+            if not self._waiting and not self._read():
+                return None
+            size = max(self._waiting, key=lambda size: sum(map(len, self._waiting[size])))
+            return size, self._waiting[size][0].chain
+
+    def take(self, size: _Size) -> Iterator[Lot]:
+        """Lots of one size, until too many others are waiting."""
+        while (lot := self._next(size)) is not None:
+            yield lot
+
+    def _next(self, size: _Size) -> Lot | None:
+        with self._lock:
+            while size not in self._waiting:
+                others = sum(len(lot) for line in self._waiting.values() for lot in line)
+                if others >= _LOOK_AHEAD or not self._read():
+                    return None
+            line = self._waiting[size]
+            lot = line.popleft()
+            if not line:
+                del self._waiting[size]
+            return lot
+
+    def _read(self) -> bool:
+        """Take one more lot from the source, if there is one."""
+        for lot in self._source:
+            self._waiting.setdefault(_Size.of(lot.chain), deque()).append(lot)
+            return True
+        return False
+
+
+class _Begun:
+    """A lot whose cases are under way: what they begin with, and what those that have ended left behind."""
+
+    def __init__(self, lot: Lot, layout: Layout) -> None:
+        self.lot = lot
+        self.blocks = lot.blocks(layout)
+        self.qpos, self.qvel = lot.values(lambda chain: chain.start_qpos), lot.values(lambda chain: chain.start_qvel)
+        self.numbers = {name: lot.values(_number(name)) for name in numbers_of(lot.chain)}
+        self.next = 0  # case to begin
+        self._left: dict[int, tuple[Array, Array]] = {}  # block and records of each case that has ended
+        self._since = 0.0  # when the first of them did
+        self._open = len(lot)  # cases that have not
+
+    def end(self, case: int, block: Array, recorded: Array) -> None:
+        """Keep what a case left behind."""
+        if not self._left:
+            self._since = time.monotonic()
+        self._left[case] = block, recorded
+        self._open -= 1
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all cases have ended and been asked for."""
+        return self._open == 0 and not self._left
+
+    @property
+    def due(self) -> bool:
+        """Whether what has ended is to be measured: all, or some that have waited for long."""
+        return bool(self._left) and (self._open == 0 or time.monotonic() - self._since > _PATIENCE)
+
+    def measured(self, layout: Layout) -> Measured:
+        """The cases that have ended since this was asked last."""
+        cases, left = sorted(self._left), self._left
+        self._left = {}
+        lot = self.lot if len(cases) == len(self.lot) else self.lot.take(cases)
+        n_records = np.array([len(left[case][1]) for case in cases])
+        recorded = np.zeros((len(cases), n_records.max(), left[cases[0]][1].shape[1]))
+        for place, case in enumerate(cases):
+            recorded[place, : n_records[place]] = left[case][1]
+        return Measured.of(lot, layout, np.array([left[case][0] for case in cases]), n_records, recorded)
+
+
+@cache
+def _number(name: str) -> Callable[[Chain], Array]:
+    """What gives a field of a model in which chains differ."""
+    return lambda chain: numbers_of(chain)[name]
+
+
+class _Engine:
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
-    def __init__(self, chain: Chain, size: _Size, places: int, channels: Sequence[str]) -> None:
-        self._channels = channels
-        within = steps_within(chain)
-        self.layout = Layout.of(chain, size.n_value, _RING, within)
-        self._steps = _RING * size.steps_per_record // (within or 1)
-        rings = -(-size.n_records // _RING)
-        bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
+    def __init__(self, chain: Chain, size: _Size, places: int, wanted: Wanted) -> None:
+        self._wanted = wanted
+        self._within = steps_within(chain)
+        self._n_ring = n_ring = _RING if self._within else _SHORT_RING
+        self.layout = Layout.of(chain, size.n_value, n_ring, self._within)
+        self._steps = n_ring * size.steps_per_record // (self._within or 1)
+        rings = -(-size.n_records // n_ring)
+        bytes_each = rings * n_ring * size.n_vehicle * np.dtype(float).itemsize
         self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
         model = build(chain, self.layout, bare=True)
-        if within:
-            model.opt.timestep = within * chain.step
+        model.opt.timestep *= self._within or 1
         self._batch = mujoco.batch.Batch(model, self._places, 1)
         self._numbers = {name: self._batch.expand(name) for name in numbers_of(chain)}
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._fresh_row = self._batch.state[0].copy()
-        self._ring = self.layout.ring(self._blocks)
-        self._history = np.empty((self._places, rings * _RING, size.n_vehicle))
+        self._rings = self.layout.ring(self._blocks)
+        self._history = np.empty((self._places, rings, n_ring, size.n_vehicle))
         self._read = np.zeros(self._places, dtype=int)  # records of each place that are in its history
 
-    def run(self, cases: Iterator[tuple[Key, Chain]]) -> Iterator[tuple[Key, Summary]]:
-        """Compute cases of this engine's size."""
+    def run(self, lots: Iterator[Lot]) -> Iterator[Found]:
+        """Compute lots of this engine's size."""
         free = list(range(self._places))
-        under_way: dict[int, tuple[Key, Chain]] = {}
-        again: deque[tuple[Key, Chain]] = deque()  # with smaller steps
+        under_way: dict[int, tuple[_Begun, int]] = {}  # lot and case, by place
+        begun: deque[_Begun] = deque()  # lots of which not all cases have begun
+        open_: list[_Begun] = []  # lots of which not all have been measured
         while True:
-            begun = {place: again.popleft() for place in free[: len(again)]}
-            begun |= dict(zip(free[len(begun) :], cases, strict=False))
-            if begun:
-                for place, (_, chain) in begun.items():
-                    self._load(place, chain)
-                under_way |= begun
-                self._batch.set_const(ids=np.sort(list(begun)))  # MuJoCo keeps inertias that follow from the masses
+            new: list[int] = []
+            while free:
+                if not begun:
+                    lot = next(lots, None)
+                    if lot is None:
+                        break
+                    begun.append(_Begun(lot, self.layout))
+                    open_.append(begun[-1])
+                new += self._begin(begun[0], free, under_way)
+                if begun[0].next == len(begun[0].lot):
+                    begun.popleft()
+            if new:
+                self._batch.set_const(ids=np.sort(new))  # MuJoCo keeps inertias that follow from the masses
             if not under_way:
                 return
             ids = np.sort(list(under_way))
-            free = [place for place in range(self._places) if place not in under_way]
             while (ended := self._advance(ids)).size == 0:
                 pass
             for place in ended.tolist():
-                key, chain = under_way.pop(place)
+                of, case = under_way.pop(place)
                 free.append(place)
-                measured = self._measured(place, chain)
-                if measured.jumped.any() and not chain.refined:
-                    again.append((key, replace(chain, refined=True)))
-                else:
-                    found = Found(measured)
-                    yield key, replace(found.summary(0), channels=found.channels(self._channels)[0])
+                n = int(self._blocks[place, Head.RECORDS])
+                recorded = self._history[place].reshape(-1, self._history.shape[-1])[:n]
+                of.end(case, self._blocks[place].copy(), recorded.copy())
+            for of in [of for of in open_ if of.due]:
+                measured = of.measured(self.layout)
+                if of.is_over:
+                    open_.remove(of)
+                again = measured.jumped & (not of.lot.chain.refined)
+                for place in np.flatnonzero(again).tolist():  # with smaller steps
+                    chain = replace(measured.lot.chain_of(place), refined=True)
+                    begun.appendleft(_Begun(Chains([measured.lot.keys[place]], [chain]), self.layout))
+                    open_.append(begun[0])
+                if not again.all():
+                    yield Found(measured.take(np.flatnonzero(~again)), self._wanted(of.lot.chain))
 
-    def _load(self, place: int, chain: Chain) -> None:
-        self._batch.state[place] = self._fresh_row
-        for name, values in numbers_of(chain).items():
-            self._numbers[name][place, int(name.startswith("body")) :] = values  # body 0 is the world
-        self._qpos[place] = chain.start_qpos
-        self._qvel[place] = chain.start_qvel
-        self._blocks[place] = self.layout.block(chain)
-        self._read[place] = 0
+    def _begin(self, lot: _Begun, free: list[int], under_way: dict[int, tuple[_Begun, int]]) -> list[int]:
+        """Begin cases of a lot at free places, which are taken; return them."""
+        n = min(len(free), len(lot.lot) - lot.next)
+        places, cases = free[:n], range(lot.next, lot.next + n)
+        del free[:n]
+        lot.next += n
+        under_way |= {place: (lot, case) for place, case in zip(places, cases, strict=True)}
+        rows = slice(cases.start, cases.stop)
+        self._batch.state[places] = self._fresh_row
+        for name, values in lot.numbers.items():
+            self._numbers[name][places, int(name.startswith("body")) :] = values[rows]  # body 0 is the world
+        self._qpos[places], self._qvel[places] = lot.qpos[rows], lot.qvel[rows]
+        self._blocks[places] = lot.blocks[rows]
+        self._read[places] = 0
+        return places
 
     def _advance(self, ids: npt.NDArray[np.intp]) -> npt.NDArray[np.intp]:
         """Step some simulations through one ring of records, keep it, and return those that are done."""
         self._batch.step(ids=ids, nstep=self._steps)
         if (self._blocks[ids, Head.TIME] < 0.0).any():
             raise EngineError(LAW_NOT_CALLED)
-        records = self._blocks[ids, Head.RECORDS].astype(int)
-        for r in range(_RING):
-            new = self._read[ids] + r < records
-            place, n = ids[new], self._read[ids[new]] + r
-            self._history[place, n] = self._ring[place, n % _RING]
+        if (self._blocks[ids, Head.STRAYED] > _CLOSE).any():
+            raise EngineError("something else moved the vehicles: a force that is none of the device law's")
+        records, read, ring = self._blocks[ids, Head.RECORDS].astype(int), self._read[ids], self._n_ring
+        if (read % ring == 0).all():
+            self._history[ids, read // ring] = self._rings[ids]
+        else:  # steps were made smaller, and a ring is no whole one
+            for r in range(ring):
+                new = read + r < records
+                place, n = ids[new], read[new] + r
+                self._history[place, n // ring, n % ring] = self._rings[place, n % ring]
         self._read[ids] = records
         return np.asarray(ids[self._blocks[ids, Head.DONE] != 0.0])
-
-    def _measured(self, place: int, chain: Chain) -> Measured:
-        blocks, n = self._blocks[[place]], int(self._blocks[place, Head.RECORDS])
-        recorded = self._history[[place], :n]
-        return Measured.of(Chains([0], [chain]), self.layout, blocks, np.array([n]), recorded)

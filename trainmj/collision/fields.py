@@ -83,7 +83,7 @@ class Head(_Field):
     CLOCK = "s", "time that it has come to"
     ASKED = "s", "time at which MuJoCo asked last; -1 before it did"
     FOLLOWS = "1", "1 where devices are followed through what happens to them within a step"
-    STRAYED = "m", "largest distance of a point of MuJoCo's, at the end of a step, from where the law had come to"
+    STRAYED = "1", "largest distance of a point of MuJoCo's from where the law has come to, over 1 m and its position"
 
 
 class Car(_Field):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,7 +51,7 @@ class Found:
         return len(self.measured)
 
     @property
-    def keys(self) -> Sequence[Hashable]:
+    def keys(self) -> Sequence[Any]:
         """(n_case,) what the caller calls each case."""
         return self.measured.lot.keys
 

@@ -236,7 +236,7 @@ def _within(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, whole: float) 
     v = _from(q, points)
     lightness = _from(v, points)
     for i in range(points):
-        s[HEAD.STRAYED] = max(s[HEAD.STRAYED], abs(qpos[i] - q[i]))
+        s[HEAD.STRAYED] = max(s[HEAD.STRAYED], abs(qpos[i] - q[i]) / (1.0 + abs(q[i])))
         lightness[i] = 1.0 / inertia[i]
     left = s[HEAD.WITHIN]
     while left > 0.0:

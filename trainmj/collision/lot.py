@@ -50,7 +50,7 @@ class Lot(Protocol):
 class Chains:
     """A lot made of chains: every number is asked of each of them."""
 
-    def __init__(self, keys: Sequence[Hashable], chains: Sequence[Chain]) -> None:
+    def __init__(self, keys: Sequence[Any], chains: Sequence[Chain]) -> None:
         """Take the chain of each key."""
         self.keys, self.chain, self._chains = keys, chains[0], chains
 

@@ -141,7 +141,7 @@ def _as_designed(
         if row["status"] in FAILED:
             with within(name):
                 raise InputError(f"the train as designed: {row['status']}: {row['reason']}")
-        limits[name] = tuple(limited.criterion(0) for limited in designed.limits)
+        limits[name] = tuple(limited.of(0) for limited in designed.limits)
         columns[name] = designed.columns
     return limits, columns
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from trainmj.cases.rows import Limited, Rows
+from trainmj.cases.rows import Rows
+from trainmj.collision.limits import Limited
 from trainmj.collision.quantities import Column as Response
 from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.files.text import printable
