@@ -226,7 +226,8 @@ def each_alone(chunks: Iterable[Rows]) -> Iterator[Rows]:
             here = slice(n, n + 1)
             facts = {name: values[here] for name, values in rows.facts.items()}
             limits = tuple(
-                one._replace(**{name: getattr(one, name)[here] for name in one._fields[6:]}) for one in rows.limits
+                replace(one, **{name: getattr(one, name)[here] for name in ("where", "found", "limit", "valid")})
+                for one in rows.limits
             )
             yield replace(rows, keys=rows.keys[here], facts=facts, numbers=rows.numbers[here], limits=limits)
 
