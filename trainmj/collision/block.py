@@ -534,12 +534,12 @@ class Tallies:
         """Those of some cases, in this order."""
         return Tallies(lambda name: np.asarray(getattr(self, name)[places]))
 
-    @property
+    @cached_property
     def is_over(self) -> BoolArray:
         """(n_case,) whether no device was pressed any more at the end; otherwise the time limit cut it off."""
         return np.asarray(self.over != 0.0)
 
-    @property
+    @cached_property
     def valid_until(self) -> Array:
         """(n_case,) when the first curve, member of a body or line ended [s]; see :class:`Tally`."""
         times = np.concatenate([self.element_end_time, self.member_end_time, self.line_off_time], axis=-1)

@@ -16,7 +16,7 @@ import numpy as np
 
 from trainmj.collision.chain import Chain, n_own_sides, order_of_vehicles
 from trainmj.collision.elementwise import picked
-from trainmj.collision.envelope import Array, BoolArray
+from trainmj.collision.envelope import Array, BoolArray, IntArray
 from trainmj.collision.measured import Measured
 from trainmj.collision.quantities import (
     STAGE,
@@ -24,7 +24,7 @@ from trainmj.collision.quantities import (
     Quantity,
     Values,
     of_each,
-    of_vehicles,
+    of_sides,
 )
 from trainmj.collision.records import InterfaceMetrics, VehicleMetrics
 from trainmj.files.provenance import source_of
@@ -153,12 +153,13 @@ def _of_scenario(measured: Measured, values: Values) -> Iterator[Limited]:
     """The limits that the scenario states."""
     chain, valid = measured.chain, measured.tally.valid_until == math.inf
     stated = measured.lot.values(lambda chain: list(chain.limits.values())) if chain.limits else np.zeros((0, 0))
+    of_name = of_each(chain) if chain.limits else {}
     for n, name in enumerate(chain.limits):
         if name in values.columns:
             (title, unit, digits), where = _said(values.columns[name]), [""] * len(measured)
             found = values.in_columns([name])[:, 0]
         else:
-            quantity = of_each(chain)[name]
+            quantity = of_name[name]
             (title, unit, digits), (where, found) = _said(quantity), _worst(*_parts(measured, values, quantity))
         source = source_of(chain.sources, f"limits.{name}")
         yield Limited(name, title, unit, digits, True, source, where, found, stated[:, n], valid)
@@ -167,7 +168,7 @@ def _of_scenario(measured: Measured, values: Values) -> Iterator[Limited]:
 def _parts(measured: Measured, values: Values, quantity: Quantity) -> tuple[list[str], Array]:
     """Names of the vehicles or interfaces of the moving train that a limit of a quantity is about, and its numbers."""
     chain, sides = measured.chain, measured.sides
-    if quantity in of_vehicles(chain):
+    if quantity not in of_sides(chain):
         own = order_of_vehicles(chain)[: chain.n_moving]
         return [chain.vehicles[i].name for i in own], picked(values.of(quantity), own)
     own = list(range(n_own_sides(chain)))
@@ -190,10 +191,9 @@ def _of_stages(measured: Measured) -> Iterator[Limited]:
     for path, (title, stages) in found.items():
         stroke, limit = picked(sides.stage_stroke, stages) / MM, picked(sides.stage_limit, stages) / MM
         at = _place_of_worst(100 * np.abs(stroke) / limit)
-        where = [sides.names[sides.stages[stages[k]].side] for k in at.ravel().tolist()]
-        most, most_allowed = (np.take_along_axis(values, at, axis=-1)[:, 0] for values in (stroke, limit))
+        where = [sides.names[sides.stages[stages[k]].side] for k in at[1].tolist()]
         source = source_of(chain.sources, path)
-        yield Limited(path, title, STAGE.unit, STAGE.digits, False, source, where, most, most_allowed, valid)
+        yield Limited(path, title, STAGE.unit, STAGE.digits, False, source, where, stroke[at], limit[at], valid)
 
 
 def reported(
@@ -239,9 +239,9 @@ def _said(thing: Column | Quantity) -> tuple[str, str, int]:
 def _worst(names: Sequence[str], values: Array) -> tuple[list[str], Array]:
     """The name, and the largest magnitude with its sign, of each row of values (n_case, n); nan is larger than all."""
     at = _place_of_worst(values)
-    return [names[k] for k in at.ravel().tolist()], np.take_along_axis(values, at, axis=-1)[:, 0]
+    return [names[k] for k in at[1].tolist()], values[at]
 
 
-def _place_of_worst(values: Array) -> Any:
-    """(n_case, 1) where the first of the largest magnitudes is in each row (n_case, n)."""
-    return np.where(np.isnan(values), np.inf, np.abs(values)).argmax(axis=-1)[:, None]
+def _place_of_worst(values: Array) -> tuple[IntArray, IntArray]:
+    """(n_case,) indices of the first of the largest magnitudes in each row (n_case, n)."""
+    return np.arange(len(values)), np.where(np.isnan(values), np.inf, np.abs(values)).argmax(axis=-1)

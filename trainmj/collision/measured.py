@@ -279,7 +279,8 @@ class Measured:
         the last place the one that is open at the end of the run, up to there.
         """
         tally = self.tally
-        n = int(np.clip(np.nan_to_num(tally.contacts).max(), 0, KEPT))
+        most = np.fmax.reduce(tally.contacts, axis=None)
+        n = int(min(most, KEPT)) if most > 0.0 else 0
         is_open = (tally.open != 0.0) & (tally.time[:, None] > tally.open_start)
         start = np.where(is_open, tally.open_start, 0.0)
         end = np.where(is_open, tally.time[:, None], 0.0)

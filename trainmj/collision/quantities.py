@@ -553,9 +553,10 @@ def columns_of(chain: Chain) -> dict[str, Column]:
 def _layout(chain: Chain) -> tuple[dict[str, Column], dict[str, _Source]]:
     """The columns of a chain and their sources; not to be changed."""
     sides = [(chain.interfaces[k], k, side) for k, side in places_of_sides(chain)]
+    own = n_own_sides(chain)
     return _columns(
         tuple(
-            (i.sides[side], n >= n_own_sides(chain), abs(k - chain.front), i.draws, _stages(i.devices[side]))
+            (i.sides[side], n >= own, abs(k - chain.front), i.draws, _stages(i.devices[side]))
             for n, (i, k, side) in enumerate(sides)
         ),
         tuple((i, chain.vehicles[i].name) for i in order_of_vehicles(chain)),

@@ -147,16 +147,17 @@ class Sides:
         Those behind the first one of a law have what the curve of first loading at rest says, and the first one what
         is left; speed may add to it.
         """
-        laws = [stage.law for stage in self.stages]
-        start = self._numbers[1][0] - picked(self._numbers[0], [stage.path for stage in self.stages])
-        energy = positive(self._used.absorbed(laws, start + self.stage_stroke) - self._used.absorbed(laws, start))
+        behind = [k for k, stage in enumerate(self.stages) if not stage.first]
+        paths, laws = ([getattr(self.stages[k], name) for k in behind] for name in ("path", "law"))
+        start = picked(self._numbers[1][0], behind) - picked(self._numbers[0], paths)
+        end = start + picked(self.stage_stroke, behind)
+        of_end, of_start = np.split(self._used.absorbed(laws + laws, np.append(end, start, axis=1)), 2, axis=1)
+        energy = np.empty_like(self.stage_stroke)
+        energy[:, behind] = others = positive(of_end - of_start)
         first = [k for k, stage in enumerate(self.stages) if stage.first]
-        behind = [
-            [k for k, stage in enumerate(self.stages) if stage.path == self.stages[one].path and not stage.first]
-            for one in first
-        ]
-        others = added(in_rows(energy, behind, 0.0))
-        energy[:, first] = positive(picked(self._used.lost, [laws[k] for k in first]) - others)
+        rows = [[n for n, path in enumerate(paths) if path == self.stages[k].path] for k in first]
+        lost = picked(self._used.lost, [self.stages[k].law for k in first])
+        energy[:, first] = positive(lost - added(in_rows(others, rows, 0.0)))
         return energy
 
     @cached_property
