@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from trainmj.cases.rows import Rows
@@ -18,7 +17,6 @@ from trainmj.collision.element import advance
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, N_ELEMENT
 from trainmj.collision.law import KINDS
-from trainmj.collision.limits import Limited
 from trainmj.collision.simulation import start
 from trainmj.scenario import Scenario, shipped
 from trainmj.verification.systems import (
@@ -225,16 +223,8 @@ def each_alone(chunks: Iterable[Rows]) -> Iterator[Rows]:
         for n in range(len(rows)):
             here = slice(n, n + 1)
             facts = {name: values[here] for name, values in rows.facts.items()}
-            limits = tuple(
-                replace(one, **{name: getattr(one, name)[here] for name in ("where", "found", "limit", "valid")})
-                for one in rows.limits
+            of_one = (
+                {name: getattr(one, name)[here] for name in ("where", "found", "limit", "valid")} for one in rows.limits
             )
+            limits = tuple(replace(one, **of) for one, of in zip(rows.limits, of_one, strict=True))
             yield replace(rows, keys=rows.keys[here], facts=facts, numbers=rows.numbers[here], limits=limits)
-
-
-def limited(each):
-    """A limit of several cases, from what became of it in each."""
-    one = each[0]
-    same = (one.name, one.title, one.unit, one.digits, one.of_scenario, one.source)
-    found, limit, valid = (np.array([getattr(c, name) for c in each]) for name in ("found", "limit", "valid"))
-    return Limited(*same, [c.where for c in each], found, limit, valid)

@@ -8,13 +8,12 @@ import signal
 import sqlite3
 import time
 from contextlib import closing, suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from builders import each_alone, limited, points
+from builders import each_alone, points
 from click.testing import CliRunner
 from forked import Forked
 from scipy.stats import norm
@@ -22,6 +21,7 @@ from scipy.stats import norm
 import trainmj
 from trainmj.cases.rows import Rows
 from trainmj.cli import main
+from trainmj.collision.limits import Limited
 from trainmj.errors import InputError
 
 SMALL = {
@@ -100,14 +100,12 @@ class Linear:
             if lost:
                 yield unstable(lost)
             if there := [key for key in y if key not in lost]:
-                c = self.designed
-                found = [replace(c, found=c.limit * (1.0 + (y[key] - self.beta) / 10.0)) for key in there]
-                facts = {
-                    "status": ["over" if one.kept else "limit passed" for one in found],
-                    "reason": [""] * len(there),
-                }
-                numbers = np.array([[one.found] for one in found])
-                yield Rows(there, facts, self.columns, numbers, (limited(found),))
+                c, n = self.designed, len(there)
+                found = np.array([c.limit * (1.0 + (y[key] - self.beta) / 10.0) for key in there])
+                same = (c.name, c.title, c.unit, c.digits, c.of_scenario, c.source)
+                limited = Limited(*same, [c.where] * n, found, np.full(n, c.limit), np.full(n, True))
+                facts = {"status": np.where(limited.kept, "over", "limit passed").tolist(), "reason": [""] * n}
+                yield Rows(there, facts, self.columns, found[:, None], (limited,))
 
 
 def unstable(keys):
@@ -176,7 +174,11 @@ def test_what_passes_in_one_load_case_passes_whatever_becomes_of_it_in_another(f
     class Failing(Linear):
         def __call__(self, cases):
             cases = list(cases)
-            gap = {key: case["collision.gap_mm"] for some in cases for key, case in zip(some.keys, some, strict=True)}
+            gap = {
+                key: case.get("collision.gap_mm", 50.0)
+                for some in cases
+                for key, case in zip(some.keys, some, strict=True)
+            }
             for rows in each_alone(super().__call__(cases)):
                 yield unstable(rows.keys) if rows.keys[0] % 2 and gap[rows.keys[0]] > 50.0 else rows
 

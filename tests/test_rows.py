@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from builders import each_alone, limited
+from builders import each_alone
 
 import trainmj
 from trainmj.cases.engine import Local
@@ -254,8 +254,6 @@ def test_rows_have_the_responses_asked_for_and_the_limits_of_a_single_run():
         assert [(one.kept[0], one.used[0]) for one in found[key].limits] == [
             (one.kept, one.used) for one in alone.limits
         ]
-    both = limited([found[0].limits[3].of(0), found[2].limits[3].of(0)])
-    assert both.kept.tolist() == [True, False]
 
 
 def test_what_ends_is_kept_soon_and_in_order_of_its_end(tmp_path, monkeypatch):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from threading import Lock
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trainmj.cases.store import CASE, FILE, IN_A_PIECE, about_in, connected, in_order, read_columns, selected
+from trainmj.collision.quantities import Column
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
 from trainmj.files.folder import is_held
@@ -37,8 +38,10 @@ def read_table(folder: str | Path) -> pd.DataFrame:
     return read_sweep(path_given(folder))[0]
 
 
-def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
-    """The table of a sweep, as :func:`read_table` gives it, and what its store says about it."""
+def read_sweep(
+    folder: Path, wanted: Callable[[Column], bool] = lambda column: True
+) -> tuple[pd.DataFrame, dict[str, str]]:
+    """The table of a sweep as :func:`read_table` gives it, with the responses wanted, and what its store says of it."""
     import pandas as pd
     from pandas.errors import DatabaseError
 
@@ -49,10 +52,11 @@ def read_sweep(folder: Path) -> tuple[pd.DataFrame, dict[str, str]]:
         with _reading(file) as db:
             db.execute("BEGIN")  # both from one moment
             about = about_in(db)
-            columns = read_columns(about, file)
+            known = read_columns(about, file)
             there = [name for _, name, *_ in db.execute("PRAGMA table_info(results)")]
-            heads = [name for name in there if name not in columns]
-            names = [name for name in in_order(there, columns) if name in columns]
+            heads = [name for name in there if name not in known]
+            columns = {name: known[name] for name in in_order(there, known) if name in known and wanted(known[name])}
+            names = list(columns)
             table = pd.read_sql(selected(heads, CASE), db, index_col=CASE)
             numbers = np.empty((len(table), len(names)))
             found, n = db.execute(selected(names, CASE)), 0

@@ -54,6 +54,7 @@ _TABLE = re.compile(
 )
 """How the tables of a store are made, and nothing else in it."""
 
+_MOST_ASKED = 500  # keys in one query
 _COLUMNS = "columns"
 _STATE = "INSERT OR REPLACE INTO about VALUES (?, ?)"
 _TROUBLES = {
@@ -128,7 +129,8 @@ class Store:
     def there(self, n: int) -> NDArray[np.bool_]:
         """(n,) whether the case of each number from 0 on is in the file."""
         there = np.zeros(n, dtype=bool)
-        there[np.fromiter(self.column(self._key, n), dtype=np.int64)] = True
+        keys = np.fromiter(self.column(self._key, n), dtype=np.int64)
+        there[keys[keys >= 0]] = True
         return there
 
     def endings(self) -> dict[str, tuple[int, Any, str]]:
@@ -145,12 +147,14 @@ class Store:
     def read(self, keys: Iterable[Key]) -> dict[Key, Row]:
         """The rows of those keys that are in the file, without their empty values."""
         found: dict[Key, Row] = {}
-        _, *names = self._names
-        query = f'SELECT * FROM results WHERE "{self._key}" = ?'
-        for key in keys:
-            for _, *values in self._select(query, (key,)):
-                row = {n: v for n, v in zip(names, values, strict=True) if v is not None}
-                if any(isinstance(row.get(name), str) != (name in STATUS) for name in {*row, *STATUS}):
+        keys, (_, *names) = list(keys), self._names
+        for first in range(0, len(keys), _MOST_ASKED):
+            some = tuple(keys[first : first + _MOST_ASKED])
+            query = f'SELECT * FROM results WHERE "{self._key}" IN ({", ".join("?" * len(some))})'
+            for key, *values in self._select(query, some):
+                row = {name: value for name, value in zip(names, values, strict=True) if value is not None}
+                texts = list(map(type, row.values())).count(str)
+                if texts != len(STATUS) or not all(isinstance(row.get(name), str) for name in STATUS):
                     raise damaged(self.file)
                 found[key] = row
         return found

@@ -87,10 +87,10 @@ def _as_table(found: Sequence[Rows], n: int, names: Sequence[str]) -> pd.DataFra
         for name, column in texts.items():
             for key, text in zip(some.keys, some.facts[name], strict=True):
                 column[key] = text
-        there = [(k, list(some.columns).index(name)) for k, name in enumerate(names) if name in some.columns]
-        if there:
-            to, of = map(list, zip(*there, strict=True))
-            numbers[np.ix_(some.keys, to)] = some.numbers[:, of]
+        places = {name: k for k, name in enumerate(some.columns)}
+        to = [k for k, name in enumerate(names) if name in places]
+        if to:
+            numbers[np.ix_(some.keys, to)] = some.numbers[:, [places[names[k]] for k in to]]
     return pd.DataFrame(texts).join(pd.DataFrame(numbers, columns=list(names)))
 
 

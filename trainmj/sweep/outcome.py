@@ -109,11 +109,17 @@ def _column(limited: Limited) -> Response:
     return Response(f"percent_of_{limited.name}", "%", 1, f"limit of {limited.title}", _MEANING, USED, place)
 
 
+def says_use(column: Response) -> bool:
+    """Whether a column says how much of a limit is used."""
+    return column.quantity == USED
+
+
 def outcome_of(table: pd.DataFrame, titles: Mapping[str, str], planned: int) -> Outcome:
     """How the load cases ended.
 
     Args:
-        table: of a sweep with load cases, as :func:`trainmj.read_table` gives it, finished or not.
+        table: of a sweep with load cases, as :func:`trainmj.read_table` gives it, finished or not; of its responses
+            those are needed that say how much of a limit is used.
         titles: of the load cases by name, all of them.
         planned: how many cases the whole sweep has.
     """
@@ -125,7 +131,7 @@ def outcome_of(table: pd.DataFrame, titles: Mapping[str, str], planned: int) -> 
 
     governing = []
     for column in table.attrs["columns"].values():
-        if column.quantity == USED and table[column.name].notna().any():
+        if says_use(column) and table[column.name].notna().any():
             case = table[column.name].idxmax()
             used = float(table[column.name][case])
             governing.append(Governing(column.title.removeprefix("limit of "), table[LOAD_CASE][case], int(case), used))

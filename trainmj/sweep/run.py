@@ -15,7 +15,7 @@ import numpy as np
 
 from trainmj.cases.engine import Engine, Local
 from trainmj.cases.origin import Origin, stated
-from trainmj.cases.reader import read_about, read_table
+from trainmj.cases.reader import read_about, read_sweep, read_table
 from trainmj.cases.rows import STATUS, Rows
 from trainmj.cases.runner import fill, onwards
 from trainmj.cases.store import FILE, Store
@@ -32,7 +32,7 @@ from trainmj.files.shown import Shown
 from trainmj.files.written import remove
 from trainmj.output.table import Verdict
 from trainmj.scenario import Scenario, to_yaml
-from trainmj.sweep.outcome import Outcome, first_of, outcome_of, verdict, with_uses
+from trainmj.sweep.outcome import Outcome, first_of, outcome_of, says_use, verdict, with_uses
 from trainmj.sweep.plan import LOAD_CASES, Sweep, load_sweep
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def run_sweep(
         _write_histories(sweep, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
-    outcome = outcome_of(read_table(folder), titles, len(sweep)) if titles else None
+    outcome = outcome_of(read_sweep(folder, says_use)[0], titles, len(sweep)) if titles else None
     whole = verdict({kind: count for kind, (count, *_) in endings.items()}, len(sweep), first, outcome)
     return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, whole, seconds, outcome)
 
@@ -229,9 +229,9 @@ def _keeper(sweep: Sweep) -> Callable[[Rows], Rows]:
     """Gives what is kept of cases: the values they change, too, and of load cases how much they use of each limit."""
 
     def keep(rows: Rows) -> Rows:
+        rows = with_uses(rows) if sweep.load_cases else rows
         if double := set(sweep.names).intersection(rows.columns):
             raise InputError(f"{min(double)}: is a column of the results: give the parameter another name")
-        rows = with_uses(rows) if sweep.load_cases else rows
         return rows.beside(sweep.columns(np.array(rows.keys)))
 
     return keep
