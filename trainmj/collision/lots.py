@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.cases import Cases, Name
+from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -22,7 +22,7 @@ from trainmj.symbol import Tape
 SIZE = 256
 """Most cases of a lot."""
 
-_WORTH = 6  # cases of a kind that make up for a trace
+_WORTH = 12  # cases of a kind that make up for a trace
 _TRACES = 8  # that are kept of a kind
 _KINDS = 64  # that are kept
 _FAILURES = 3  # to make one, after which cases are computed alone
@@ -39,33 +39,40 @@ class Refused(NamedTuple):
     reason: str
 
 
-def lots(scenario: Scenario, cases: Iterable[Cases], size: int = SIZE, asked: Asked = ()) -> Iterator[Lot | Refused]:
-    """The cases of a scenario in lots.
+class Lots:
+    """What puts the cases of a scenario into lots; it keeps what it has found out about them from call to call."""
 
-    Args:
-        scenario: which the cases change.
-        cases: some at a time, taken as they are needed.
-        size: most cases of a lot.
-        asked: functions of a chain of which the values of a lot will be asked, so that its cases take the same way
-            through these, too; for other functions, cases that do not are computed alone.
+    def __init__(self, scenario: Scenario, asked: Asked = (), size: int = SIZE) -> None:
+        """Take what the cases have in common.
 
-    Yields:
-        Lots, each of one structure, its cases in the order in which they came; and cases that break a rule.
-    """
-    kinds: dict[Hashable, _Kind] = {}
-    fixed: dict[Sequence[Name], set[int]] = {}
-    for some in cases:
-        names = tuple(some.names)
-        if names not in fixed:
-            fixed[names] = _fixed(scenario, some)
-        table = _Table(some, fixed[names])
-        for stated, places in table.by_stated().items():
-            kind = kinds.pop((names, stated), None) or _Kind(scenario, asked)
-            kinds[names, stated] = kind  # the latest one last
-            if len(kinds) > _KINDS:
-                del kinds[next(iter(kinds))]
-            for begin in range(0, len(places), size):
-                yield from kind.lots(table, places[begin : begin + size])
+        Args:
+            scenario: which the cases change.
+            asked: functions of a chain of which the values of a lot will be asked, so that its cases take the same way
+                through these, too; for other functions, cases that do not are computed alone.
+            size: most cases of a lot.
+        """
+        self._scenario, self._asked, self._size = scenario, asked, size
+        self._kinds: dict[Hashable, _Kind] = {}
+        self._fixed: dict[Hashable, set[int]] = {}  # by names
+
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Lot | Refused]:
+        """Put cases into lots, some at a time, by one thread at a time.
+
+        Yields:
+            Lots, each of one structure, its cases in the order in which they came; and cases that break a rule.
+        """
+        for some in cases:
+            names = tuple(some.names)
+            if names not in self._fixed:
+                self._fixed[names] = _fixed(self._scenario, some)
+            table = _Table(some, self._fixed[names])
+            for stated, places in table.by_stated().items():
+                kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked)
+                self._kinds[names, stated] = kind  # the latest one last
+                if len(self._kinds) > _KINDS:
+                    del self._kinds[next(iter(self._kinds))]
+                for begin in range(0, len(places), self._size):
+                    yield from kind.lots(table, places[begin : begin + self._size])
 
 
 class _Table:
@@ -146,6 +153,7 @@ class _Kind:
         self._scenario, self._asked = scenario, asked
         self._traces: list[Trace] = []
         self._failed = 0  # attempts to make one
+        self._alone = 0  # cases that were computed alone
 
     def lots(self, table: _Table, places: Sequence[int]) -> Iterator[Lot | Refused]:
         """Those of some of the cases of a table."""
@@ -161,7 +169,7 @@ class _Kind:
                 yield Refused(key, str(error))
                 del left[0]
                 continue
-            new = self._trace(table, place, chain) if len(left) >= _WORTH else None
+            new = self._trace(table, place, chain) if self._alone + len(left) >= _WORTH else None
             if new is not None:
                 left = yield from self._following(new, table, left, chain)
                 if new.sound:
@@ -169,6 +177,7 @@ class _Kind:
             keys, chains = alone.setdefault(structure_of(chain), ([], []))
             keys.append(key)
             chains.append(chain)
+            self._alone += 1
             del left[0]
         for keys, chains in alone.values():
             yield Chains(keys, chains)
@@ -209,4 +218,5 @@ class _Kind:
             self._failed += 1
             return None
         self._traces.append(trace)
+        self._alone = 0
         return trace

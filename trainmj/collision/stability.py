@@ -45,7 +45,7 @@ def _largest(stiffness: Array, damping: Array) -> float:
 
 
 def _along(ends: Sequence[tuple[int, int]], mass: Array, *stated: Array) -> float:
-    """The same along the track, of masses, and of the stiffness and damping between each two points or one and the wall."""
+    """The same along the track, of masses, and of stiffness and damping between two points or one and the wall each."""
     root = np.sqrt(mass)
     matrices = []
     for values in stated:
