@@ -67,12 +67,11 @@ class Lots:
                 self._fixed[names] = _fixed(self._scenario, some)
             table = _Table(some, self._fixed[names])
             for stated, places in table.by_stated().items():
-                kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked)
+                kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked, self._size)
                 self._kinds[names, stated] = kind  # the latest one last
                 if len(self._kinds) > _KINDS:
                     del self._kinds[next(iter(self._kinds))]
-                for begin in range(0, len(places), self._size):
-                    yield from kind.lots(table, places[begin : begin + self._size])
+                yield from kind.lots(table, places)
 
 
 class _Table:
@@ -148,17 +147,17 @@ def _of_simulation(scenario: Scenario, name: str) -> bool:
 class _Kind:
     """Cases that differ in numbers only, as far as they state it: of one structure, or of a few."""
 
-    def __init__(self, scenario: Scenario, asked: Asked) -> None:
-        """Take the scenario, and what will be asked."""
-        self._scenario, self._asked = scenario, asked
-        self._traces: list[Trace] = []
+    def __init__(self, scenario: Scenario, asked: Asked, size: int) -> None:
+        """Take the scenario, what will be asked, and the most cases of a lot."""
+        self._scenario, self._asked, self._size = scenario, asked, size
+        self._traces: list[Trace] = []  # the latest one last
         self._failed = 0  # attempts to make one
-        self._alone = 0  # cases that were computed alone
+        self._alone = 0  # cases that were computed alone since the latest one
 
     def lots(self, table: _Table, places: Sequence[int]) -> Iterator[Lot | Refused]:
         """Those of some of the cases of a table."""
         left = list(places)
-        for trace in list(self._traces):
+        for trace in self._traces[::-1]:
             left = yield from self._following(trace, table, left)
         alone: dict[Hashable, tuple[list[Hashable], list[Chain]]] = {}
         while left:
@@ -169,10 +168,9 @@ class _Kind:
                 yield Refused(key, str(error))
                 del left[0]
                 continue
-            new = self._trace(table, place, chain) if self._alone + len(left) >= _WORTH else None
-            if new is not None:
-                left = yield from self._following(new, table, left, chain)
-                if new.sound:
+            if self._worth(len(left)) and (trace := self._traced(table, place, chain)):
+                left = yield from self._following(trace, table, left, chain)
+                if trace.sound:
                     continue
             keys, chains = alone.setdefault(structure_of(chain), ([], []))
             keys.append(key)
@@ -180,36 +178,58 @@ class _Kind:
             self._alone += 1
             del left[0]
         for keys, chains in alone.values():
-            yield Chains(keys, chains)
+            for n in range(0, len(keys), self._size):
+                yield Chains(keys[n : n + self._size], chains[n : n + self._size])
 
     def _following(
         self, trace: Trace, table: _Table, places: list[int], first: Chain | None = None
     ) -> Generator[Lot, None, list[int]]:
-        """The lot of those cases that follow a trace; what is left are the others.
+        """Lots of those cases that follow a trace; the others are left. The first chain is that of a new trace."""
+        left: list[int] = []
+        waiting: list[int] = []  # to fill a lot
+        for n in range(0, len(places), self._size):
+            some = places[n : n + self._size]
+            lot = Traced(trace, table.cases, some, table.numbers[:, some])
+            follow = lot.follows.tolist()
+            left += [place for place, follows in zip(some, follow, strict=True) if not follows]
+            if not waiting and all(follow):
+                ready = [lot]
+            else:
+                waiting += [place for place, follows in zip(some, follow, strict=True) if follows]
+                ready = []
+            last = n + self._size >= len(places)
+            while len(waiting) >= self._size or (waiting and last):
+                some, waiting = waiting[: self._size], waiting[self._size :]
+                ready.append(Traced(trace, table.cases, some, table.numbers[:, some]))
+            for lot in ready:
+                if self._holds(trace, lot, first):
+                    yield lot
+                else:
+                    left += lot.places
+                first = None
+        return sorted(left)
 
-        Of a new trace, whose first case has the chain that is given, and of some lots of each, cases are checked.
-        """
-        if not (places and trace.sound):
-            return places
-        lot = Traced(trace, table.cases, places, table.numbers[:, places])
-        follow = lot.follows
-        if not follow.any():
-            return places
-        if not follow.all():
-            lot = lot.take(np.flatnonzero(follow).tolist())
-        checked = {len(lot) - 1} if trace.due() else set[int]()
+    def _holds(self, trace: Trace, lot: Traced, first: Chain | None) -> bool:
+        """Whether a lot is what its cases are alone: of a new trace some are compared, and of some lots one."""
+        if not trace.sound:
+            return False
+        checked = {len(lot) - 1: None} if trace.due() else {}
         if first is not None:
-            checked |= {0, len(lot) // 2}
-        for place in checked:
-            if not trace.agrees(lot, place, first if place == 0 and first is not None else lot.chain_of(place)):
-                return places
-        yield lot
-        return [place for place, follows in zip(places, follow.tolist(), strict=True) if not follows]
+            checked |= {len(lot) // 2: None, 0: first}
+        if all(trace.agrees(lot, place, chain or lot.chain_of(place)) for place, chain in checked.items()):
+            return True
+        self._traces.remove(trace)
+        self._failed += 1
+        return False
 
-    def _trace(self, table: _Table, place: int, chain: Chain) -> Trace | None:
-        """A new trace, of a case and its chain; None if there are enough, or it cannot be made."""
-        if len(self._traces) == _TRACES or self._failed == _FAILURES:
-            return None
+    def _worth(self, n: int) -> bool:
+        """Whether another trace may be worth its while, with so many cases at hand."""
+        if self._failed == _FAILURES:
+            return False
+        return self._alone + (n if len(self._traces) < _TRACES else 0) >= _WORTH
+
+    def _traced(self, table: _Table, place: int, chain: Chain) -> Trace | None:
+        """A new trace, of a case and its chain; None if it cannot be made."""
         changes, numbers = partial(table.changes, place), table.numbers[:, place].tolist()
         try:
             trace = Trace(self._scenario, chain, changes, numbers, self._asked)
@@ -217,6 +237,6 @@ class _Kind:
             log.info("case %s cannot stand for others: %s", table.cases.keys[place], error)
             self._failed += 1
             return None
-        self._traces.append(trace)
+        self._traces = [*self._traces[1 - _TRACES :], trace]
         self._alone = 0
         return trace

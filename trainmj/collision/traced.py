@@ -187,13 +187,14 @@ class Traced:
     Attributes:
         keys: what the caller calls each case.
         chain: of the case that was traced, which need not be one of them.
+        places: of the cases among those that they were taken from.
     """
 
     def __init__(self, trace: Trace, cases: Cases, places: Sequence[int], numbers: Array) -> None:
         """Take cases by their places among some, and which numbers (n_number, n_case) the symbols stand for in them."""
         self.keys: Sequence[Any] = [cases.keys[place] for place in places]
         self.chain = trace.sample
-        self._trace, self._cases, self._places, self._numbers = trace, cases, places, numbers
+        self._trace, self._cases, self.places, self._numbers = trace, cases, places, numbers
         self._played = trace.play(numbers)
         self._found: dict[Hashable, Array] = {}  # by what was asked
         self._alone: dict[int, Chain] = {}  # chains of single cases
@@ -239,7 +240,7 @@ class Traced:
 
     def chain_of(self, place: int) -> Chain:
         """The chain of one case."""
-        at = self._places[place]
+        at = self.places[place]
         if at not in self._alone:
             self._alone[at] = line_up(self._trace.scenario.with_values(self._cases[at]))
         return self._alone[at]
@@ -248,7 +249,7 @@ class Traced:
         """Some of the cases, in this order."""
         at = list(places)
         found = copy(self)
-        found.keys, found._places = [self.keys[n] for n in at], [self._places[n] for n in at]
+        found.keys, found.places = [self.keys[n] for n in at], [self.places[n] for n in at]
         found._numbers, found._played = self._numbers[:, at], self._played.take(at)
         found._found = {key: values[at] for key, values in self._found.items()}
         return found
