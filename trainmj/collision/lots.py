@@ -157,7 +157,7 @@ class _Kind:
     def lots(self, table: _Table, places: Sequence[int]) -> Iterator[Lot | Refused]:
         """Those of some of the cases of a table."""
         left = list(places)
-        for trace in self._traces[::-1]:
+        for trace in sorted(self._traces, key=lambda trace: -trace.n_cases):
             left = yield from self._following(trace, table, left)
         alone: dict[Hashable, tuple[list[Hashable], list[Chain]]] = {}
         while left:
@@ -203,6 +203,7 @@ class _Kind:
                 ready.append(Traced(trace, table.cases, some, table.numbers[:, some]))
             for lot in ready:
                 if self._holds(trace, lot, first):
+                    trace.n_cases += len(lot)
                     yield lot
                 else:
                     left += lot.places

@@ -45,6 +45,7 @@ class Trace:
         chain: of the case, with symbols.
         sample: the same with its numbers.
         sound: whether nothing that was played has differed from what was computed for a case alone.
+        n_cases: that have followed it.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class Trace:
         Raises:
             TraceError: if somewhere only a plain number will do.
         """
-        self.scenario, self.sample, self.sound = scenario, sample, True
+        self.scenario, self.sample, self.sound, self.n_cases = scenario, sample, True, 0
         self._tape = Tape()
         self.chain = line_up(scenario.with_values(changes([self._tape.symbol(number) for number in numbers])))
         self._outputs: dict[Hashable, Output | None] = {}
