@@ -168,9 +168,10 @@ class _Kind:
                 yield Refused(key, str(error))
                 del left[0]
                 continue
-            if self._worth(len(left)) and (trace := self._traced(table, place, chain)):
-                left = yield from self._following(trace, table, left, chain)
-                if trace.sound:
+            new = self._traced(table, place, chain) if self._worth(len(left)) else None
+            if new is not None:
+                left = yield from self._following(new, table, left, chain)
+                if new.sound:
                     continue
             keys, chains = alone.setdefault(structure_of(chain), ([], []))
             keys.append(key)
@@ -214,7 +215,7 @@ class _Kind:
         """Whether a lot is what its cases are alone: of a new trace some are compared, and of some lots one."""
         if not trace.sound:
             return False
-        checked = {len(lot) - 1: None} if trace.due() else {}
+        checked: dict[int, Chain | None] = {len(lot) - 1: None} if trace.due() else {}
         if first is not None:
             checked |= {len(lot) // 2: None, 0: first}
         if all(trace.agrees(lot, place, chain or lot.chain_of(place)) for place, chain in checked.items()):

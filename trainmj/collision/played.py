@@ -116,8 +116,8 @@ class Program:
             rows |= {place: to.start + n for n, place in enumerate(places)}
         alike: dict[Any, list[tuple[int, float]]] = {}
         for relation, left, right, outcome in tape.guards:
-            other = tape.constants[right] if right in tape.constants else rows[right]
-            alike.setdefault((relation, outcome, type(other)), []).append((rows[left], other))
+            against: float = tape.constants[right] if right in tape.constants else rows[right]
+            alike.setdefault((relation, outcome, type(against)), []).append((rows[left], against))
         guards = [
             _Guards(relation, outcome, *map(np.array, zip(*pairs, strict=True)))
             for (relation, outcome, _), pairs in alike.items()

@@ -161,9 +161,9 @@ def _key(thing: Any) -> Hashable:
     elif isinstance(thing, tuple | list):
         parts = list(thing)
     else:
-        return (type(thing), thing) if isinstance(thing, _TOLD) else None
+        return (type(thing).__name__, thing) if isinstance(thing, _TOLD) else None
     keys = [_key(part) for part in parts]
-    return None if None in keys else (type(thing), own, *keys)
+    return None if None in keys else (type(thing).__name__, own, *keys)
 
 
 _TOLD = (int, float, str, type, NoneType, Layout, Trace)

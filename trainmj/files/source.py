@@ -198,7 +198,7 @@ def _with_symbols(here: Any, type_: Any, symbols: list[tuple[Path, Symbol]]) -> 
         )
     if members := alternatives(bare):
         bare = next((member for member in members.values() if isinstance(here, base_of(member))), None)
-    found = here.copy()
+    found: Any = here.copy()
     if isinstance(here, list):
         of_each = inside(bare, 0)
         if not any(way for below in inner.values() for way, _ in below):
