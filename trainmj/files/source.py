@@ -204,7 +204,7 @@ def _with_symbols(here: Any, type_: Any, symbols: list[tuple[Path, Symbol]]) -> 
         if not any(way for below in inner.values() for way, _ in below):
             kept = _bounded(of_each)[1]
             for key, ((_, symbol),) in inner.items():
-                found[key] = _bound(here[key], symbol, kept)
+                found[key] = _bound(here[int(key)], symbol, kept)
             return found
     for key, below in inner.items():
         found[key] = _put(here[key], inside(bare, key), below)
