@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 
 import trainmj
-from trainmj.collision import played
+from trainmj.collision import lots, played
 from trainmj.collision.block import Layout
 from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Envelope
 from trainmj.collision.lineup import line_up
-from trainmj.collision.lots import Refused, lots
+from trainmj.collision.lots import Lots, Refused
 from trainmj.collision.model import numbers_of
 from trainmj.collision.played import Program
 from trainmj.errors import InputError
@@ -42,13 +42,19 @@ BODIES = {
 }
 
 
+@pytest.fixture(autouse=True)
+def _few(monkeypatch):
+    """Few cases are enough for a trace here."""
+    monkeypatch.setattr(lots, "_WORTH", 5)
+
+
 def numbers(chain: Chain, layout: Layout) -> np.ndarray:
     """All with which a simulation begins."""
     model = [np.ravel(values) for values in numbers_of(chain).values()]
     return np.concatenate([layout.block(chain), chain.start_qpos, chain.start_qvel, *model])
 
 
-def check(scenario: Scenario, cases: Cases, **options: Any) -> Counter[str]:
+def check(scenario: Scenario, cases: Cases) -> Counter[str]:
     """Compare cases in lots with each alone, and count what they came in."""
     alone: dict[Any, Chain | str] = {}
     for key, changes in zip(cases.keys, cases, strict=True):
@@ -59,7 +65,7 @@ def check(scenario: Scenario, cases: Cases, **options: Any) -> Counter[str]:
     kinds: Counter[str] = Counter()
     place = {key: n for n, key in enumerate(cases.keys)}
     left = set(cases.keys)
-    for lot in lots(scenario, [cases], **options):
+    for lot in Lots(scenario)([cases]):
         if isinstance(lot, Refused):
             kinds["refused"] += 1
             assert alone[lot.key] == lot.reason
@@ -241,7 +247,7 @@ def test_values_that_are_no_numbers_are_grouped():
         [(2.0, 3.0)[k // 2 % 2] for k in range(n)],
     ]
     assert check(scenario, Cases(range(n), names, columns)) == {"traced": n}
-    found = [lot for lot in lots(scenario, [Cases(range(n), names, columns)]) if not isinstance(lot, Refused)]
+    found = [lot for lot in Lots(scenario)([Cases(range(n), names, columns)]) if not isinstance(lot, Refused)]
     assert sorted(len(lot) for lot in found) == [16, 16, 16, 16]
     structures = {(len(lot.chain.vehicles), lot.chain.time_limit) for lot in found}
     assert structures == {(6, 2.0), (6, 3.0), (12, 2.0), (12, 3.0)}
@@ -398,7 +404,7 @@ def test_a_fault_of_what_is_played_is_seen(wrong, monkeypatch, caplog):
 
 def test_what_cannot_be_traced_is_asked_one_by_one():
     scenario, cases = some_cases()
-    (lot,) = lots(scenario, [cases])
+    (lot,) = Lots(scenario)([cases])
     found = lot.values(lambda chain: float(chain.mass[0]))
     assert found.tolist() == [1e3 * mass for mass in cases.values[0]]
     sums = lot.values(lambda chain: chain.mass.sum())  # in another order of the additions
@@ -411,10 +417,10 @@ def test_what_takes_another_way_where_it_is_asked_is_asked_alone():
     def of(chain: Chain) -> float:
         return chain.mass[0] if chain.mass[0] > 33e3 else -chain.mass[0]
 
-    (lot,) = lots(scenario, [cases])
+    (lot,) = Lots(scenario)([cases])
     plain = [of(line_up(scenario.with_values(changes))) for changes in cases]
     assert lot.values(of).tolist() == plain
-    parts = list(lots(scenario, [cases], asked=[of]))
+    parts = list(Lots(scenario, [of])([cases]))
     assert len(parts) == 2
     assert {key: value for part in parts for key, value in zip(part.keys, part.values(of), strict=True)} == dict(
         zip(cases.keys, plain, strict=True)
@@ -423,7 +429,7 @@ def test_what_takes_another_way_where_it_is_asked_is_asked_alone():
 
 def test_some_of_a_lot_are_a_lot():
     scenario, cases = some_cases()
-    (lot,) = lots(scenario, [cases])
+    (lot,) = Lots(scenario)([cases])
     layout = Layout.of(lot.chain)
     blocks = lot.blocks(layout)
     part = lot.take([5, 3, 30])
@@ -435,7 +441,7 @@ def test_some_of_a_lot_are_a_lot():
 
 def test_lots_have_their_size_and_all_cases():
     scenario, cases = some_cases(40)
-    found = list(lots(scenario, iter([cases, cases.take(range(7)), cases.take([0])]), size=16))
+    found = list(Lots(scenario, size=16)(iter([cases, cases.take(range(7)), cases.take([0])])))
     assert [len(lot) for lot in found] == [16, 16, 8, 7, 1]
     assert [key for lot in found for key in lot.keys] == [*range(40), *range(7), 0]
 
@@ -444,9 +450,17 @@ def test_what_a_source_says_belongs_to_the_structure():
     """A limit that is changed is marked as such; one that is restated as it was is not."""
     scenario = trainmj.load("b_type")
     limits = [5.0, 6.0, 5.0, 7.0, 8.0, 9.0, 10.0, 11.0, 5.0, 5.0, 5.0, 5.0, 5.0]
-    found = list(lots(scenario, [Cases(range(len(limits)), [("limits.mean_deceleration_g",)], [limits])]))
+    found = list(Lots(scenario)([Cases(range(len(limits)), [("limits.mean_deceleration_g",)], [limits])]))
     told = {key: lot.chain.sources["limits.mean_deceleration_g"] for lot in found for key in lot.keys}
     for key, limit in enumerate(limits):
         alone = line_up(scenario.with_values({"limits.mean_deceleration_g": limit}))
         assert told[key] == alone.sources["limits.mean_deceleration_g"]
     assert len(set(told.values())) == 2
+
+
+def test_what_was_traced_serves_the_next_cases():
+    """As in a search that asks for a few cases at a time."""
+    scenario, cases = some_cases()
+    made = Lots(scenario)
+    kinds = [type(lot).__name__ for n in range(0, 40, 2) for lot in made([cases.take([n, n + 1])])]
+    assert kinds == ["Chains"] * 2 + ["Traced"] * 18

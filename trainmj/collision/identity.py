@@ -15,7 +15,7 @@ from pathlib import Path
 _PACKAGES = ("trainmj", "mujoco", "numba", "numpy")
 
 
-_COMPUTING = ("units.py", "scenario", "doe", "collision")
+_COMPUTING = ("units.py", "symbol.py", "scenario", "doe", "collision")
 """What numbers come from, beside the packages: files and folders of trainmj."""
 
 

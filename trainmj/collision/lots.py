@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.cases import Cases, Name
+from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -22,7 +22,7 @@ from trainmj.symbol import Tape
 SIZE = 256
 """Most cases of a lot."""
 
-_WORTH = 6  # cases of a kind that make up for a trace
+_WORTH = 12  # cases of a kind that make up for a trace
 _TRACES = 8  # that are kept of a kind
 _KINDS = 64  # that are kept
 _FAILURES = 3  # to make one, after which cases are computed alone
@@ -39,33 +39,39 @@ class Refused(NamedTuple):
     reason: str
 
 
-def lots(scenario: Scenario, cases: Iterable[Cases], size: int = SIZE, asked: Asked = ()) -> Iterator[Lot | Refused]:
-    """The cases of a scenario in lots.
+class Lots:
+    """What puts the cases of a scenario into lots; it keeps what it has found out about them from call to call."""
 
-    Args:
-        scenario: which the cases change.
-        cases: some at a time, taken as they are needed.
-        size: most cases of a lot.
-        asked: functions of a chain of which the values of a lot will be asked, so that its cases take the same way
-            through these, too; for other functions, cases that do not are computed alone.
+    def __init__(self, scenario: Scenario, asked: Asked = (), size: int = SIZE) -> None:
+        """Take what the cases have in common.
 
-    Yields:
-        Lots, each of one structure, its cases in the order in which they came; and cases that break a rule.
-    """
-    kinds: dict[Hashable, _Kind] = {}
-    fixed: dict[Sequence[Name], set[int]] = {}
-    for some in cases:
-        names = tuple(some.names)
-        if names not in fixed:
-            fixed[names] = _fixed(scenario, some)
-        table = _Table(some, fixed[names])
-        for stated, places in table.by_stated().items():
-            kind = kinds.pop((names, stated), None) or _Kind(scenario, asked)
-            kinds[names, stated] = kind  # the latest one last
-            if len(kinds) > _KINDS:
-                del kinds[next(iter(kinds))]
-            for begin in range(0, len(places), size):
-                yield from kind.lots(table, places[begin : begin + size])
+        Args:
+            scenario: which the cases change.
+            asked: functions of a chain of which the values of a lot will be asked, so that its cases take the same way
+                through these, too; for other functions, cases that do not are computed alone.
+            size: most cases of a lot.
+        """
+        self._scenario, self._asked, self._size = scenario, asked, size
+        self._kinds: dict[Hashable, _Kind] = {}
+        self._fixed: dict[Hashable, set[int]] = {}  # by names
+
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Lot | Refused]:
+        """Put cases into lots, some at a time, by one thread at a time.
+
+        Yields:
+            Lots, each of one structure, its cases in the order in which they came; and cases that break a rule.
+        """
+        for some in cases:
+            names = tuple(some.names)
+            if names not in self._fixed:
+                self._fixed[names] = _fixed(self._scenario, some)
+            table = _Table(some, self._fixed[names])
+            for stated, places in table.by_stated().items():
+                kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked, self._size)
+                self._kinds[names, stated] = kind  # the latest one last
+                if len(self._kinds) > _KINDS:
+                    del self._kinds[next(iter(self._kinds))]
+                yield from kind.lots(table, places)
 
 
 class _Table:
@@ -141,16 +147,17 @@ def _of_simulation(scenario: Scenario, name: str) -> bool:
 class _Kind:
     """Cases that differ in numbers only, as far as they state it: of one structure, or of a few."""
 
-    def __init__(self, scenario: Scenario, asked: Asked) -> None:
-        """Take the scenario, and what will be asked."""
-        self._scenario, self._asked = scenario, asked
-        self._traces: list[Trace] = []
+    def __init__(self, scenario: Scenario, asked: Asked, size: int) -> None:
+        """Take the scenario, what will be asked, and the most cases of a lot."""
+        self._scenario, self._asked, self._size = scenario, asked, size
+        self._traces: list[Trace] = []  # the latest one last
         self._failed = 0  # attempts to make one
+        self._alone = 0  # cases that were computed alone since the latest one
 
     def lots(self, table: _Table, places: Sequence[int]) -> Iterator[Lot | Refused]:
         """Those of some of the cases of a table."""
         left = list(places)
-        for trace in list(self._traces):
+        for trace in sorted(self._traces, key=lambda trace: -trace.n_cases):
             left = yield from self._following(trace, table, left)
         alone: dict[Hashable, tuple[list[Hashable], list[Chain]]] = {}
         while left:
@@ -161,7 +168,7 @@ class _Kind:
                 yield Refused(key, str(error))
                 del left[0]
                 continue
-            new = self._trace(table, place, chain) if len(left) >= _WORTH else None
+            new = self._traced(table, place, chain) if self._worth(len(left)) else None
             if new is not None:
                 left = yield from self._following(new, table, left, chain)
                 if new.sound:
@@ -169,38 +176,62 @@ class _Kind:
             keys, chains = alone.setdefault(structure_of(chain), ([], []))
             keys.append(key)
             chains.append(chain)
+            self._alone += 1
             del left[0]
         for keys, chains in alone.values():
-            yield Chains(keys, chains)
+            for n in range(0, len(keys), self._size):
+                yield Chains(keys[n : n + self._size], chains[n : n + self._size])
 
     def _following(
         self, trace: Trace, table: _Table, places: list[int], first: Chain | None = None
     ) -> Generator[Lot, None, list[int]]:
-        """The lot of those cases that follow a trace; what is left are the others.
+        """Lots of those cases that follow a trace; the others are left. The first chain is that of a new trace."""
+        left: list[int] = []
+        waiting: list[int] = []  # to fill a lot
+        for n in range(0, len(places), self._size):
+            some = places[n : n + self._size]
+            lot = Traced(trace, table.cases, some, table.numbers[:, some])
+            follow = lot.follows.tolist()
+            left += [place for place, follows in zip(some, follow, strict=True) if not follows]
+            if not waiting and all(follow):
+                ready = [lot]
+            else:
+                waiting += [place for place, follows in zip(some, follow, strict=True) if follows]
+                ready = []
+            last = n + self._size >= len(places)
+            while len(waiting) >= self._size or (waiting and last):
+                some, waiting = waiting[: self._size], waiting[self._size :]
+                ready.append(Traced(trace, table.cases, some, table.numbers[:, some]))
+            for lot in ready:
+                if self._holds(trace, lot, first):
+                    trace.n_cases += len(lot)
+                    yield lot
+                else:
+                    left += lot.places
+                first = None
+        return sorted(left)
 
-        Of a new trace, whose first case has the chain that is given, and of some lots of each, cases are checked.
-        """
-        if not (places and trace.sound):
-            return places
-        lot = Traced(trace, table.cases, places, table.numbers[:, places])
-        follow = lot.follows
-        if not follow.any():
-            return places
-        if not follow.all():
-            lot = lot.take(np.flatnonzero(follow).tolist())
-        checked = {len(lot) - 1} if trace.due() else set[int]()
+    def _holds(self, trace: Trace, lot: Traced, first: Chain | None) -> bool:
+        """Whether a lot is what its cases are alone: of a new trace some are compared, and of some lots one."""
+        if not trace.sound:
+            return False
+        checked: dict[int, Chain | None] = {len(lot) - 1: None} if trace.due() else {}
         if first is not None:
-            checked |= {0, len(lot) // 2}
-        for place in checked:
-            if not trace.agrees(lot, place, first if place == 0 and first is not None else lot.chain_of(place)):
-                return places
-        yield lot
-        return [place for place, follows in zip(places, follow.tolist(), strict=True) if not follows]
+            checked |= {len(lot) // 2: None, 0: first}
+        if all(trace.agrees(lot, place, chain or lot.chain_of(place)) for place, chain in checked.items()):
+            return True
+        self._traces.remove(trace)
+        self._failed += 1
+        return False
 
-    def _trace(self, table: _Table, place: int, chain: Chain) -> Trace | None:
-        """A new trace, of a case and its chain; None if there are enough, or it cannot be made."""
-        if len(self._traces) == _TRACES or self._failed == _FAILURES:
-            return None
+    def _worth(self, n: int) -> bool:
+        """Whether another trace may be worth its while, with so many cases at hand."""
+        if self._failed == _FAILURES:
+            return False
+        return self._alone + (n if len(self._traces) < _TRACES else 0) >= _WORTH
+
+    def _traced(self, table: _Table, place: int, chain: Chain) -> Trace | None:
+        """A new trace, of a case and its chain; None if it cannot be made."""
         changes, numbers = partial(table.changes, place), table.numbers[:, place].tolist()
         try:
             trace = Trace(self._scenario, chain, changes, numbers, self._asked)
@@ -208,5 +239,6 @@ class _Kind:
             log.info("case %s cannot stand for others: %s", table.cases.keys[place], error)
             self._failed += 1
             return None
-        self._traces.append(trace)
+        self._traces = [*self._traces[1 - _TRACES :], trace]
+        self._alone = 0
         return trace

@@ -66,7 +66,8 @@ class _Guards(NamedTuple):
 
     relation: Any
     outcome: bool
-    sides: list[_Rows | Array]
+    left: npt.NDArray[np.intp]  # rows
+    right: Array  # rows, or plain numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,11 +114,12 @@ class Program:
                 sides = [_side(tape, rows, [tape.steps[place][1 + n] for place in places]) for n in range(n_sides)]
                 batches.append(_Batch(operation, to, sides))
             rows |= {place: to.start + n for n, place in enumerate(places)}
-        alike: dict[Any, list[tuple[int, int]]] = {}
+        alike: dict[Any, list[tuple[int, float]]] = {}
         for relation, left, right, outcome in tape.guards:
-            alike.setdefault((relation, outcome, right in tape.constants), []).append((left, right))
+            against: float = tape.constants[right] if right in tape.constants else rows[right]
+            alike.setdefault((relation, outcome, type(against)), []).append((rows[left], against))
         guards = [
-            _Guards(relation, outcome, [_side(tape, rows, list(places)) for places in zip(*pairs, strict=True)])
+            _Guards(relation, outcome, *map(np.array, zip(*pairs, strict=True)))
             for (relation, outcome, _), pairs in alike.items()
         ]
         return cls(len(tape.steps), len(tape.guards), len(rows), rows, batches, guards)
@@ -137,9 +139,15 @@ class Program:
                 else:
                     values[to] = _case_by_case(operation, taken, to.stop - to.start, lost)
             kept = ~lost
-            for relation, outcome, sides in self._guards:
-                found = _RELATIONS[relation](*(_taken(values, side) for side in sides))
-                kept &= found.all(axis=0) if outcome else ~found.any(axis=0)
+            low, high = values.min(axis=1), values.max(axis=1)
+            for relation, outcome, left, right in self._guards:
+                if right.dtype == np.float64:  # most are kept by all cases, as those at both ends show
+                    open_ = ~_by_all(relation, outcome, low[left], high[left], right)
+                    left, other = left[open_], right[open_, None]
+                else:
+                    other = values[right]
+                if left.size:
+                    kept &= (_RELATIONS[relation](values[left], other) == outcome).all(axis=0)
         return Played(self, values, kept)
 
 
@@ -163,6 +171,18 @@ class Played:
     def take(self, at: Sequence[int]) -> Played:
         """The same of some of the cases."""
         return Played(self.program, self._values[:, at], self.kept[at])
+
+
+def _by_all(relation: Any, outcome: bool, low: Array, high: Array, limit: Array) -> Mask:
+    """Whether all numbers from a lowest to a highest one certainly compare with a limit as they should."""
+    if relation in (operator.eq, operator.ne):
+        equal = outcome == (relation is operator.eq)
+        return np.asarray((low == limit) & (high == limit) if equal else (limit < low) | (high < limit))
+    below = relation in (operator.lt, operator.le)
+    strict = relation in (operator.lt, operator.gt)
+    if below != outcome:  # must not be below, or must be above
+        return np.asarray(low > limit if strict == outcome else low >= limit)
+    return np.asarray(high < limit if strict == outcome else high <= limit)
 
 
 def _side(tape: Tape, rows: dict[int, int], places: list[int]) -> _Rows | Array:

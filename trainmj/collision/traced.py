@@ -11,7 +11,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from functools import partial
 from threading import Lock
-from types import FunctionType
+from types import FunctionType, MethodType, NoneType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +26,7 @@ from trainmj.collision.lot import structure_of
 from trainmj.collision.model import numbers_of
 from trainmj.collision.played import Mask, Played, Program
 from trainmj.scenario import Scenario
-from trainmj.symbol import Symbol, Tape, sampled
+from trainmj.symbol import Symbol, Tape, TraceError, sampled
 
 CANNOT = (TypeError, ValueError, ArithmeticError, AttributeError)
 """What code raises that cannot be traced: where it needs a number, a symbol is none."""
@@ -45,6 +45,7 @@ class Trace:
         chain: of the case, with symbols.
         sample: the same with its numbers.
         sound: whether nothing that was played has differed from what was computed for a case alone.
+        n_cases: that have followed it.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class Trace:
         Raises:
             TraceError: if somewhere only a plain number will do.
         """
-        self.scenario, self.sample, self.sound = scenario, sample, True
+        self.scenario, self.sample, self.sound, self.n_cases = scenario, sample, True, 0
         self._tape = Tape()
         self.chain = line_up(scenario.with_values(changes([self._tape.symbol(number) for number in numbers])))
         self._outputs: dict[Hashable, Output | None] = {}
@@ -76,20 +77,25 @@ class Trace:
         self._structure = structure_of(sample)
         self._program: Program | None = None
         self._layout = Layout.of(sample)
-        for of in (*asked, self._numbers):
+        for of in asked:
             self.output(of)
+        if self.output(self._numbers) is None:
+            raise TraceError("what a simulation begins with")
 
     def output(self, of: Callable[[Chain], Any]) -> Output | None:
         """What a function gives for the chain, by places on the tape; None if it cannot be traced."""
+        key = _key(of)
         with self._lock:
-            key = _key(of)
-            if key not in self._outputs:
-                try:
-                    self._outputs[key] = self._output(of)
-                except CANNOT as error:
-                    log.info("what is asked of the chains of a lot is asked one by one: %s", error)
-                    self._outputs[key] = None
-            return self._outputs[key]
+            if key in self._outputs:
+                return self._outputs[key]
+            try:
+                found = self._output(of)
+            except CANNOT as error:
+                log.info("what is asked of the chains of a lot is asked one by one: %s", error)
+                found = None
+            if key is not None:
+                self._outputs[key] = found
+            return found
 
     def _output(self, of: Callable[[Chain], Any]) -> Output | None:
         values = np.array(of(self.chain), dtype=object)
@@ -121,10 +127,8 @@ class Trace:
     def agrees(self, lot: Traced, place: int, alone: Chain) -> bool:
         """Whether the numbers of a case of a lot are those of its own chain, bit for bit; not sound if they are not."""
         with self._lock:
-            asked = [output for output in self._outputs.values() if output is not None]
-        found = structure_of(alone) == self._structure and all(
-            _same(lot.values(output.of)[place], output.of(alone)) for output in asked
-        )
+            asked = [output.of for output in self._outputs.values() if output is not None]
+        found = structure_of(alone) == self._structure and all(_same(lot.values(of)[place], of(alone)) for of in asked)
         if not found:
             self.sound = False
             log.warning(
@@ -144,13 +148,26 @@ def _same(one: Array, other: Any) -> bool:
     return one.shape == plain.shape and one.tobytes() == plain.tobytes()
 
 
-def _key(of: Callable[[Chain], Any]) -> Hashable:
-    """What tells a function from others: the same code with the same values around it is the same one."""
-    if isinstance(of, partial):
-        return _key(of.func), of.args, tuple(of.keywords.items())
-    if isinstance(of, FunctionType):
-        return of.__code__, of.__defaults__, tuple(cell.cell_contents for cell in of.__closure__ or ())
-    return of
+def _key(thing: Any) -> Hashable:
+    """What tells a function from others: the same code with the same values around it; None if these cannot be told."""
+    own: Hashable = None
+    if isinstance(thing, partial):
+        parts = [thing.func, *thing.args, *thing.keywords, *thing.keywords.values()]
+    elif isinstance(thing, MethodType):
+        parts = [thing.__func__, thing.__self__]
+    elif isinstance(thing, FunctionType):
+        own = thing.__module__, thing.__code__
+        parts = [*(thing.__defaults__ or ()), *(cell.cell_contents for cell in thing.__closure__ or ())]
+    elif isinstance(thing, tuple | list):
+        parts = list(thing)
+    else:
+        return (type(thing).__name__, thing) if isinstance(thing, _TOLD) else None
+    keys = [_key(part) for part in parts]
+    return None if None in keys else (type(thing).__name__, own, *keys)
+
+
+_TOLD = (int, float, str, type, NoneType, Layout, Trace)
+"""Values of which equal ones are the same for all that is computed with them."""
 
 
 class Output(NamedTuple):
@@ -171,15 +188,17 @@ class Traced:
     Attributes:
         keys: what the caller calls each case.
         chain: of the case that was traced, which need not be one of them.
+        places: of the cases among those that they were taken from.
     """
 
     def __init__(self, trace: Trace, cases: Cases, places: Sequence[int], numbers: Array) -> None:
         """Take cases by their places among some, and which numbers (n_number, n_case) the symbols stand for in them."""
         self.keys: Sequence[Any] = [cases.keys[place] for place in places]
         self.chain = trace.sample
-        self._trace, self._cases, self._places, self._numbers = trace, cases, places, numbers
+        self._trace, self._cases, self.places, self._numbers = trace, cases, places, numbers
         self._played = trace.play(numbers)
-        self._found: dict[int, Array] = {}  # by what was asked
+        self._found: dict[Hashable, Array] = {}  # by what was asked
+        self._alone: dict[int, Chain] = {}  # chains of single cases
 
     def __len__(self) -> int:
         """How many cases there are."""
@@ -192,14 +211,18 @@ class Traced:
 
     def values(self, of: Callable[[Chain], Any]) -> Array:
         """(n_case, ...) a number, or an array of numbers, of every case."""
+        key = _key(of)
+        if key in self._found:
+            return self._found[key]
+        found = self._values(of)
+        if key is not None:
+            self._found[key] = found
+        return found
+
+    def _values(self, of: Callable[[Chain], Any]) -> Array:
         output = self._trace.output(of)
         if output is None:
             return np.array([of(self.chain_of(place)) for place in range(len(self))], dtype=np.float64)
-        if id(output) not in self._found:
-            self._found[id(output)] = self._values(output)
-        return self._found[id(output)]
-
-    def _values(self, output: Output) -> Array:
         program = self._played.program
         if program.size < output.size or program.n_guards < output.n_guards:
             self._played = self._trace.play(self._numbers)
@@ -209,24 +232,25 @@ class Traced:
             found[:, output.at] = self._played.rows(output.places).T
         found = found.reshape(len(self), *output.shape)
         for place in np.flatnonzero(~self.follows).tolist():
-            found[place] = output.of(self.chain_of(place))
+            found[place] = of(self.chain_of(place))
         return found
 
     def blocks(self, layout: Layout) -> Array:
         """(n_case, size) the block of each case before its first step."""
-        of = partial(layout.block, dtype=object)
-        output = self._trace.output(of)
-        return self.values(of) if output is None else self._values(output)  # not kept: they are large
+        return self._values(partial(layout.block, dtype=object))  # not kept: they are large
 
     def chain_of(self, place: int) -> Chain:
         """The chain of one case."""
-        return line_up(self._trace.scenario.with_values(self._cases[self._places[place]]))
+        at = self.places[place]
+        if at not in self._alone:
+            self._alone[at] = line_up(self._trace.scenario.with_values(self._cases[at]))
+        return self._alone[at]
 
     def take(self, places: Sequence[int]) -> Traced:
         """Some of the cases, in this order."""
         at = list(places)
         found = copy(self)
-        found.keys, found._places = [self.keys[n] for n in at], [self._places[n] for n in at]
+        found.keys, found.places = [self.keys[n] for n in at], [self.places[n] for n in at]
         found._numbers, found._played = self._numbers[:, at], self._played.take(at)
-        found._found = {output: values[at] for output, values in self._found.items()}
+        found._found = {key: values[at] for key, values in self._found.items()}
         return found

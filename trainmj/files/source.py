@@ -115,10 +115,8 @@ class Source:
             return model.model_validate(self.values)
         except ValidationError as error:
             if symbols := list(symbols_in(self.values)):
-                found: Any = replace(self, values=sampled(self.values)).checked(model)
-                for path, symbol in symbols:
-                    found = _with_symbol(found, model, path, symbol)
-                return found  # type: ignore[no-any-return]
+                found: Model = _with_symbols(replace(self, values=sampled(self.values)).checked(model), model, symbols)
+                return found
             kind, keys = model.model_config.get("title"), keys_of(model)
             other = kind_of(self.values)
             wrong = other is not None and other.name != kind
@@ -178,35 +176,65 @@ def change(name: str, value: Any) -> str:
     return f"change {name}={text[:_SHOWN]}{'...' if len(text) > _SHOWN else ''}"
 
 
-def _with_symbol(here: Any, type_: Any, path: Path, symbol: Symbol) -> Any:
-    """What was validated for the sample of a symbol, with the symbol back in its place, and guards for its rules.
+def _with_symbols(here: Any, type_: Any, symbols: list[tuple[Path, Symbol]]) -> Any:
+    """What was validated for the sample of symbols, with these back in their places, and guards for their rules.
 
     Raises:
-        TraceError: if something else was made of the number there, or a rule is no bound.
+        TraceError: if something else was made of a number, or a rule of it is no bound.
     """
-    bare, notes = _bare(type_)
-    bounds = [bound for note in notes for bound in (note.metadata if isinstance(note, FieldInfo) else [note])]
+    bare, bounds = _bounded(type_)
     if any(isinstance(bound, BeforeValidator | AfterValidator) for bound in bounds):
-        raise TraceError("validation", symbol)
-    if not path:
-        if type(here) is not float or here != symbol.sample:
-            raise TraceError("another type", symbol)
-        keeps = -math.inf < symbol < math.inf
-        for bound in bounds:
-            for name, relation in _BOUNDS.items():
-                keeps = keeps and (not hasattr(bound, name) or relation(symbol, getattr(bound, name)))
-        assert keeps  # its sample does
-        return symbol
-    key, *others = path
+        raise TraceError("validation", symbols[0][1])
+    inner: dict[str | int, list[tuple[Path, Symbol]]] = {}
+    for (key, *way), symbol in symbols:
+        inner.setdefault(key, []).append((tuple(way), symbol))
     if isinstance(here, BaseModel):
-        name = next(name for name, field in type(here).model_fields.items() if key in (name, field.alias))
-        inner = _with_symbol(getattr(here, name), inside(type(here), key), tuple(others), symbol)
-        return here.model_copy(update={name: inner})
+        names = {field.alias or name: name for name, field in type(here).model_fields.items()}
+        return here.model_copy(
+            update={
+                names[str(key)]: _put(getattr(here, names[str(key)]), inside(type(here), key), below)
+                for key, below in inner.items()
+            }
+        )
     if members := alternatives(bare):
         bare = next((member for member in members.values() if isinstance(here, base_of(member))), None)
-    found = here.copy()
-    found[key] = _with_symbol(here[key], inside(bare, key), tuple(others), symbol)
+    found: Any = here.copy()
+    if isinstance(here, list):
+        of_each = inside(bare, 0)
+        if not any(way for below in inner.values() for way, _ in below):
+            kept = _bounded(of_each)[1]
+            for key, ((_, symbol),) in inner.items():
+                found[key] = _bound(here[int(key)], symbol, kept)
+            return found
+    for key, below in inner.items():
+        found[key] = _put(here[key], inside(bare, key), below)
     return found
+
+
+def _put(here: Any, type_: Any, symbols: list[tuple[Path, Symbol]]) -> Any:
+    """The same, where there may be a single number."""
+    way, symbol = symbols[0]
+    return _with_symbols(here, type_, symbols) if way else _bound(here, symbol, _bounded(type_)[1])
+
+
+def _bound(here: Any, symbol: Symbol, bounds: list[Any]) -> Symbol:
+    """A symbol in place of a number, with guards for the bounds of its type."""
+    if any(isinstance(bound, BeforeValidator | AfterValidator) for bound in bounds):
+        raise TraceError("validation", symbol)
+    if type(here) is not float or here != symbol.sample:
+        raise TraceError("another type", symbol)
+    keeps = -math.inf < symbol < math.inf
+    for bound in bounds:
+        for name, relation in _BOUNDS.items():
+            keeps = keeps and (not hasattr(bound, name) or relation(symbol, getattr(bound, name)))
+    assert keeps  # its sample does
+    return symbol
+
+
+def _bounded(type_: Any) -> tuple[Any, list[Any]]:
+    """A type without None and annotations, and its bounds and validators."""
+    bare, notes = _bare(type_)
+    return bare, [bound for note in notes for bound in (note.metadata if isinstance(note, FieldInfo) else [note])]
 
 
 _BOUNDS = {"ge": operator.ge, "gt": operator.gt, "le": operator.le, "lt": operator.lt}
