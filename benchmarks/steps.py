@@ -22,7 +22,7 @@ import numba
 import numpy as np
 
 import trainmj
-from trainmj.collision import kernel
+from trainmj.collision import compiler, kernel
 from trainmj.collision.block import Layout, alone
 from trainmj.collision.chain import Chain, Element
 from trainmj.collision.element import advance
@@ -109,6 +109,9 @@ def steps(turns: int) -> dict[str, float]:
                     mujoco.mj_step(models[of], data, nstep=STEPS)
                     least[piece] = min(least[piece], time.perf_counter() - began)
     return {name: float(least.mean()) / STEPS * 1e6 for name, least in taken.items()}
+
+
+compiler.tell()
 
 
 @numba.njit(error_model="numpy")  # type: ignore[misc]
