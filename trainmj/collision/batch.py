@@ -25,11 +25,14 @@ from trainmj.collision.chain import WALL, Chain
 from trainmj.collision.channels import traces_of
 from trainmj.collision.fields import Head
 from trainmj.collision.measured import Measured
-from trainmj.collision.mj import mujoco
+from trainmj.collision.mj import undisturbed
 from trainmj.collision.model import build, numbers_of
 from trainmj.collision.simulation import LAW_NOT_CALLED
 from trainmj.collision.summary import Summary, summary_of
 from trainmj.errors import EngineError
+
+with undisturbed():  # it compiles a model
+    from mujoco.batch import Batch
 
 PLACES = 128
 """Simulations side by side in a thread: the cost of a call into MuJoCo vanishes among them, and they fit its cache."""
@@ -200,7 +203,7 @@ class _Engine(Generic[Key]):
         rings = -(-size.n_records // _RING)
         bytes_each = rings * _RING * size.n_vehicle * np.dtype(float).itemsize
         self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
-        self._batch = mujoco.batch.Batch(build(chain, self.layout, bare=True), self._places, 1)
+        self._batch = Batch(build(chain, self.layout, bare=True), self._places, 1)
         self._numbers = {name: self._batch.expand(name) for name in numbers_of(chain)}
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")

@@ -3,8 +3,6 @@
 A further kind is one more class in :data:`DeviceSpec`, and its rules in :mod:`trainmj.scenario.rules_of_devices`.
 """
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Iterator
