@@ -202,7 +202,7 @@ def encode(picture: Figure, form: Format) -> bytes:
         _let_powers_be_formulas(picture)
         if picture.axes and (layout := picture.get_layout_engine()) is not None:
             layout.execute(picture)  # which needs no drawing
-            picture.set_layout_engine("none")  # each further pass would move it a little
+            picture.set_layout_engine(None)  # each further pass would move it a little, and a picture be drawn twice
         picture.savefig(content, format=form, metadata=_NO_DATE[form])
     return content.getvalue()
 
