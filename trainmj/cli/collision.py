@@ -101,7 +101,6 @@ def run(
 
     if out is not None:
         from trainmj.files.folder import filling
-        from trainmj.output.page import REPORT
         from trainmj.single.folder import OWN, write_run
 
         click.get_current_context().with_resource(filling(out, OWN, loaded.files))
@@ -119,6 +118,7 @@ def run(
     if out is not None:
         write_run(result, summary, out, figures, figure_width, beside)
         if cover is not None:
+            from trainmj.output.page import REPORT
             from trainmj.single.page import page_of_run
 
             page_of_run(result, summary, out / FILE, beside).headed(cover).write(out / REPORT)

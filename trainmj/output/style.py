@@ -121,7 +121,25 @@ def _matplotlib() -> Any:
             import matplotlib
     finally:
         os.path.exists = exists
+    with _lean():
+        import matplotlib.figure
     return matplotlib
+
+
+@contextmanager
+def _lean() -> Iterator[None]:
+    """Import figures without axes in space and without lists of properties in docstrings, which take a third of it."""
+    from matplotlib import artist
+
+    listed = artist.kwdoc
+    try:
+        artist.kwdoc = lambda artist: ""
+        sys.modules["mpl_toolkits.mplot3d"] = None  # type: ignore[assignment]
+        with warnings.catch_warnings(action="ignore"):  # that it is missing
+            yield
+    finally:
+        artist.kwdoc = listed
+        del sys.modules["mpl_toolkits.mplot3d"]
 
 
 @contextmanager
