@@ -2,19 +2,22 @@
 
     python benchmarks/steps.py [--turns N] [--start]
 
-All times are the least of many short turns in which the competitors alternate: on a machine that others use, too, that
-is what the work itself takes. With --start also the first start of a process, which compiles the law, and later ones.
+Times of steps are the least of many short turns in which the competitors alternate: on a machine that others use, too,
+that is what the work itself takes. With --start also the first start of processes, which compile the law, and later
+ones, which find it on disk: medians of five, which takes some minutes.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -22,7 +25,7 @@ import numba
 import numpy as np
 
 import trainmj
-from trainmj.collision import kernel
+from trainmj.collision import compiler, kernel
 from trainmj.collision.block import Layout, alone
 from trainmj.collision.chain import Chain, Element
 from trainmj.collision.element import advance
@@ -111,6 +114,9 @@ def steps(turns: int) -> dict[str, float]:
     return {name: float(least.mean()) / STEPS * 1e6 for name, least in taken.items()}
 
 
+compiler.tell()
+
+
 @numba.njit(error_model="numpy")  # type: ignore[misc]
 def follow(block: np.ndarray, fresh: np.ndarray, strokes: np.ndarray, step: float) -> float:
     """Press a fresh element along strokes, as the compiled law does; the largest force."""
@@ -142,44 +148,43 @@ def elements(turns: int) -> dict[str, float]:
     return {name: taken / (strokes.size - 1) * 1e9 for name, taken in least.items()}
 
 
+_RUN = "from trainmj.cli import main; main()"
 _STARTS = {
-    "import": "import trainmj.collision.kernel",
-    "import and law": "from trainmj.collision import kernel\nwith kernel.installed(): pass",
-    "trainmj run b_type": "from trainmj.cli import main\ntry: main(['run', 'b_type'])\nexcept SystemExit: pass",
+    "import": ["import trainmj.collision.kernel"],
+    "import and law": ["from trainmj.collision import kernel\nwith kernel.installed(): pass"],
+    "trainmj run b_type": [_RUN, "run", "b_type"],
+    "trainmj run b_type --out": [_RUN, "run", "b_type", "--out", "out"],
 }
 
 
 def starts(turns: int) -> dict[str, tuple[float, float]]:
-    """Wall and processor time [s] of processes that compile the law, and of later ones."""
+    """Median wall and processor time [s] of processes that compile the law, and of later ones."""
     found = {}
-    for first in (True, False):
-        for name, words in _STARTS.items():
-            least = (np.inf, np.inf)
-            with tempfile.TemporaryDirectory() as folder:
-                environment = os.environ | {"NUMBA_CACHE_DIR": folder}
-                for turn in range(turns + (not first)):
-                    if first:
-                        environment["NUMBA_CACHE_DIR"] = f"{folder}/{turn}"
-                    wall, cpu = _process(words, environment)
-                    if first or turn:
-                        least = min(least[0], wall), min(least[1], cpu)
-            found[f"{'first' if first else 'later'}: {name}"] = least
+    for name, words in _STARTS.items():
+        with tempfile.TemporaryDirectory() as folder:
+            caches = [Path(folder, str(turn)) for turn in range(turns)]
+            first = [_process(words, cache, folder) for cache in caches]
+            later = [_process(words, caches[0], folder) for _ in range(turns)]
+        for when, taken in (("first", first), ("later", later)):
+            wall, cpu = np.median(taken, axis=0)
+            found[f"{when}: {name}"] = float(wall), float(cpu)
     return found
 
 
-def _process(words: str, environment: dict[str, str]) -> tuple[float, float]:
+def _process(words: list[str], cache: Path, place: str) -> tuple[float, float]:
     """Wall and processor time of a Python process [s]."""
-    before, began = os.times(), time.perf_counter()
-    subprocess.run([sys.executable, "-c", words], env=environment, stdout=subprocess.DEVNULL, check=True)
-    after = os.times()
-    cpu = after.children_user + after.children_system - before.children_user - before.children_system
-    return time.perf_counter() - began, cpu
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    environment["NUMBA_CACHE_DIR"] = str(cache)
+    before, began = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run([sys.executable, "-c", *words], env=environment, cwd=place, stdout=subprocess.DEVNULL, check=True)
+    wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--turns", type=int, default=40, help="of the steps; 3 of the starts")
+    parser.add_argument("--turns", type=int, default=40, help="of the steps; 5 of the starts")
     parser.add_argument("--start", action="store_true", help="the start of processes, too")
     options = parser.parse_args()
     found = steps(options.turns)
@@ -192,7 +197,7 @@ def main() -> None:
         print(f"  {name:37s}{taken:7.1f} ns")
     if options.start:
         print(f"\na process{'wall s':>35s}{'processor s':>15s}")
-        for name, (wall, cpu) in starts(3).items():
+        for name, (wall, cpu) in starts(5).items():
             print(f"  {name:35s}{wall:7.2f}{cpu:15.2f}")
 
 

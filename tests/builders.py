@@ -7,9 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+import xarray as xr
 
 from trainmj.cases.rows import Rows
-from trainmj.collision import kernel
+from trainmj.collision import kernel, result
 from trainmj.collision.block import Tally, alone
 from trainmj.collision.chain import Chain, Element, Interface, meet
 from trainmj.collision.device import Device
@@ -209,6 +210,11 @@ def step_once(model: Any, chain: Chain) -> Any:
 def changed(tally: Tally, **fields: Any) -> Tally:
     """A tally with some of its fields replaced."""
     return Tally(**(vars(tally) | fields))
+
+
+def by_xarray(data: xr.Dataset) -> bytes:
+    """What is in a result as the bytes of its file, by way of xarray and scipy, its checksum right."""
+    return result._signed(bytes(data.assign_attrs({result._CHECKSUM: "0" * 64}).to_netcdf(engine="scipy")))
 
 
 def few(values: Iterable[Any], n: int) -> list[Any]:

@@ -12,9 +12,8 @@ def as_compiled_here(package: Path) -> None:
     """Give the package, unchanged at another place, the law that was compiled here, where it is to be found on disk."""
     ours, there = ROOT / "trainmj" / "collision", package / "collision"
     (there / "__pycache__").mkdir(exist_ok=True)
-    for file in (ours / "__pycache__").glob("kernel.*.nb?"):
+    for file in (ours / "__pycache__").glob("law.*"):
         shutil.copy2(file, there / "__pycache__")
-    shutil.copystat(ours / "kernel.py", there / "kernel.py")  # numba looks at its time
 
 
 def copied(folder: Path) -> Path:

@@ -153,7 +153,7 @@ def scheduler():
 MANY = {"mass_t": "30:36:3000"}
 FOREIGN = "import sys; sys.modules['trainmj'] = None"
 OLD = "import importlib.metadata as m; v = m.version; m.version = lambda n: '3.3.0' if n == 'mujoco' else v(n)"
-EDITED = "import trainmj.collision.identity as i; i._IMPORTED['law'] = '0123'"
+EDITED = "import trainmj.collision.identity as i; i.IMPORTED['law'] = '0123'"
 OTHER_PYTHON = "import platform; platform.python_version = lambda: '3.99'"
 
 

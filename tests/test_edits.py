@@ -121,7 +121,7 @@ def test_a_device_law_is_added_as_the_architecture_says(python, trainmj, tmp_pat
 
 
 def test_an_edited_law_is_compiled_afresh(python, package):
-    """Breaks if numba's cache on disk, which watches one file only, serves the law as it was before an edit."""
+    """Breaks if machine code on disk serves the law as it was before an edit."""
     code = (
         "import trainmj; from trainmj.collision.identity import identity; "
         "r = trainmj.run(trainmj.load('b_type_wall')); print(trainmj.summarise(r).TS_mm, identity()['law'])"

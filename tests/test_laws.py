@@ -13,6 +13,7 @@ from builders import KINDS_OF_DEVICE, Alone, built
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from trainmj.collision import compiler
 from trainmj.collision.chain import Element, meet
 from trainmj.collision.device import Device
 from trainmj.collision.element import advance
@@ -46,7 +47,10 @@ def _follow(s: Any, strokes: Any, elapsed: float) -> tuple[float, float, float]:
     return (s[ELEMENT.DISSIPATED] - lost) / s[ELEMENT.SHARE], work, least
 
 
-_compiled = cache(numba.njit)
+@cache
+def _compiled(function: Any) -> Any:
+    compiler.tell()
+    return numba.njit(function)
 
 
 def press(element: Element | Device, seed: int, steps: int, close: float, follow: Any = _follow) -> None:

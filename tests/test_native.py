@@ -15,12 +15,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from builders import KINDS_OF_DEVICE, Alone, built, chain, envelope, few, step_once
-from numba import types
-from numba.core import caching, ccallback
-from numba.extending import intrinsic
 
 import trainmj
-from trainmj.collision import compiled, kernel, offsets
+from trainmj.collision import compiled, compiler, identity, jitable, kernel, offsets
 from trainmj.collision.block import MAGIC, Layout
 from trainmj.collision.chain import WALL, Chain, Interface, Vehicle, meet
 from trainmj.collision.device import Device
@@ -32,7 +29,7 @@ from trainmj.collision.mj import SLOTS
 from trainmj.collision.model import build, check_integrator
 from trainmj.collision.simulation import run, start
 from trainmj.collision.summary import summarise
-from trainmj.errors import EngineError
+from trainmj.errors import EngineError, OutputError
 from trainmj.scenario import Scenario, load
 from trainmj.view.scene import export
 
@@ -205,17 +202,33 @@ def test_a_division_by_zero_in_the_law_makes_a_collision_not_finite(law):
 def test_a_function_that_is_kept_apart_divides_like_its_caller():
     """numba would compile it with Python's exceptions, and a division by zero in a pair would cut the law off."""
 
+    @jitable.apart
     def inverse(x):
         return 1.0 / x
 
-    @intrinsic
-    def apart(typing_context, x):
-        def codegen(context, builder, signature, args):
-            return compiled.noinline(context, builder, inverse, signature, args)
+    compiler.tell()
+    assert numba.njit(error_model="numpy")(lambda x: inverse(x))(0.0) == np.inf
 
-        return types.float64(types.float64), codegen
 
-    assert numba.njit(error_model="numpy")(lambda x: apart(x))(0.0) == np.inf
+def test_callbacks_that_are_not_compiled_compute_the_same(every):
+    """Python calls them as they stand: pointers are those of the running MuJoCo, and so is every number."""
+    case, model, layout = every
+    found = []
+    places = offsets.field_offsets()
+    for compiled_ in (True, False):
+        data = start(model, case, layout)
+        passive, sensor = kernel._callbacks()[:2]
+        if not compiled_:
+            passive, sensor = kernel._passive(places), kernel._sensor(places)
+        for step, (u, rate) in enumerate(zip(*history(np.random.default_rng(7), len(case.interfaces), 3), strict=True)):
+            data.time = 1e-3 * (step + 1)
+            data.qpos[:] = np.cumsum(u[::-1])[::-1]
+            data.qvel[:] = np.cumsum(rate[::-1])[::-1]
+            passive(model._address, data._address)
+            sensor(model._address, data._address, int(mujoco.mjtStage.mjSTAGE_ACC))
+        found.append((data.userdata.tolist(), data.qfrc_passive.tolist(), data.sensordata.tolist()))
+    assert found[0] == found[1]
+    assert any(found[0][1])
 
 
 def test_state_moves_once_per_time(law, system):
@@ -525,14 +538,15 @@ def test_accepted_integrators_call_the_law_once_a_step(ours, name):
 
 @pytest.mark.thorough
 def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_path, monkeypatch):
-    """numba's cache does not see module globals; with offsets there, a stale function would read foreign memory."""
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    """A function with the wrong places would read foreign memory."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     right = offsets.field_offsets()
     wrong = offsets.Offsets(*range(800, 1520, 80))
     signature = "void(voidptr, voidptr, intc)"
-    for places in (wrong, right, wrong):
+    made = compilations(monkeypatch)
+    for places in (wrong, wrong, right):
         assert not kernel._compile(kernel._sensor, signature, places)[1]
-    assert len(list(tmp_path.rglob("*.nbc"))) == 2, "one of each, and the second wrong one was there"
+    assert len(made) == 2, "one of each, and the second wrong one was there"
     case = walled()
     model, layout = build(case), Layout.of(case)
     data = start(model, case, layout)
@@ -549,11 +563,12 @@ def test_functions_compiled_for_other_offsets_are_not_taken_from_the_cache(tmp_p
 
 
 @pytest.fixture
-def cache(tmp_path, monkeypatch) -> Callable[[], tuple[Path, Path]]:
-    """The cache of one function, filled: gives its index and its code."""
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+def cache(tmp_path, monkeypatch) -> Path:
+    """The file of one function."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     assert law_again() == ""
-    return lambda: (next(tmp_path.rglob("*.nbi")), next(tmp_path.rglob("*.nbc")))
+    (file,) = (file for file in tmp_path.rglob("*") if file.is_file())
+    return file
 
 
 def law_again() -> str:
@@ -565,12 +580,11 @@ def law_again() -> str:
 
 def compilations(monkeypatch) -> list[object]:
     made: list[object] = []
-    compile_ = ccallback.CFunc._compile_uncached
-    monkeypatch.setattr(ccallback.CFunc, "_compile_uncached", lambda self: made.append(self) or compile_(self))
+    compile_ = compiler.compiled
+    monkeypatch.setattr(compiler, "compiled", lambda *args: made.append(args) or compile_(*args))
     return made
 
 
-@pytest.mark.parametrize("which", ["index", "code"])
 @pytest.mark.parametrize(
     "harm",
     [
@@ -584,88 +598,103 @@ def compilations(monkeypatch) -> list[object]:
     ],
     ids=["empty", "cut", "a byte short", "zeros", "garbage", "a byte changed", "a pipe"],
 )
-def test_a_damaged_cache_is_said_compiled_afresh_and_mended(cache, monkeypatch, which, harm):
+def test_a_damaged_cache_is_said_compiled_afresh_and_mended(cache, monkeypatch, harm):
     """Breaks if a torn file stops every later start, costs every later start some seconds, or is run."""
-    file = cache()[which == "code"]
     made = compilations(monkeypatch)
-    harm(file)
-    assert law_again() == f"the compiled law on disk was damaged ({file}): it is compiled afresh"
+    harm(cache)
+    assert law_again() == f"the compiled law on disk was damaged ({cache}): it is compiled afresh"
     assert len(made) == 1
     assert law_again() == ""
     assert len(made) == 1, "mended: the next start is fast again"
 
 
-@pytest.mark.parametrize("which", ["index", "code"])
-def test_a_cache_that_is_gone_or_old_is_filled_again_without_a_word(cache, monkeypatch, which):
+def test_a_cache_that_is_gone_or_old_is_filled_again_without_a_word(cache, monkeypatch):
     made = compilations(monkeypatch)
-    cache()[which == "code"].unlink()
+    cache.unlink()
     assert law_again() == law_again() == ""
-    monkeypatch.setattr(numba, "__version__", "0.1")
+    for part, value in (("numba", "0.1"), ("mujoco", "0.1")):
+        monkeypatch.setitem(identity.IMPORTED, part, value)
+        assert law_again() == law_again() == ""
+    monkeypatch.setattr(compiled, "MAGIC", 0.5)
     assert law_again() == law_again() == ""
-    shutil.rmtree(cache()[0].parent)
+    shutil.rmtree(cache.parent)
     assert law_again() == law_again() == ""
-    assert len(made) == 3
+    assert len(made) == 5
 
 
-@pytest.mark.parametrize("which", ["index", "code"])
-def test_a_cache_that_cannot_be_written_is_said_and_the_law_works(cache, monkeypatch, which):
-    file = cache()[which == "code"]
-    file.unlink()
-    file.mkdir()
-    said = f"the compiled law is not kept between processes ({file}: Is a directory); set NUMBA_CACHE_DIR to a writable"
-    assert law_again().startswith(said)
+def test_machines_that_share_a_folder_keep_a_file_each(cache, monkeypatch):
+    """Breaks if the nodes of a cluster replaced each other's, or one ran what another's processor can do."""
+    made = compilations(monkeypatch)
+    ours = compiled._machine()
+    for features in ("-avx", ours.features, "-avx"):
+        monkeypatch.setattr(compiled, "_machine", lambda features=features: ours._replace(features=features))
+        assert law_again() == ""
+    assert len(made) == 1
+    assert len(list(cache.parent.iterdir())) == 2
+
+
+def test_code_that_needs_more_than_this_process_has_is_not_run(cache, monkeypatch):
+    """LLVM would end the process, or leave a call to nowhere."""
+    made = compilations(monkeypatch)
+    link = compiled._linked
+    monkeypatch.setattr(compiled, "_linked", lambda name, code: link("no such function", code))
+    assert law_again().startswith("the compiled law is not kept between processes (LLVM alone cannot load its code")
+    assert len(made) == 1
+    monkeypatch.undo()
+    assert not compiled._linked("no_clock", b"")
+
+
+def test_a_cache_that_cannot_be_written_is_said_and_the_law_works(cache):
+    cache.unlink()
+    cache.mkdir()
+    said = law_again()
+    assert said.startswith(f"the compiled law is not kept between processes ({cache}: cannot be ")
+    assert said.endswith("; set NUMBA_CACHE_DIR to a writable folder")
 
 
 def test_a_full_disk_under_the_cache_is_said_and_the_law_works(cache, monkeypatch):
-    index, code = cache()
-    index.unlink()
+    cache.unlink()
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(compiled._Files, "_open_for_write", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     made = compilations(monkeypatch)
-    assert f"({code.parent}: No space left on device)" in law_again()
+    assert f"({cache}: cannot be written (No space left on device))" in law_again()
     assert len(made) == 1, "compiled once, not once more for itself"
+    assert not list(cache.parent.iterdir())
 
 
-def test_code_that_another_process_put_in_its_place_is_not_run(tmp_path, monkeypatch):
-    """Two processes with different laws number their files alike: one would run the law of the other."""
+def test_code_that_another_process_put_in_its_place_is_not_run(cache, monkeypatch):
+    """Two processes with different laws name their files alike: one would run the law of the other."""
 
     def law(places: offsets.Offsets) -> Callable[[], float]:
         first = float(places[0])
         return lambda: first
 
-    codes = []
-    for name, places in (("one", range(800, 1520, 80)), ("two", range(8, 80, 8))):
-        monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / name))
-        kernel._compile(law, "float64()", offsets.Offsets(*places))
-        codes.append(next((tmp_path / name).rglob("*.nbc")))
-    shutil.copy(codes[0], codes[1])
     made = compilations(monkeypatch)
-    for _ in range(2):
-        address, said = kernel._compile(law, "float64()", offsets.Offsets(*range(8, 80, 8)))
+    for first in (800, 8, 8, 800):
+        address, said = kernel._compile(law, "float64()", offsets.Offsets(*range(first, first + 9)))
         assert said == ""
-        assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == 8.0
-    assert len(made) == 1, "compiled afresh, and then the right one is there"
+        assert ctypes.CFUNCTYPE(ctypes.c_double)(address)() == first
+    assert len(made) == 3, "compiled afresh, and then the right one is there"
 
 
 def test_what_is_wrong_with_the_cache_is_said_once_for_the_whole_law(monkeypatch, caplog):
     """As in a container with a read-only home and package."""
-
-    def refuse(self: object) -> None:
-        raise OSError(30, "Read-only file system")
-
     # the law itself would take seconds to compile
     monkeypatch.setattr(kernel, "_passive", lambda _: lambda model, data: None)
     monkeypatch.setattr(kernel, "_sensor", lambda _: lambda model, data, stage: None)
-    for cls in (caching._CacheLocator, *caching._CacheLocator.__subclasses__()):
-        if "ensure_cache_path" in vars(cls):
-            monkeypatch.setattr(cls, "ensure_cache_path", refuse)
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    monkeypatch.setattr(compiled, "write_bytes", refuse)
     kernel._callbacks.__wrapped__()
     (said,) = (record.getMessage() for record in caplog.records)
     assert said.startswith("the compiled law is not kept between processes (")
     assert "NUMBA_CACHE_DIR" in said
+
+
+def refuse(file: Path, content: bytes) -> None:
+    raise OutputError(f"{file}: cannot be written (Read-only file system)")
 
 
 def test_with_a_cache_there_is_nothing_to_say(caplog):
@@ -675,8 +704,7 @@ def test_with_a_cache_there_is_nothing_to_say(caplog):
 
 def test_compiled_functions_live_on():
     """MuJoCo holds bare pointers into them."""
-    kept = {function.address for function in compiled._kept}
-    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in kernel._callbacks()[:3]} <= kept
+    assert {ctypes.cast(callback, ctypes.c_void_p).value for callback in kernel._callbacks()[:3]} <= set(compiled._kept)
 
 
 def test_sensors_are_written_when_their_stage_is_reached_and_not_before(law, system):

@@ -7,9 +7,10 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
-from builders import scenario, values
+from builders import by_xarray, scenario, values
 
 from trainmj.collision import result as result_file
 from trainmj.collision.block import TALLY
@@ -18,9 +19,11 @@ from trainmj.collision.result import Result, load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError
+from trainmj.files.commas import as_csv, columns_of
 from trainmj.output.style import encode, styled
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.single.figures import collision
+from trainmj.single.folder import tables_of, write_run
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +31,37 @@ def saved(standard_result, tmp_path_factory) -> Path:
     file = tmp_path_factory.mktemp("results") / "result.nc"
     standard_result.save(file)
     return file
+
+
+TITLES = {"title": "Zug, „ü“ und Ω"}
+BENT = TITLES | {"trains.b_type.body": {"stiffness_kN_per_mm": 1000, "members": 2}}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"), [("b_type", BENT), ("b_type_vertical", {"title": "x"}), ("b_type_wall", TITLES)]
+)
+def test_files_have_the_bytes_that_xarray_and_pandas_would_write(tmp_path, name, changes):
+    """Breaks if other programs would read something else in them."""
+    result = run(load(name, changes | {"simulation.time_limit_s": 0.03}))
+    summary = summarise(result)
+    write_run(result, summary, tmp_path, formats=())
+    assert (tmp_path / "result.nc").read_bytes() == by_xarray(result.dataset())
+    tables = tables_of(result, summary)
+    assert {f"{name}.csv" for name in tables} == {file.name for file in tmp_path.glob("*.csv")}
+    for table, frame in tables.items():
+        assert (tmp_path / f"{table}.csv").read_bytes() == frame.to_csv(index=False, float_format="%.9g").encode()
+
+
+def test_so_have_tables_with_every_kind_of_cell():
+    rows = [
+        {"a": 1, "b": 1.5, "c": None, "d": "x, y", "e": True, "f": 2, "g": 'say "so"'},
+        {"a": -20, "b": float("nan"), "c": None, "d": "", "e": False, "f": None, "h": 1e300},
+        {"b": np.float64(1 / 3), "e": True, "f": 123456789012, "g": "two\nlines", "a": 3, "d": None},
+    ]
+    assert as_csv(columns_of(rows), "%.9g") == pd.DataFrame(rows).to_csv(index=False, float_format="%.9g")
+    assert as_csv({"time": np.arange(3) / 7, "n": np.arange(3)}, "%.3g") == pd.DataFrame(
+        {"time": np.arange(3) / 7, "n": np.arange(3)}
+    ).to_csv(index=False, float_format="%.3g")
 
 
 def test_a_saved_result_is_read_back_exactly(standard_result, saved):
@@ -209,7 +243,7 @@ def test_netcdf_files_of_others_are_refused(tmp_path):
 def test_a_result_that_lost_a_variable_is_refused(standard_result, tmp_path, lost):
     """As one of an earlier version may have."""
     file = tmp_path / "less.nc"
-    file.write_bytes(result_file._packed(standard_result.dataset().drop_vars(lost)))
+    file.write_bytes(by_xarray(standard_result.dataset().drop_vars(lost)))
     with pytest.raises(InputError, match=f"is not a whole result: {lost} is missing"):
         load_result(file)
 
@@ -225,7 +259,7 @@ def test_times_that_do_not_grow_from_0_to_the_limit_are_refused_though_the_check
     """Breaks if such a file reaches films and reports, which end in a traceback."""
     data = standard_result.dataset()
     file = tmp_path / "forged.nc"
-    file.write_bytes(result_file._packed(data.assign_coords(time=("time", wrong(data["time"].values)))))
+    file.write_bytes(by_xarray(data.assign_coords(time=("time", wrong(data["time"].values)))))
     with pytest.raises(InputError, match="time does not grow from 0 s to the time limit"):
         load_result(file)
 

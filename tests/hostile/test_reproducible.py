@@ -9,12 +9,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import xarray as xr
+from builders import by_xarray
 from kinds import BASE, STUDY, TUBE, command
 from mutations import document
 
 import trainmj
 from trainmj.collision.repeated import repeated
-from trainmj.collision.result import _packed
 
 SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
 VERSIONS = {"trainmj", "mujoco", "numba", "numpy", "python", "platform", "law"}
@@ -72,7 +72,7 @@ def test_a_number_that_differs_is_said_with_exit_code_1(copy: Path) -> None:
 
 def test_the_step_is_that_of_the_result_even_if_the_default_is_another(copy: Path) -> None:
     data = trainmj.load_result(copy).dataset().assign_attrs(step_ms=0.1)
-    copy.write_bytes(_packed(data))
+    copy.write_bytes(by_xarray(data))
     result = trainmj.load_result(copy)
     assert result.step_ms == result.scenario.simulation.step_ms == 0.1
 

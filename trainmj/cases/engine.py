@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 from trainmj.cases.rows import Rows, Values, refused
@@ -12,7 +13,7 @@ from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.lot import Lot
-from trainmj.collision.lots import Refused, lots
+from trainmj.collision.lots import Lots, Refused
 from trainmj.collision.quantities import columns_of, fitting
 from trainmj.scenario import Scenario
 
@@ -58,7 +59,7 @@ class Local:
         lost: deque[Refused] = deque()
 
         def accepted() -> Iterator[Lot]:
-            for lot in lots(self.scenario, cases):
+            for lot in self._lots(cases):
                 if isinstance(lot, Refused):
                     lost.append(lot)
                 else:
@@ -70,6 +71,11 @@ class Local:
                 yield _refused(lost)
         if lost:
             yield _refused(lost)
+
+    @cached_property
+    def _lots(self) -> Lots:
+        """Puts cases into lots; what it has found out about them serves the next ones, too."""
+        return Lots(self.scenario)
 
     def _wanted(self, chain: Chain) -> Collection[str]:
         """Names of the columns that are wanted of a chain."""

@@ -64,6 +64,12 @@ class _Group(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)  # as they are added, not by the alphabet
 
+    def __call__(self, *args: Any, **options: Any) -> Any:
+        """Run as a program: MuJoCo's windows and pydantic's plugins would take longer to find than a collision."""
+        os.environ.setdefault("MUJOCO_GL", "disable")
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+        return super().__call__(*args, **options)
+
     def main(self, *args: Any, **options: Any) -> Any:
         streams.prepare()
         return super().main(*args, **options)

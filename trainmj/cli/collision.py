@@ -24,8 +24,10 @@ from trainmj.errors import InputError
 
 if TYPE_CHECKING:
     from trainmj.collision.result import Result
+    from trainmj.collision.summary import Summary
     from trainmj.files.cover import Cover
     from trainmj.output.style import Format, Width
+    from trainmj.scenario import Scenario
 
 
 @click.command()
@@ -93,29 +95,30 @@ def run(
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)
     loaded = trainmj.load(scenario, changes) if before is None else before.scenario
-    from trainmj.collision.bracket import rows_of
-    from trainmj.collision.margin import SLIP
     from trainmj.collision.status import PAST_LIMITS
-    from trainmj.files.folder import filling
-    from trainmj.output.page import REPORT
     from trainmj.single import screen
     from trainmj.single.beside import Beside
-    from trainmj.single.folder import OWN, write_run
 
     if out is not None:
+        from trainmj.files.folder import filling
+        from trainmj.single.folder import OWN, write_run
+
         click.get_current_context().with_resource(filling(out, OWN, loaded.files))
     steps = None
     if with_steps:
         steps = trainmj.converge(loaded) if responses is None else trainmj.converge(loaded, parts_of(responses))
-    margins = trainmj.margins(loaded, SLIP if slip is None else slip) if with_margin else None
+    margins = None
+    if with_margin:
+        margins = trainmj.margins(loaded) if slip is None else trainmj.margins(loaded, slip)
     result = trainmj.run(loaded)
     again = None if before is None else trainmj.repeated(before, result)
     summary = trainmj.summarise(result)
     asked = loaded.bracket and result.chain.plane
-    beside = Beside(tuple(rows_of(trainmj.bracket(loaded, summary))) if asked else (), margins)
+    beside = Beside(_bracketed(loaded, summary) if asked else (), margins)
     if out is not None:
         write_run(result, summary, out, figures, figure_width, beside)
         if cover is not None:
+            from trainmj.output.page import REPORT
             from trainmj.single.page import page_of_run
 
             page_of_run(result, summary, out / FILE, beside).headed(cover).write(out / REPORT)
@@ -136,6 +139,13 @@ def run(
     past_limits = fail_on_limit and (summary.status.kind in PAST_LIMITS or beside.past_limits)
     if summary.status.unusable or differs or drifts or past_limits:
         sys.exit(1)
+
+
+def _bracketed(scenario: Scenario, stated: Summary) -> tuple[dict[str, Any], ...]:
+    """A row for each of the ties of a bracket, of which those stated are known."""
+    from trainmj.collision.bracket import rows_of
+
+    return tuple(rows_of(trainmj.bracket(scenario, stated)))
 
 
 def _load_saved(file: Path, changes: dict[str, Any], out: Path | None) -> Result:

@@ -29,11 +29,14 @@ from trainmj.collision.fields import Head
 from trainmj.collision.found import Found
 from trainmj.collision.lot import Chains, Lot
 from trainmj.collision.measured import Measured
-from trainmj.collision.mj import mujoco
+from trainmj.collision.mj import undisturbed
 from trainmj.collision.model import build, numbers_of
 from trainmj.collision.simulation import LAW_NOT_CALLED
 from trainmj.collision.summary import Summary
 from trainmj.errors import EngineError
+
+with undisturbed():  # it compiles a model
+    from mujoco.batch import Batch
 
 PLACES = 128
 """Simulations side by side in a thread: the cost of a call into MuJoCo vanishes among them, and they fit its cache."""
@@ -294,7 +297,7 @@ class _Engine:
         self._places = max(1, min(places, _HISTORY_BYTES // bytes_each))
         model = build(chain, self.layout, bare=True)
         model.opt.timestep *= self._within or 1
-        self._batch = mujoco.batch.Batch(model, self._places, 1)
+        self._batch = Batch(model, self._places, 1)
         self._numbers = {name: self._batch.expand(name) for name in numbers_of(chain)}
         self._blocks = self._batch.bind("userdata")
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")

@@ -18,10 +18,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba.extending import register_jitable
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import MEMBER, Block
+from trainmj.collision.jitable import jitable
 from trainmj.symbol import square_root
 
 SURVIVAL_LENGTH = 5.0
@@ -195,7 +195,7 @@ def nearest(body: Body, length: float, place: float) -> int:
     return min(max(round(place / length * body.n_members), 0), body.n_members)
 
 
-@register_jitable
+@jitable
 def strain(s: Block, m: int, stroke: float, rate: float, elapsed: float) -> float:
     """Move a member to a shortening; its force, of spring and dashpot [N].
 

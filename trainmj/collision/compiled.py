@@ -1,133 +1,167 @@
-"""Compiled functions, from numba's cache on disk where it holds them whole.
+"""Compiled functions, kept on disk as machine code.
 
-numba itself ends in a traceback where a file of its cache is torn, and on a full disk. Here each file ends with a
-digest of what is before it, and compiled code names what it was compiled from. What is damaged, or was written at the
-same time by a process with another law, is compiled afresh and replaced; what cannot be written stays in this process.
+A file begins with a digest of all that its code depends on: the law, what compiled it, the processor, and the places of
+MuJoCo's fields. It ends with a digest of what is before that. What is damaged, or was written by a process with another
+law, is compiled afresh and replaced; what cannot be written stays in this process. LLVM alone loads the code. numba,
+whose import takes as long as many collisions, is asked only for what is not there.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
 from hashlib import sha256
-from io import BytesIO
+from itertools import count
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
-from llvmlite import ir
-from numba.core import sigutils
-from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.ccallback import CFunc
-from numba.core.targetconfig import ConfigStack
+import llvmlite
+from llvmlite import binding as llvm
+
+from trainmj.collision.block import MAGIC
+from trainmj.collision.identity import IMPORTED
+from trainmj.collision.offsets import Offsets
+from trainmj.errors import OutputError
+from trainmj.files.written import remove, write_bytes
 
 _DIGEST = 32
-_kept: list[Any] = []  # compiled functions live as long as the process: MuJoCo holds bare pointers
+_kept: dict[int, Any] = {}  # what is at an address lives as long as the process: MuJoCo holds bare pointers
+_number = count()  # no two libraries in a process may have one name
 
 
-def address_of(function: Callable[..., Any], signature: str) -> tuple[int, str]:
-    """Compile a C function, or take it from disk. A division by zero in it is no exception: nobody would see one.
+def address_of(factory: Callable[[Offsets], Callable[..., Any]], signature: str, offsets: Offsets) -> tuple[int, str]:
+    """Load a C function from disk, or compile it.
 
     Args:
-        function: what numba can compile.
+        factory: makes what numba can compile from the places of MuJoCo's fields.
         signature: its types, in the words of numba.
+        offsets: these places.
 
     Returns:
-        Its address, good as long as this process; and what was wrong with the cache, if anything.
+        Its address, good as long as this process; and what was wrong with the copy on disk, if anything.
     """
-    compiled: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
-    trouble = ""
+    name = factory.__name__.strip("_")
+    versions = IMPORTED["numba"], llvmlite.__version__, IMPORTED["mujoco"], sys.version
+    wanted = sha256(repr((name, signature, *offsets, MAGIC, *versions, *_machine())).encode()).digest()
+    file = _folder() / f"law.{name}.{sys.implementation.cache_tag}.{_machine().mark}"
+    found, trouble = _read(file)
+    if found[:_DIGEST] == wanted and (address := _linked(name, found[_DIGEST:])):
+        return address, ""
+    address, code = _compiled(factory(offsets), signature, name)
+    if not code:
+        return address, _not_kept("LLVM alone cannot load its code here")
     try:
-        compiled._cache = cache = _Cache(function)
-    except RuntimeError as error:  # numba found no folder that it can write to
+        if trouble:
+            remove(file)
+        content = wanted + code
+        write_bytes(file, content + sha256(content).digest())
+    except OutputError as error:
         trouble = _not_kept(str(error))
-    compiled.compile()
-    if not trouble:
-        trouble = cache.trouble
-    _kept.append(compiled)
-    return cast(int, compiled.address), trouble
+    return address, trouble
 
 
-def noinline(context: Any, builder: Any, function: Callable[..., Any], signature: Any, args: Any) -> Any:
-    """Within an intrinsic of numba: call a function that LLVM must not make a part of its caller.
+def _compiled(function: Callable[..., Any], signature: str, name: str) -> tuple[int, bytes]:
+    """Address of a function that numba compiles, and its machine code if it works in other processes, too."""
+    from trainmj.collision.compiler import compiled, machine_code
 
-    It is compiled like its caller, which numba does not do by itself: a division by zero is no exception there either.
-    """
-    flags = ConfigStack.top_or_none().copy()
-    flags.forceinline = False
-    compiled = context.compile_subroutine(builder, function, signature, flags=flags)
-    found = context.call_internal(builder, compiled.fndesc, signature, args)
-    for block in builder.function.blocks:
-        for made in block.instructions:
-            if isinstance(made, ir.CallInstr) and made.callee.name == compiled.fndesc.llvm_func_name:
-                made.attributes.add("noinline")
-    return found
+    found = compiled(function, signature)
+    code = machine_code(found, name, _machine().target())
+    if address := _linked(name, code):
+        return address, code
+    _kept[found.address] = found
+    return cast(int, found.address), b""
+
+
+def _linked(name: str, code: bytes) -> int:
+    """Make machine code ready to run: address of its function, or 0 if it needs what this process does not have."""
+    library = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(name)
+    try:
+        linked = library.link(_jit(), f"{name} {next(_number)}")
+    except RuntimeError:
+        return 0
+    _kept[linked[name]] = linked
+    return cast(int, linked[name])
+
+
+@cache
+def _jit() -> Any:
+    return llvm.create_lljit_compiler(_machine().target(), suppress_errors=True)
+
+
+class _Machine(NamedTuple):
+    """What code is made for; numba's settings are obeyed."""
+
+    triple: str
+    cpu: str
+    features: str
+
+    @property
+    def mark(self) -> str:
+        """What distinguishes its files from those of other machines that share the folder."""
+        return sha256(repr(tuple(self)).encode()).hexdigest()[:8]
+
+    def target(self) -> Any:
+        """What LLVM makes code with."""
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        target = llvm.Target.from_triple(self.triple)
+        return target.create_target_machine(
+            cpu=self.cpu,
+            features=self.features,
+            opt=3,
+            reloc="static" if target.name.startswith("x86") else "default",  # as numba has it
+            codemodel="jitdefault",
+            jit=True,
+        )
+
+
+@cache
+def _machine() -> _Machine:
+    features = llvm.get_host_cpu_features()
+    if os.environ.get("NUMBA_ENABLE_AVX") == "0":
+        features.update({name: False for name in features if name.startswith("avx")})
+    return _Machine(
+        llvm.get_process_triple(),
+        os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name(),
+        os.environ.get("NUMBA_CPU_FEATURES") or features.flatten(),
+    )
+
+
+def _folder() -> Path:
+    """Where compiled functions are kept, as numba keeps its own: the first of these folders that can be written to."""
+    here = Path(__file__).parent
+    own = f"trainmj_{sha256(str(here).encode()).hexdigest()[:16]}"
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser(_HOMES.get(sys.platform, "~/.cache"))
+    folders = [*([Path(named, own).absolute()] if named else []), here / "__pycache__", Path(home, own)]
+    for folder in folders:
+        if folder.is_absolute():  # else there is no home
+            with suppress(OSError):
+                folder.mkdir(parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK | os.X_OK):
+                return folder
+    return folders[0]
+
+
+_HOMES = {"darwin": "~/Library/Caches", "win32": "~/AppData/Local"}
+"""Where users of some systems have caches."""
+
+
+def _read(file: Path) -> tuple[bytes, str]:
+    """What a file holds, without the digest at its end, and what is wrong with it; nothing is run that is damaged."""
+    if not os.path.lexists(file):
+        return b"", ""
+    try:
+        content = file.read_bytes() if file.is_file() else b""
+    except OSError:
+        content = b""
+    if sha256(content[:-_DIGEST]).digest() == content[-_DIGEST:]:
+        return content[:-_DIGEST], ""
+    return b"", f"the compiled law on disk was damaged ({file}): it is compiled afresh"
 
 
 def _not_kept(why: str) -> str:
     return f"the compiled law is not kept between processes ({why}); set NUMBA_CACHE_DIR to a writable folder"
-
-
-class _Cache(FunctionCache):
-    """The cache of one function; it always gives way to the compiler."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        self.trouble = ""
-        self._cache_file = self._files = _Files(
-            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
-        )
-
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        found = super().load_overload(signature, target)
-        if self._files.damaged:
-            self.trouble = f"the compiled law on disk was damaged ({self._files.damaged}): it is compiled afresh"
-        return found
-
-    def save_overload(self, signature: Any, compiled: Any) -> None:
-        try:
-            super().save_overload(signature, compiled)
-        except OSError as error:
-            self.trouble = _not_kept(f"{error.filename2 or self._cache_path}: {error.strerror or error}")
-
-
-class _Files(IndexDataCacheFile):
-    """Its files: an index, and the code of each signature."""
-
-    damaged = ""  # the file that was
-
-    def save(self, key: Any, code: Any) -> None:
-        super().save(key, (self._origin(key), code))
-
-    def load(self, key: Any) -> Any:
-        origin, code = super().load(key) or (None, None)
-        return code if origin == self._origin(key) else None  # two processes number their files alike
-
-    def _origin(self, key: Any) -> tuple[Any, ...]:
-        return self._version, self._source_stamp, key
-
-    def _load_index(self) -> Any:
-        return super()._load_index() if self._whole(self._index_path) else {}
-
-    def _load_data(self, name: str) -> Any:
-        return super()._load_data(name) if self._whole(self._data_path(name)) else None
-
-    @contextmanager
-    def _open_for_write(self, path: str) -> Iterator[BytesIO]:
-        content = BytesIO()
-        yield content
-        with super()._open_for_write(path) as file:
-            file.write(content.getvalue() + sha256(content.getvalue()).digest())
-
-    def _whole(self, path: str) -> bool:
-        """Whether a file is as it was written; only then is it unpickled, which may run any code."""
-        if not os.path.lexists(path):
-            return False
-        try:
-            content = Path(path).read_bytes() if Path(path).is_file() else b""
-        except OSError:
-            content = b""
-        whole = sha256(content[:-_DIGEST]).digest() == content[-_DIGEST:]
-        if not whole:
-            self.damaged = path
-        return whole

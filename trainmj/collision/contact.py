@@ -9,10 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba.extending import register_jitable
-
 from trainmj.collision.fields import CAR, CONTACT, HEAD, KEPT, LASTING, N_CONTACT
-from trainmj.collision.law.curve import inlined
+from trainmj.collision.jitable import inlined, jitable
 
 _NONE, _NEW, _OPEN = 0.0, 1.0, 2.0  # CAR.OPEN
 
@@ -44,7 +42,7 @@ def follow(s: Any, c: int, car: int, net: float, elapsed: float, time: float) ->
     s[c + CAR.NET_BEFORE] = before
 
 
-@register_jitable
+@jitable
 def _open(s: Any, c: int, away: float, net: float, elapsed: float, time: float) -> None:
     """A window that began at the evaluation before: its start and impulse, now that its slope is known."""
     before, last = s[c + CAR.NET], time - elapsed
@@ -54,7 +52,7 @@ def _open(s: Any, c: int, away: float, net: float, elapsed: float, time: float) 
     s[c + CAR.OPEN_IMPULSE] = reach * (before - 0.5 * slope * reach) + 0.5 * (before + net) * elapsed
 
 
-@register_jitable
+@jitable
 def _end(s: Any, c: int, car: int, away: float, elapsed: float, time: float) -> None:
     """End the window of a vehicle behind the evaluation before, and keep it."""
     before, start, last = s[c + CAR.NET], s[c + CAR.OPEN_START], time - elapsed
@@ -74,7 +72,7 @@ def _end(s: Any, c: int, car: int, away: float, elapsed: float, time: float) -> 
     s[k + CONTACT.START], s[k + CONTACT.END], s[k + CONTACT.MEAN] = start, end, mean
 
 
-@register_jitable
+@jitable
 def _reach(above: float, slope: float, width: float) -> float:
     """How long before or behind an evaluation a push was above the threshold [s], of which it is so far above [N].
 

@@ -12,15 +12,11 @@ All functions are compiled as they stand, and work on any sequence of numbers.
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from numba import types
-from numba.extending import intrinsic, overload, register_jitable
-
-from trainmj.collision.compiled import noinline
 from trainmj.collision.fields import ELEMENT, N_ELEMENT, Block
+from trainmj.collision.jitable import apart, inlined, jitable
 from trainmj.collision.law import CRUSH, FOLLOWED, SERIES, crush, respond
-from trainmj.collision.law.curve import ahead, inlined, segment
+from trainmj.collision.law.curve import ahead, segment
 
 _EVENTS = 1000  # most in a step
 _PIECES = 200  # most into which a way is cut that is longer than the step
@@ -62,6 +58,7 @@ def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     return sign * force, s[e + ELEMENT.PEAK]
 
 
+@apart
 def _any_other(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """Bring any element to a stroke and rate; energy lost."""
     if s[e + ELEMENT.KIND] == SERIES:
@@ -73,25 +70,7 @@ def _any_other(s: Block, e: int, stroke: float, rate: float, elapsed: float, tim
     return _move(s, e, stroke, rate, elapsed, time)
 
 
-@intrinsic
-def _apart(typing_context: Any, s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
-    """The same, which LLVM must not take in: what every device goes through in every step would lose its registers."""
-    arguments = s, types.int64, *[types.float64] * 4
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return noinline(context, builder, _any_other, signature, args)
-
-    return types.float64(*arguments), codegen
-
-
-@overload(_any_other, strict=False)
-def _called(s: Block, e: Any, stroke: Any, rate: Any, elapsed: Any, time: Any) -> Any:
-    """What compiled functions call in its place."""
-    # numba calls an intrinsic without its first argument
-    return lambda s, e, stroke, rate, elapsed, time: _apart(s, e, stroke, rate, elapsed, time)  # type: ignore[call-arg]
-
-
-@register_jitable
+@jitable
 def _follow_crush(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """Bring a crush law to a stroke and rate, through what happens to it on the way; energy lost.
 
@@ -110,7 +89,7 @@ def _follow_crush(s: Block, e: int, stroke: float, rate: float, elapsed: float, 
     return _through(s, e, stroke, rate, rate, elapsed, time)
 
 
-@register_jitable
+@jitable
 def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """The same for any other law; its force at the end is that at the rate there, not at the mean one of the step."""
     first_before, second_before = s[e + ELEMENT.SEGMENT], s[e + ELEMENT.SEGMENT_2]
@@ -139,7 +118,7 @@ def _branch(s: Block, e: int, stroke: float, rate: float, force: float, plastic:
     return 1.0 if force == free else 3.0
 
 
-@register_jitable
+@jitable
 def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapsed: float, time: float) -> float:
     """Bring a law to a stroke in stops on the way; keeps the impulse that the two forces at the ends do not have.
 
@@ -180,7 +159,7 @@ def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapse
     return lost
 
 
-@register_jitable
+@jitable
 def _bend(s: Block, e: int, at: float, stroke: float, rate: float, beside: float) -> float:
     """Where, on the way from one stroke to another, the force of a crush law bends or jumps next.
 
@@ -209,7 +188,7 @@ def _nearer(found: float, bend: float, at: float, beside: float) -> float:
     return bend if (bend - at) / beside > 1.0 and (found - bend) / beside > 0.0 else found
 
 
-@register_jitable
+@jitable
 def _move(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: float) -> float:
     """Bring one law to a stroke and rate; energy lost."""
     force, first, second, lost, viscous = respond(s[e + ELEMENT.KIND], s, e, stroke, rate, elapsed)
@@ -233,7 +212,7 @@ def _settle(
             s[e + ELEMENT.END_TIME] = time
 
 
-@register_jitable
+@jitable
 def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> float:
     """Bring two laws in series to a stroke of the pair; energy lost."""
     a, b = e + N_ELEMENT, e + 2 * N_ELEMENT
@@ -277,14 +256,14 @@ def _march(s: Block, e: int, closing: float, elapsed: float, time: float) -> flo
     return lost
 
 
-@register_jitable
+@jitable
 def _room(s: Block, e: int) -> float:
     """From the stroke of a law to the next point of its curve, which moves with what the car body gives way."""
     curve, stroke = int(s[e + ELEMENT.CURVE]), s[e + ELEMENT.STROKE] - s[e + ELEMENT.STATE_1]
     return ahead(s, curve, segment(s, curve, int(s[e + ELEMENT.SEGMENT]), stroke + 2 * _SMALL)) - stroke
 
 
-@register_jitable
+@jitable
 def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) -> tuple[int, float, float, bool]:
     """How far one of two laws moves where both together move by a part, at most.
 
@@ -355,7 +334,7 @@ def _split(s: Block, a: int, b: int, part: float, elapsed: float, whole: float) 
     return gives, low if least_low > force - abs(short) else high, part, True
 
 
-@register_jitable
+@jitable
 def _used(s: Block, gives: int, other: int, room: float, part: float, elapsed: float, whole: float) -> float:
     """The part that a pair has moved when one law has moved by its room, their forces equal; 0 if it snaps before."""
     if part <= 0.0:
@@ -394,13 +373,13 @@ def _used(s: Block, gives: int, other: int, room: float, part: float, elapsed: f
     return high
 
 
-@register_jitable
+@jitable
 def _close(force: float) -> float:
     """Difference of two forces, the larger of which is given, that counts as none [N]."""
     return _NOTHING + _CLOSE * force
 
 
-@register_jitable
+@jitable
 def _short(
     s: Block, one: int, other: int, move: float, part: float, elapsed: float, whole: float
 ) -> tuple[float, float]:
@@ -410,7 +389,7 @@ def _short(
     return second - first, max(first, second)
 
 
-@register_jitable
+@jitable
 def _trial(s: Block, e: int, move: float, part: float, elapsed: float, whole: float) -> float:
     """Force of a law, were it to move while the pair moves by a part of the whole step."""
     taken = _taken(part, elapsed, whole)
@@ -418,13 +397,13 @@ def _trial(s: Block, e: int, move: float, part: float, elapsed: float, whole: fl
     return respond(s[e + ELEMENT.KIND], s, e, s[e + ELEMENT.STROKE] + move, rate, taken)[0]
 
 
-@register_jitable
+@jitable
 def _taken(part: float, elapsed: float, whole: float) -> float:
     """How long a part of a step takes; all of it where the pair does not move."""
     return elapsed * abs(part) / whole if part != 0.0 and whole > 0.0 else elapsed
 
 
-@register_jitable
+@jitable
 def _break(s: Block, e: int, force: float) -> float:
     """Energy that the springs of an element lose with a force; each of two in series has lost its own."""
     if s[e + ELEMENT.KIND] != SERIES:
@@ -438,7 +417,7 @@ def _break(s: Block, e: int, force: float) -> float:
     return found
 
 
-@register_jitable
+@jitable
 def narrowest(s: Block, e: int, stroke: float, rate: float, reach: float) -> float:
     """Width of the narrowest part of the curves of an element within a reach ahead of its stroke; infinite for none.
 

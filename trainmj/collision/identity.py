@@ -30,7 +30,7 @@ def code_hash(*parts: str) -> str:
     return content.hexdigest()[:16]
 
 
-_IMPORTED = {name: version(name) for name in _PACKAGES} | {"law": code_hash(*_COMPUTING)}
+IMPORTED = {name: version(name) for name in _PACKAGES} | {"law": code_hash(*_COMPUTING)}
 """What this process has imported, and computes with for as long as it lives, whatever is installed meanwhile."""
 
 
@@ -39,7 +39,7 @@ def _identity() -> tuple[tuple[str, str], ...]:
     from llvmlite.binding import get_host_cpu_name
 
     where = f"{platform.system()} {platform.machine()} {get_host_cpu_name()}"
-    return tuple((_IMPORTED | {"python": platform.python_version(), "platform": where}).items())
+    return tuple((IMPORTED | {"python": platform.python_version(), "platform": where}).items())
 
 
 def identity() -> dict[str, str]:

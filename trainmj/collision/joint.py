@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from numba.extending import register_jitable
-
 from trainmj.collision.element import advance
 from trainmj.collision.fields import CAR, ELEMENT, HEAD, JOINT, N_CAR, N_JOINT, Block
-from trainmj.collision.law.curve import inlined
+from trainmj.collision.jitable import inlined, jitable
 
 APPROACH_SPEED = 0.01
 """A collision is over when no interface carries force and none comes closer faster than this [m/s]."""
@@ -46,7 +44,7 @@ def count(s: Block, j: int, u: float, force: float, time: float) -> None:
         s[j + JOINT.STROKE_MAX_TIME] = time
 
 
-@register_jitable
+@jitable
 def peaks(s: Block) -> None:
     """Peaks of forces on the way to this evaluation: noted apart, and counted where steps are made smaller for them."""
     joints = int(s[HEAD.JOINTS])

@@ -28,10 +28,6 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic, register_jitable
-
 from trainmj.collision import contact, plane
 from trainmj.collision.block import MAGIC
 from trainmj.collision.body import strain
@@ -59,9 +55,13 @@ from trainmj.collision.fields import (
     Block,
 )
 from trainmj.collision.interrupts import held_back
+from trainmj.collision.jitable import from_place as _from
+from trainmj.collision.jitable import inlined, jitable
+from trainmj.collision.jitable import integer_at as _size
+from trainmj.collision.jitable import place_at as _in
+from trainmj.collision.jitable import stored_at as _at
 from trainmj.collision.joint import APPROACH_SPEED, count, peaks, press
 from trainmj.collision.law import SERIES
-from trainmj.collision.law.curve import inlined
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
 from trainmj.collision.offsets import Offsets, field_offsets
 
@@ -119,7 +119,7 @@ def _callbacks() -> tuple[Any, Any, Any, Any]:
 
 def _compile(factory: Callable[[Offsets], Any], signature: str, offsets: Offsets) -> tuple[int, str]:
     """Address of a C function, and what was wrong with the copy of it on disk."""
-    return address_of(factory(offsets), signature)
+    return address_of(factory, signature, offsets)
 
 
 def _note(text: bytes) -> None:
@@ -129,55 +129,6 @@ def _note(text: bytes) -> None:
 
 _warned = ctypes.CFUNCTYPE(None, ctypes.c_char_p)(_note)
 _law = Shared(lambda: put(_callbacks()), lambda: put([]))
-
-
-@intrinsic
-def _at(typing_context: Any, base: Any, offset: Any) -> Any:
-    """Pointer to float64 that is stored at base + offset."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        double = context.get_value_type(types.float64)
-        place = cgutils.pointer_add(builder, args[0], args[1], double.as_pointer().as_pointer())
-        return builder.load(place)
-
-    return types.CPointer(types.float64)(types.voidptr, types.int64), codegen
-
-
-@intrinsic
-def _in(typing_context: Any, base: Any, offset: Any) -> Any:
-    """Pointer to float64 at base + offset itself."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        double = context.get_value_type(types.float64)
-        return cgutils.pointer_add(builder, args[0], args[1], double.as_pointer())
-
-    return types.CPointer(types.float64)(types.voidptr, types.int64), codegen
-
-
-@intrinsic
-def _from(typing_context: Any, values: Any, place: Any) -> Any:
-    """The values from a place on."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.gep(args[0], [args[1]])
-
-    return types.CPointer(types.float64)(types.CPointer(types.float64), types.int64), codegen
-
-
-@intrinsic
-def _size(typing_context: Any, base: Any, offset: Any) -> Any:
-    """The 64-bit integer at base + offset."""
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        integer = context.get_value_type(types.int64)
-        return builder.load(cgutils.pointer_add(builder, args[0], args[1], integer.as_pointer()))
-
-    return types.int64(types.voidptr, types.int64), codegen
-
-
-# numba keeps compiled functions on disk. It finds them again by this file and by the values that a function closes
-# over, and does not see an edit elsewhere. Each function therefore closes over the places of MuJoCo's fields and over
-# the mark of a block, which changes with the code of the law; everything else may then be used by its name.
 
 
 def _passive(offsets: Offsets) -> Any:
@@ -213,7 +164,7 @@ def _passive(offsets: Offsets) -> Any:
     return passive
 
 
-@register_jitable
+@jitable
 def _give(s: Block, field: int, out: Any) -> None:
     """Hand a force of every point to MuJoCo."""
     p, joints = int(s[HEAD.POINTS]), int(s[HEAD.JOINTS])
@@ -224,7 +175,7 @@ def _give(s: Block, field: int, out: Any) -> None:
         i += 1
 
 
-@register_jitable
+@jitable
 def _within(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, whole: float) -> None:
     """Follow the points through one step of MuJoCo's in smaller ones, and find the forces that take MuJoCo there too.
 
@@ -257,13 +208,13 @@ def _within(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, whole: float) 
         p += N_POINT
 
 
-@register_jitable
+@jitable
 def _along_track(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float) -> float:
     """Move the state to a new time, find the forces there, and say how long the step from there is [s]."""
     return _evaluate(s, n, qpos, qvel, inertia, time, False)
 
 
-@register_jitable
+@jitable
 def _in_plane(s: Block, n: int, qpos: Any, qvel: Any, inertia: Any, time: float) -> float:
     """The same in the vertical plane."""
     return _evaluate(s, n, qpos, qvel, inertia, time, True)
@@ -317,7 +268,7 @@ def _next_step(s: Block, qpos: Any, qvel: Any, in_plane: bool) -> float:
     return _parted(s, parts)
 
 
-@register_jitable
+@jitable
 def _parts(s: Block, step: float, qpos: Any, qvel: Any) -> float:
     """In how many smaller steps a whole one is made, along the track."""
     m = int(s[HEAD.N_INTERFACE])
@@ -338,7 +289,7 @@ def _parts(s: Block, step: float, qpos: Any, qvel: Any) -> float:
     return parts
 
 
-@register_jitable
+@jitable
 def _parted(s: Block, parts: float) -> float:
     """The first of a number of smaller steps that a whole one is made in."""
     parts = min(parts, MOST_PARTS)
@@ -347,7 +298,7 @@ def _parted(s: Block, parts: float) -> float:
     return s[HEAD.PART]
 
 
-@register_jitable
+@jitable
 def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
     """Move the devices and add up their forces on the points.
 
@@ -390,7 +341,7 @@ def _devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tup
     return active, peaked, wall
 
 
-@register_jitable
+@jitable
 def _members(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
     """Move the members of bodies and add up their forces on the points."""
     points = int(s[HEAD.POINTS])
@@ -522,7 +473,7 @@ def _vehicles(
     return still, closing
 
 
-@register_jitable
+@jitable
 def _braking(s: Block, p: int, time: float) -> float:
     """What the brake can give on a point at a time [N]."""
     rise, since = s[p + POINT.BRAKE_RISE], time - s[p + POINT.BRAKE_DELAY]
@@ -530,7 +481,7 @@ def _braking(s: Block, p: int, time: float) -> float:
     return min(part * s[p + POINT.BRAKE], s[p + POINT.BRAKE_MOST])
 
 
-@register_jitable
+@jitable
 def _windows(s: Block, n: int, step: float, whole: bool) -> None:
     """Add the impulse of this step to the window of means that it is in; windows begin and end at whole steps."""
     window = s[HEAD.WINDOW]
@@ -544,7 +495,7 @@ def _windows(s: Block, n: int, step: float, whole: bool) -> None:
         s[c + CAR.WINDOW_IMPULSE] += s[c + CAR.NET] * step
 
 
-@register_jitable
+@jitable
 def _record(s: Block, n: int) -> None:
     """Keep the speeds if they are due, and see whether the simulation is done."""
     if s[HEAD.STRIDE] == 0.0:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from trainmj.collision.batch import run_chains
 from trainmj.collision.chain import Chain, places_of_sides
 from trainmj.collision.line import Line, LineEnd
 from trainmj.collision.lineup import line_up
@@ -103,6 +102,8 @@ def margins(
         raise InputError(f"margin: is that of ties as stated, and the scenario has ties: {scenario.ties}")
     if not (math.isfinite(slip_mm) and slip_mm >= 0.0):
         raise InputError(f"margin: a slip of {slip_mm:g} mm is no length")
+    from trainmj.collision.batch import run_chains
+
     chain = line_up(scenario)
     stated = next(summary for _, summary in run_chains([(0, chain)]))
     engaged = [k for k, sides in _by_interface(chain, stated).items() if any(map(_engaged, sides))]

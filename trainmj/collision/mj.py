@@ -76,7 +76,3 @@ def undisturbed() -> Iterator[None]:
     """Use MuJoCo without anyone's callbacks, under which it compiles no model if they are in Python."""
     with _silence.held():
         yield
-
-
-with undisturbed():
-    import mujoco.batch  # compiles a model

@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba.extending import register_jitable
-
 from trainmj.collision.element import narrowest
 from trainmj.collision.fields import (
     ELEMENT,
@@ -32,8 +30,8 @@ from trainmj.collision.fields import (
     Block,
 )
 from trainmj.collision.gear import BOGIES, N_DOF, N_WHEELSET
+from trainmj.collision.jitable import inlined, jitable
 from trainmj.collision.joint import count, press
-from trainmj.collision.law.curve import inlined
 
 _PINS_MET = 0.02
 """Part of its length that a strut has left when its pins are taken to have met."""
@@ -41,7 +39,7 @@ _PINS_MET = 0.02
 _LEAST = 1e-6  # length of a strut [m]
 
 
-@register_jitable
+@jitable
 def turn(s: Block, qpos: Any) -> None:
     """Note sine and cosine of the pitch of every vehicle, once for all that hangs on it."""
     for i in range(int(s[HEAD.N_VEHICLE])):
@@ -78,7 +76,7 @@ def _turned(s: Block, f: int, qpos: Any, qvel: Any) -> Any:
     return qpos[d + 2], qvel[d + 2]
 
 
-@register_jitable
+@jitable
 def along(s: Block, line: int, left: int, right: int, qpos: Any, qvel: Any) -> Any:
     """Where a line stands.
 
@@ -124,7 +122,7 @@ def _push(s: Block, f: int, p: int, fx: float, fz: float, moment: float) -> None
         s[f + FRAME.G2] += moment
 
 
-@register_jitable
+@jitable
 def way_to_narrow(s: Block, step: float, qpos: Any, qvel: Any) -> float:
     """Narrowest part of a curve that lies within two steps ahead, as a part of what its element moves in one.
 
@@ -154,7 +152,7 @@ def _frames(s: Block, j: int) -> tuple[int, int]:
     return frames + N_FRAME * left, frames + N_FRAME * right if right >= 0 else -1
 
 
-@register_jitable
+@jitable
 def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tuple[bool, bool, float]:
     """Move the devices along their lines and add up their forces on the vehicles.
 
@@ -215,7 +213,7 @@ def devices(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> tupl
     return active, peaked, wall
 
 
-@register_jitable
+@jitable
 def _step(s: Block, ends: int, left: int, right: int, qpos: Any, touched: bool, time: float) -> None:
     """The step between two ends."""
     step = _rise(s, left, s[left + FRAME.RIGHT_END], qpos)
@@ -234,7 +232,7 @@ def _rise(s: Block, f: int, ahead: float, qpos: Any) -> Any:
     return s[f + FRAME.OFFSET] + qpos[d + 1] + ahead * s[f + FRAME.SINE]
 
 
-@register_jitable
+@jitable
 def _tie(s: Block, line: int, force: float, slip: float, time: float) -> float:
     """Force of the vertical tie of two faces, down on the left one; it holds while they are engaged."""
     before, held = s[line + LINE.TIED], s[line + LINE.HELD]
@@ -267,7 +265,7 @@ def _tie(s: Block, line: int, force: float, slip: float, time: float) -> float:
     return tied
 
 
-@register_jitable
+@jitable
 def _swing(s: Block, line: int, e: int, angle: float, lt: float, rt: float, stroke: float) -> tuple[float, float]:
     """Moments of the swing stops of a strut on both bodies, while it is coupled and has not sheared."""
     if s[line + LINE.DEAD] != 0.0:
@@ -305,7 +303,7 @@ def _beyond(value: float, free: float) -> float:
     return value - free if value > free else value + free if value < -free else 0.0
 
 
-@register_jitable
+@jitable
 def carry(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
     """Rails below the wheelsets, stops of the suspensions, and what the dampers take, of every vehicle on bogies."""
     w = int(s[HEAD.WHEELS])
@@ -319,7 +317,7 @@ def carry(s: Block, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
             s[f + FRAME.Q0], s[f + FRAME.V0] = qpos[d], qvel[d]
 
 
-@register_jitable
+@jitable
 def _carry_one(s: Block, f: int, d: int, w: int, qpos: Any, qvel: Any, elapsed: float, time: float) -> None:
     """The same for one vehicle: f is the place of its record, d its first degree of freedom, w its first wheelset."""
     z, pitch, turning = qpos[d + 1], qpos[d + 2], qvel[d + 2]
@@ -421,7 +419,7 @@ def hold(s: Block, f: int, friction: float) -> None:
             s[at + 3] -= 0.25 * friction * sine
 
 
-@register_jitable
+@jitable
 def give(s: Block, out: Any) -> None:
     """Hand the forces along all degrees of freedom to MuJoCo; that along the track is in the point of a vehicle."""
     for i in range(int(s[HEAD.N_VEHICLE])):

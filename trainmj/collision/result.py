@@ -28,6 +28,7 @@ from trainmj.collision.quantities import names_of_parts
 from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
+from trainmj.files.netcdf import Variable, packed
 from trainmj.files.shown import Drawn
 from trainmj.files.text import printable, read_bytes
 from trainmj.files.written import write_bytes
@@ -239,14 +240,21 @@ class Result(Drawn):
         """Everything as an xarray Dataset with named dimensions and units."""
         import xarray as xr
 
-        histories = {
+        return xr.Dataset(self._numbers(), coords=self._coordinates(), attrs=self._attributes())
+
+    def _numbers(self) -> dict[str, Variable]:
+        """Histories and tally with their dimensions and attributes."""
+        histories: dict[str, Variable] = {
             name: (("time", h.over), getattr(self, name), {"units": h.unit, "long_name": h.meaning})
             for name, h in _histories(self.chain).items()
         }
-        tally = {
+        return histories | {
             f"tally_{t.name}": (t.over, getattr(self.tally, t.name), {"units": t.unit, "long_name": t.meaning})
             for t in _tallied(self.chain)
         }
+
+    def _coordinates(self) -> dict[str, Variable]:
+        """Time, and the names of what else there are values for."""
         plane = {
             "wheelset": [self.chain.name_of_wheelset(i, k) for i, k in self.chain.wheelsets],
             "degree": [name for i in range(len(self.chain.vehicles)) for name in names_of_dofs(self.chain, i)],
@@ -255,25 +263,24 @@ class Result(Drawn):
             "point": [point.name for point in self.chain.points],
             "member": [member.name for member in self.chain.members],
         }
-        return xr.Dataset(
-            histories | tally,
-            coords={
-                "time": ("time", self.time, {"units": "s"}),
-                "vehicle": [v.name for v in self.chain.vehicles],
-                "interface": [i.name for i in self.chain.interfaces],
-                **(bodies if self.chain.members else {}),
-                **(plane if self.chain.plane else {}),
-            },
-            attrs={
-                "title": self.scenario.heading,
-                "scenario": to_yaml(self.scenario),
-                "format": _FORMAT,
-                "step_ms": self.step_ms,
-                "refined": int(self.chain.refined),
-                **({"valid_until_s": self.tally.valid_until} if self.not_valid else {}),
-                **{f"version_{name}": version for name, version in self.versions.items()},
-            },
-        )
+        names = {
+            "vehicle": [v.name for v in self.chain.vehicles],
+            "interface": [i.name for i in self.chain.interfaces],
+            **(bodies if self.chain.members else {}),
+            **(plane if self.chain.plane else {}),
+        }
+        return {"time": ("time", self.time, {"units": "s"}), **{name: (name, of, {}) for name, of in names.items()}}
+
+    def _attributes(self) -> dict[str, str | float]:
+        return {
+            "title": self.scenario.heading,
+            "scenario": to_yaml(self.scenario),
+            "format": _FORMAT,
+            "step_ms": self.step_ms,
+            "refined": int(self.chain.refined),
+            **({"valid_until_s": self.tally.valid_until} if self.not_valid else {}),
+            **{f"version_{name}": version for name, version in self.versions.items()},
+        }
 
     def save(self, file: str | Path) -> None:
         """Write everything to a NetCDF 3 file, which xarray, MATLAB and ncdump read.
@@ -281,7 +288,8 @@ class Result(Drawn):
         Raises:
             OutputError: if the file cannot be written.
         """
-        write_bytes(file, _packed(self.dataset()))
+        attributes = self._attributes() | {_CHECKSUM: _ZEROS.decode()}
+        write_bytes(file, _signed(packed(self._numbers() | self._coordinates(), attributes)))
 
     def table(self, both_sides: bool = False) -> pd.DataFrame:
         """Histories in engineering units, one row per recorded time, for a spreadsheet.
@@ -294,6 +302,10 @@ class Result(Drawn):
         """
         import pandas as pd
 
+        return pd.DataFrame(self.columns(both_sides))
+
+    def columns(self, both_sides: bool = False) -> dict[str, Array]:
+        """The columns of :meth:`table` by their heads."""
         columns: dict[str, Array] = {"time_s": self.time, "valid": (self.time <= self.tally.valid_until).astype(int)}
         for name, h in SHOWN.items():
             for thing, values in self.shown(name).items():
@@ -302,7 +314,7 @@ class Result(Drawn):
             if both_sides and front.equal_sides and name in ("stroke", "energy"):
                 values = self.of_device(name, self.chain.front, 1) / h.factor
                 columns[head(f"{name}_{front.name}_partner", h.shown)] = values
-        return pd.DataFrame(columns)
+        return columns
 
     def shown(self, name: str) -> dict[str, Array]:
         """A history as tables and figures show it: (n_sample,) values in its shown unit, by vehicle or interface.
@@ -403,11 +415,6 @@ def load_result(file: str | Path) -> Result:
     }
     histories = {name: numbers[name] for name in ("time", *HISTORIES)}
     return Result(scenario, chain, Tally(**tally), **histories, versions=versions)
-
-
-def _packed(data: xr.Dataset) -> bytes:
-    """A dataset as a NetCDF 3 file with a checksum."""
-    return _signed(bytes(data.assign_attrs({_CHECKSUM: _ZEROS.decode()}).to_netcdf(engine="scipy")))
 
 
 def _signed(content: bytes) -> bytes:

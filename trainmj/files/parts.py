@@ -94,7 +94,7 @@ Bounds = Annotated[list[Number], Field(min_length=2, max_length=2), AfterValidat
 class Part(BaseModel):
     """A group of an input file: its keys are all known, its values fixed once read."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 Group = type[BaseModel]

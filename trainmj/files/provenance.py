@@ -1,7 +1,5 @@
 """Where the values of a file come from, and how far that was seen: what stands under ``sources``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, Literal
 

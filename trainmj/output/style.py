@@ -121,7 +121,25 @@ def _matplotlib() -> Any:
             import matplotlib
     finally:
         os.path.exists = exists
+    with _lean():
+        import matplotlib.figure
     return matplotlib
+
+
+@contextmanager
+def _lean() -> Iterator[None]:
+    """Import figures without axes in space and without lists of properties in docstrings, which take a third of it."""
+    from matplotlib import artist
+
+    listed = artist.kwdoc
+    try:
+        artist.kwdoc = lambda artist: ""
+        sys.modules["mpl_toolkits.mplot3d"] = None  # type: ignore[assignment]
+        with warnings.catch_warnings(action="ignore"):  # that it is missing
+            yield
+    finally:
+        artist.kwdoc = listed
+        del sys.modules["mpl_toolkits.mplot3d"]
 
 
 @contextmanager
@@ -202,7 +220,7 @@ def encode(picture: Figure, form: Format) -> bytes:
         _let_powers_be_formulas(picture)
         if picture.axes and (layout := picture.get_layout_engine()) is not None:
             layout.execute(picture)  # which needs no drawing
-            picture.set_layout_engine("none")  # each further pass would move it a little
+            picture.set_layout_engine(None)  # each further pass would move it a little, and a picture be drawn twice
         picture.savefig(content, format=form, metadata=_NO_DATE[form])
     return content.getvalue()
 

@@ -1,7 +1,5 @@
 """Car bodies that give: how stiff a body is, where it collapses, and what hangs below it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 

@@ -1,7 +1,5 @@
 """Curves and tables of a scenario file: by name, as points, or in a file."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """Lines along which devices act in the vertical plane, tagged by how they act: struts between pins, and faces."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from pydantic import Field

@@ -4,8 +4,6 @@ Each part checks its own keys, types and ranges; what concerns several parts is 
 Values stay in the units of their names; :mod:`trainmj.collision.chain` turns them into SI arrays.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import Annotated, Literal
 

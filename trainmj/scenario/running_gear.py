@@ -1,7 +1,5 @@
 """Types of vehicle in the vertical plane: the car body and the two bogies that carry it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Literal
 

@@ -1,7 +1,5 @@
 """Tolerances of a scenario: what scatters from train to train, by which distribution, and which parts scatter alike."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Trains, vehicles and obstacles of a scenario file."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 

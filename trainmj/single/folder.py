@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.result import FILE, Result
 from trainmj.collision.summary import Summary
+from trainmj.files.commas import Columns, as_csv, columns_of
 from trainmj.files.folder import staged
 from trainmj.output.style import ENDINGS, Format, Width, save
 from trainmj.scenario import to_yaml
@@ -41,6 +42,12 @@ def tables_of(result: Result, summary: Summary, both_sides: bool = False) -> dic
     """
     import pandas as pd
 
+    tables = {name: pd.DataFrame(rows) for name, rows in _rows(result, summary).items()}
+    return {"histories": result.table(both_sides), **tables}
+
+
+def _rows(result: Result, summary: Summary) -> dict[str, list[dict[str, Any]]]:
+    """The rows of all tables that are not over time."""
     rows = {
         "interfaces": [i.as_row() for i in summary.interfaces],
         "vehicles": [v.as_row() for v in summary.vehicles],
@@ -48,8 +55,7 @@ def tables_of(result: Result, summary: Summary, both_sides: bool = False) -> dic
         "bodies": list(_bodies(result.chain, summary)),
     }
     valid = {"valid_until_s": summary.valid_until_s}
-    tables = {name: pd.DataFrame([row | valid for row in of_name]) for name, of_name in rows.items() if of_name}
-    return {"histories": result.table(both_sides), **tables}
+    return {name: [row | valid for row in of_name] for name, of_name in rows.items() if of_name}
 
 
 def write_run(
@@ -68,16 +74,14 @@ def write_run(
     Raises:
         OutputError: if a file cannot be written.
     """
-    import pandas as pd
-
     with staged(folder, OWN, SUMMARY) as stage:
         result.save(stage / FILE)
         (stage / "scenario.yaml").write_text(to_yaml(result.scenario), encoding="utf-8")
-        tables = tables_of(result, summary)
         more = {} if beside is None else beside.rows()
-        for name, table in (tables | {name: pd.DataFrame(rows) for name, rows in more.items()}).items():
-            if len(table):
-                table.to_csv(stage / f"{name}.csv", index=False, float_format=NUMBER)
+        tables: dict[str, Columns] = {"histories": result.columns()}
+        tables |= {name: columns_of(rows) for name, rows in (_rows(result, summary) | more).items() if rows}
+        for name, columns in tables.items():
+            (stage / f"{name}.csv").write_text(as_csv(columns, NUMBER), encoding="utf-8", newline="")
         for name, draw in figures.drawings(result, width, summary).items() if formats else ():
             save(draw(), stage / name, formats)
         (stage / SUMMARY).write_text(json.dumps(summary.as_dict() | more, indent=2), encoding="utf-8")

@@ -12,9 +12,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from numba.extending import register_jitable
-
 from trainmj.collision.fields import Block
+from trainmj.collision.jitable import jitable
 from trainmj.collision.kind import Kind, Response
 
 _MODULES = (import_module(f"{__name__}.{found.name}") for found in pkgutil.iter_modules(__path__))
@@ -44,9 +43,9 @@ def _chosen() -> Callable[[float, Block, int, float, float, float], Response]:
         return 0.0, 0.0, 0.0, 0.0, 0.0
 
     def before(code: int, law: Any, others: Any) -> Any:
-        law = register_jitable(law)
+        law = jitable(law)
 
-        @register_jitable
+        @jitable
         def respond(kind: float, s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Any:
             if kind == code:
                 return law(s, e, stroke, rate, elapsed)
@@ -54,7 +53,7 @@ def _chosen() -> Callable[[float, Block, int, float, float, float], Response]:
 
         return respond
 
-    found = register_jitable(none)
+    found = jitable(none)
     for code, kind in reversed(list(enumerate(KINDS.values()))):
         found = before(code, kind.respond, found)
     return found

@@ -16,14 +16,14 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
 from trainmj.collision.device import CAR_BODY, Device, Path, Stage, pull_of
 from trainmj.collision.elementwise import positive
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
+from trainmj.collision.jitable import inlined, jitable
 from trainmj.collision.kind import Kind, Law, Numbers, Response
-from trainmj.collision.law.curve import follow, inlined, value
+from trainmj.collision.law.curve import follow, value
 from trainmj.scenario.devices import CrushDevice
 from trainmj.scenario.parts import Parts
 from trainmj.units import KN, KN_PER_MM, KN_S_PER_M, MM
@@ -63,7 +63,7 @@ def pressed(s: Block, e: int, stroke: float, rate: float, crush: float, before: 
     return force, now, 0.0, 0.5 * (force + s[e + ELEMENT.FORCE]) * (now - plastic) + viscous, viscous
 
 
-@register_jitable
+@jitable
 def _passed(s: Block, e: int, before: int, k: int) -> float:
     """Largest force at the points of the curve that were passed between two strokes, climbing along K to each."""
     curve = int(s[e + ELEMENT.CURVE])

@@ -7,12 +7,8 @@ from __future__ import annotations
 
 import math
 
-from numba.extending import register_jitable
-
 from trainmj.collision.fields import Block
-
-inlined = register_jitable(forceinline=True)
-"""For the few functions that each step goes through."""
+from trainmj.collision.jitable import inlined, jitable
 
 
 @inlined
@@ -43,13 +39,13 @@ def value(s: Block, curve: int, k: int, stroke: float) -> float:
     return s[at + 1] + s[at + 2] * (stroke - s[at])
 
 
-@register_jitable
+@jitable
 def ahead(s: Block, curve: int, k: int) -> float:
     """The stroke at which segment k ends; infinite for the last one."""
     return s[curve + 3 * k + 3]
 
 
-@register_jitable
+@jitable
 def behind(s: Block, curve: int) -> int:
     """The place behind a curve."""
     while s[curve] != math.inf:

@@ -17,11 +17,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
 from trainmj.collision.device import Device, pull_of
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
+from trainmj.collision.jitable import jitable
 from trainmj.collision.kind import Kind, Law, Numbers, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.curve import follow, value
@@ -41,7 +41,7 @@ empty stroke before it all [m]."""
 _GAS_POINTS = 60  # of the gas spring, for pictures
 
 
-@register_jitable
+@jitable
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     plunger, given = s[e + PLUNGER], s[e + GIVEN]
@@ -81,7 +81,7 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
     return force, now, given + gives, crushed + viscous, viscous
 
 
-@register_jitable
+@jitable
 def _gas(s: Block, e: int, plunger: float) -> float:
     """Force of the gas, or of the preload."""
     if plunger <= s[e + KNEE]:
@@ -90,7 +90,7 @@ def _gas(s: Block, e: int, plunger: float) -> float:
     return s[e + PRELOAD] * pressed
 
 
-@register_jitable
+@jitable
 def _held(s: Block, e: int, plunger: float) -> float:
     """Energy in the gas, or behind the preload [J]."""
     knee, per_length, gamma = s[e + KNEE], s[e + PER_LENGTH], s[e + GAMMA]

@@ -17,12 +17,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numba.extending import register_jitable
 
 from trainmj.collision.device import Device, pull_of
 from trainmj.collision.elementwise import lesser, positive
 from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, Block
+from trainmj.collision.jitable import jitable
 from trainmj.collision.kind import Kind, Law, Numbers, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.curve import follow, value
@@ -36,7 +36,7 @@ TRANSITION, TRAVEL, STOP, COLLAPSE = ELEMENT.P0, ELEMENT.P1, ELEMENT.P2, ELEMENT
 SLIPPED, GIVEN = ELEMENT.STATE_0, ELEMENT.STATE_1
 
 
-@register_jitable
+@jitable
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     given, travel = s[e + GIVEN], s[e + TRAVEL]
@@ -53,7 +53,7 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
     return force + stop, now, given + gives, lost, 0.0
 
 
-@register_jitable
+@jitable
 def _slip(s: Block, e: int, stroke: float, before: float) -> tuple[float, float, float]:
     """Force and slip at a stroke within the travel, and the energy lost; the force was another one before."""
     stiffness, slipped = s[e + TRANSITION], s[e + SLIPPED]
@@ -71,7 +71,7 @@ def _slip(s: Block, e: int, stroke: float, before: float) -> tuple[float, float,
     return elastic, slipped, 0.0
 
 
-@register_jitable
+@jitable
 def _met(s: Block, e: int, k: int, slipped: float) -> float:
     """Force at which the transition that ends at a stroke without force meets the unloading curve, below segment k."""
     curve, stiffness = int(s[e + ELEMENT.CURVE_2]), s[e + TRANSITION]

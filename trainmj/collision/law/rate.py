@@ -11,11 +11,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numba.extending import register_jitable
 
 from trainmj.collision.device import Device
 from trainmj.collision.envelope import Envelope
 from trainmj.collision.fields import ELEMENT, Block
+from trainmj.collision.jitable import jitable
 from trainmj.collision.kind import Kind, Law, Response, points
 from trainmj.collision.law import crush
 from trainmj.collision.law.crush import PLASTIC, pressed
@@ -32,7 +32,7 @@ REFERENCE, EXPONENT, UNTIL, SPEEDS = ELEMENT.P2, ELEMENT.P3, ELEMENT.P4, ELEMENT
 """C [m/s], 1/P, the stroke up to which it holds [m]; how many speeds, if there are curves at several."""
 
 
-@register_jitable
+@jitable
 def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Response:
     """Force and state after one step of the law; see :class:`~trainmj.collision.kind.Kind`."""
     plastic, curve = s[e + PLASTIC], int(s[e + ELEMENT.CURVE])
@@ -50,7 +50,7 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
     return found
 
 
-@register_jitable
+@jitable
 def _faster(s: Block, e: int, own: float, stroke: float, rate: float) -> float:
     """Crush force at a rate above 0, where it is own at rest."""
     speeds = int(s[e + SPEEDS])

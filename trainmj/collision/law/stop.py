@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba.extending import register_jitable
 
 from trainmj.collision.device import CAR_BODY, Stage
 from trainmj.collision.envelope import Envelope
+from trainmj.collision.jitable import jitable
 from trainmj.scenario.devices import DEVICE, RecoveringDevice
 from trainmj.symbol import largest
 from trainmj.units import KN, KN_PER_MM, MM
 
 
-@register_jitable
+@jitable
 def stopped(over: float, stiffness: float, most: float) -> tuple[float, float]:
     """Force of a stop [N], and what the car body behind it gives way [m].
 
