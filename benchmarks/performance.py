@@ -424,10 +424,7 @@ def measure(bench: Bench, long: bool) -> Figures:
         found[f"sweep_{step:g}"] = section(f"sweeps at {step:g} ms", partial(sweeps, bench, step, cases, loop_step))
     found["two_processes"] = section("what two processes gain", partial(two_processes, bench))
     found["starts"] = section("starts of commands", partial(starts, bench))
-    found["ways"] = section(
-        "other ways to compute a collision",
-        lambda: {name: medians(turns) for name, turns in bench.here("by_ways", turns=bench.few).items()},
-    )
+    found["ways"] = section("other ways to compute a collision", partial(bench.here, "by_ways", turns=bench.few))
     found["trade_off"] = section("the step: cost and errors", partial(trade_off, bench))
     found["vehicles"] = section("growth with vehicles", partial(by_vehicles, bench))
     found["devices"] = section("growth with devices", partial(by_devices, bench))

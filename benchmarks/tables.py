@@ -158,8 +158,10 @@ def ways(figures: Figures) -> str:
     """The standard collision in other ways."""
     of = figures["ways"]
     own = of["trainmj.run"]["wall"]
-    rows = [[name, _n(one["wall"] * 1e3), _n(one["wall"] / own)] for name, one in of.items()]
-    return _table(["one collision of `b_type`, step 0.1 ms", "ms", "of `trainmj.run`"], rows)
+    rows = [
+        [name, _n(one["wall"] * 1e3), _n(one["wall"] / own), _small(one.get("TS_percent"))] for name, one in of.items()
+    ]
+    return _table(["one collision of `b_type`, step 0.1 ms", "ms", "of `trainmj.run`", "TS, %"], rows)
 
 
 def trade_off(figures: Figures) -> str:

@@ -187,36 +187,40 @@ def loop(scenario: str, vary: dict[str, Any], steps_ms: Sequence[float], seconds
     return found
 
 
-def ways() -> dict[str, Callable[[], Any]]:
-    """Ways to compute the standard collision as it ships, each to be called."""
-    from others import PythonLaw, bare_loop, by_scipy, loop_arguments
+def by_ways(turns: int) -> dict[str, Numbers]:
+    """The standard collision as it ships, computed in several ways in turns: times, and how far TS is off [%]."""
+    from others import PythonLaw, bare_loop, by_scipy, loop_arguments, ts_of
+    from turns import alternate, medians
 
-    scenario = trainmj.load("b_type")
+    scenario, fine = trainmj.load("b_type"), trainmj.load("b_type", {"simulation.step_ms": 0.005})
+    exact = trainmj.summarise(trainmj.run(fine)).TS_mm
     chain = trainmj.line_up(scenario)
     until = float(trainmj.run(scenario).time[-1])
     steps = round(until / chain.step)
-    return {
-        "trainmj.run": lambda: trainmj.run(scenario),
-        "law in Python, called back by MuJoCo": lambda: PythonLaw(chain).run(steps),
+    ways: dict[str, tuple[Callable[[], Any], Callable[[Any], float] | None]] = {
+        "trainmj.run": (lambda: trainmj.run(scenario), lambda result: trainmj.summarise(result).TS_mm),
+        "law in Python, called back by MuJoCo": (lambda: PythonLaw(chain).run(steps), None),
         **{
-            f"scipy solve_ivp, {method}, rtol {rtol:g}": lambda m=method, r=rtol: by_scipy(chain, until, r, m)
+            f"scipy solve_ivp, {method}, rtol {rtol:g}": (
+                lambda m=method, r=rtol: by_scipy(chain, until, r, m),
+                lambda strokes: ts_of(chain, strokes) * 1e3,
+            )
             for method, rtol in SCIPY
         },
-        "bare compiled loop": lambda: bare_loop(*loop_arguments(chain, chain.step, steps)),
+        "bare compiled loop": (
+            lambda: bare_loop(*loop_arguments(chain, chain.step, steps)),
+            lambda strokes: ts_of(chain, strokes) * 1e3,
+        ),
     }
 
-
-def by_ways(turns: int) -> dict[str, list[Numbers]]:
-    """The times of the standard collision in every way, in turns."""
-    from turns import alternate
-
-    def one(work: Callable[[], Any]) -> Numbers:
+    def one(work: Callable[[], Any], ts: Callable[[Any], float] | None) -> Numbers:
         found: Numbers = {}
         with _timed(found):
-            work()
-        return found
+            result = work()
+        return found | ({"TS_percent": abs(ts(result) / exact - 1) * 100} if ts else {})
 
-    return alternate({name: lambda work=work: one(work) for name, work in ways().items()}, turns)
+    taken = alternate({name: lambda way=way: one(*way) for name, way in ways.items()}, turns)
+    return {name: medians(turns_of_it) for name, turns_of_it in taken.items()}
 
 
 def by_dask(workers: int, scenario: str, vary: dict[str, Any], changes: dict[str, Any]) -> Numbers:
