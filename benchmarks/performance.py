@@ -325,7 +325,7 @@ def more_threads(python: float, mujoco: float) -> Figures:
         waiting = rate * held
         if n in THREADS:
             found[str(n)] = {"demand": n * python / (python + mujoco), "gain": rate / alone}
-    return {"wall_at_threads": (python + mujoco) / python, "threads": found}
+    return {"full_at_threads": (python + mujoco) / python, "threads": found}
 
 
 def on_cluster(sweep: Figures, workers: Figures) -> Figures:

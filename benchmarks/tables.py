@@ -223,7 +223,7 @@ def threads(figures: Figures) -> str:
     return (
         f"Two threads gain a factor of {_n(measured['value'])} here ({_n(measured['from'])} to {_n(measured['to'])}), "
         f"where two processes that have nothing to do with each other gain {_n(figures['two_processes']['value'])}. "
-        f"Python would be the wall from {_n(of['wall_at_threads'])} threads on:\n\n"
+        f"Python's lock would always be taken from {_n(of['full_at_threads'])} threads on:\n\n"
         + _table(["threads", "threads that want Python's lock", "gain at most"], rows)
     )
 

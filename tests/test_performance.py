@@ -54,7 +54,7 @@ def test_more_threads_gain_until_the_lock_is_always_taken(performance):
     assert performance.more_threads(1.0, 0.0)["threads"]["8"] == pytest.approx({"demand": 8, "gain": 1})
     assert performance.more_threads(1e-9, 1.0)["threads"]["8"] == pytest.approx({"demand": 0, "gain": 8}, abs=1e-6)
     found = performance.more_threads(1.0, 9.0)
-    assert found["wall_at_threads"] == 10
+    assert found["full_at_threads"] == 10
     gains = [one["gain"] for one in found["threads"].values()]
     assert gains == sorted(gains)
     assert gains[0] == pytest.approx(10 * 20 / 101)  # of 2, by the balance of three states
