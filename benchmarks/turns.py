@@ -35,6 +35,13 @@ def alternate(competitors: Mapping[str, Callable[[], Numbers]], turns: int) -> d
     return found
 
 
+def timed(work: Callable[[], Any]) -> Numbers:
+    """Wall and processor time of a piece of work in this process [s]."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    work()
+    return {"wall": time.perf_counter() - wall, "cpu": time.process_time() - cpu}
+
+
 def medians(turns: Sequence[Numbers]) -> Numbers:
     """The median of each number over the turns."""
     return {name: median(turn[name] for turn in turns) for name in turns[0]}
