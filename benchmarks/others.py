@@ -178,8 +178,8 @@ def bare_loop(
     return most
 
 
-def loop_arguments(chain: Chain, steps: int) -> tuple[Any, ...]:
-    """What bare_loop takes for a chain."""
+def loop_arguments(chain: Chain, step: float, steps: int) -> tuple[Any, ...]:
+    """What bare_loop takes for a chain and so many steps [s]."""
     envelopes, share = crushed(chain)
     curves = np.full((len(envelopes), 3, max(e.stroke.size for e in envelopes)), np.inf)
     for curve, e in zip(curves, envelopes, strict=True):
@@ -193,6 +193,13 @@ def loop_arguments(chain: Chain, steps: int) -> tuple[Any, ...]:
         np.array([e.damping for e in envelopes]),
         share,
         curves,
-        chain.step,
+        step,
         steps,
     )
+
+
+def ts_of(chain: Chain, strokes: np.ndarray) -> float:
+    """TS [m] of a train that meets its twin, from the largest strokes of all interfaces [m]."""
+    front = chain.interfaces[chain.front]
+    stages = front.devices[0].stages
+    return float(strokes[: chain.front].sum() + sum(stage.stroke(strokes[chain.front] / 2) for stage in stages))

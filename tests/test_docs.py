@@ -7,6 +7,7 @@ a newcomer would in a fresh clone, takes minutes: `pytest -m as_written`, which 
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import re
 import shutil
@@ -39,6 +40,7 @@ NOT_RUN = {
     ("docs/identification.md", "takes a quarter of an hour"): 1,
     ("docs/safety.md", "takes an hour"): 1,
     ("docs/safety.md", "takes a quarter of an hour"): 1,
+    ("docs/performance.md", "takes a quarter of an hour"): 1,
     ("docs/reliability.md", "they compute the same once already"): 1,
     ("docs/studies.md", "takes several minutes"): 1,
     ("docs/studies.md", "they compute the same once already"): 1,
@@ -264,6 +266,14 @@ def test_the_channels_of_the_docs_give_the_values_it_says(tmp_path, monkeypatch)
     told = "{0[0]:.0f} kN/mm (95 % interval: {0[1]:.0f} to {0[2]:.0f}), a damping ratio of {1[0]:.3f} "
     told += "({1[1]:.3f} to {1[2]:.3f}) and {2[0]:.2f} ms ({2[1]:.2f} to {2[2]:.2f})"
     assert told.format(*(row.to_list() for row in (stiffness, damping, clock))) in " ".join(read(page).split())
+
+
+def test_the_page_on_performance_is_printed_from_its_figures(monkeypatch):
+    """Breaks if a number of a table was typed by hand, or the figures were measured and the page not printed."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    tables = importlib.import_module("tables")
+    page = read("docs/performance.md")
+    assert tables.printed(page, json.loads(read("docs/performance.json"))) == page
 
 
 @pytest.mark.thorough  # the numbers themselves are held by the tests of the paper
