@@ -20,6 +20,7 @@ from trainmj.scenario import Scenario
 if TYPE_CHECKING:
     from trainmj.collision.found import Found
 
+_AT_ONCE = 128  # cases of a lot: as many as a thread has places for
 ALL: Sequence[str] = ("*",)
 """The pattern of all responses."""
 
@@ -75,7 +76,7 @@ class Local:
     @cached_property
     def _lots(self) -> Lots:
         """Puts cases into lots; what it has found out about them serves the next ones, too."""
-        return Lots(self.scenario)
+        return Lots(self.scenario, size=_AT_ONCE)
 
     def _wanted(self, chain: Chain) -> Collection[str]:
         """Names of the columns that are wanted of a chain."""

@@ -42,7 +42,7 @@ PLACES = 128
 """Simulations side by side in a thread: the cost of a call into MuJoCo vanishes among them, and they fit its cache."""
 
 _LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
-_HISTORY_BYTES = 32 * 2**20  # recorded speeds of all places of a thread
+_HISTORY_BYTES = 64 * 2**20  # recorded speeds of all places of a thread, at most: few collisions last to the limit
 _VALUES = 256  # room for curves grows in these steps, so that few models are compiled
 _RING, _SHORT_RING = 32, 8  # records that the law takes by itself between two calls; where MuJoCo makes its steps
 _PATIENCE = 0.3  # that ended cases have with the others of their lot [s]
