@@ -5,6 +5,7 @@ import io
 import sqlite3
 import tracemalloc
 from contextlib import closing
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,8 +19,10 @@ from trainmj.cases.rows import Rows, refused
 from trainmj.cases.runner import fill, rows_of
 from trainmj.cases.store import KEY, Store
 from trainmj.collision.cases import AT_ONCE, Cases, gathered
+from trainmj.collision.limits import Limited
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import columns_of
+from trainmj.sweep.outcome import with_uses
 
 FAST = {"simulation.step_ms": 0.5}
 COLUMNS = columns_of(line_up(trainmj.load("b_type")))
@@ -254,6 +257,21 @@ def test_rows_have_the_responses_asked_for_and_the_limits_of_a_single_run():
         assert [(one.kept[0], one.used[0]) for one in found[key].limits] == [
             (one.kept, one.used) for one in alone.limits
         ]
+
+
+def test_cases_that_end_together_say_each_for_itself_how_much_they_use_of_a_limit():
+    """Breaks if a case whose numbers may not be used says something, or one says what another uses."""
+    ts = Limited(
+        "TS_mm", "TS", "mm", 1, True, "", [""] * 3, np.array([450.0, 990.0, 9.0]), np.full(3, 900.0), np.full(3, True)
+    )
+    facts = {"status": ["over", "limit passed", "curve ended"], "reason": [""] * 3}
+    rows = Rows([4, 5, 6], facts, some(1), np.array([[450.0], [990.0], [9.0]]), (ts,))
+    found = with_uses(rows)
+    assert list(found.columns) == ["percent_of_TS_mm", "TS_mm"]
+    np.testing.assert_array_equal(found.numbers, [[50.0, 450.0], [110.0, 990.0], [np.nan, 9.0]])
+    assert with_uses(refused([1], ["why"])).columns == {}
+    lost = replace(rows, facts=facts | {"status": ["unstable"] * 3})
+    assert with_uses(lost) is lost, "a limit that no case says anything of has no column"
 
 
 def test_what_ends_is_kept_soon_and_in_order_of_its_end(tmp_path, monkeypatch):
