@@ -51,6 +51,7 @@ class Unknowns:
         members = {k for curve in self.curves for k in curve.members}
         self.free = [k for k in range(len(self.parameters)) if k not in solved]
         self._alone = [k for k in self.free if k not in members]
+        self._near = {c.part.of: self._in_part_of(c.part.of) for c in self.constraints}
 
     @classmethod
     def of(cls, spec: TargetsFile, scenario: Scenario) -> Unknowns:
@@ -138,8 +139,21 @@ class Unknowns:
 
     def area(self, constraint: Area, values: Array) -> float:
         """Area under the curve of a constraint [kJ]."""
-        given = changed(self._source, self.scenario.parameters, self.changes(values)).values
+        near = self._near[constraint.part.of]
+        changes = {name: value for name, value in self.changes(values).items() if name in near}
+        given = changed(self._source, self.scenario.parameters, changes).values
         return constraint.under(*curve_points(given, constraint.part.of))
+
+    def _in_part_of(self, curve: str) -> frozenset[str]:
+        """What a trial sets that may have a part in a curve: in it, around it, or in a curve that has a name."""
+
+        def touches(path: str) -> bool:
+            return (
+                path.startswith("curves.") or f"{path}.".startswith(f"{curve}.") or f"{curve}.".startswith(f"{path}.")
+            )
+
+        names = {setting.path for parameter in self.parameters for setting in parameter.settings}
+        return frozenset(name for name in names if any(map(touches, self.scenario.paths(name))))
 
     def _parts(self, unit: Array) -> Iterator[tuple[Rise, Array]]:
         """Each curve and its part of a place of the unit cube, as a view."""
