@@ -183,7 +183,8 @@ class _Alike:
 
     def _curve(self, n: int) -> Array:
         """(3, n_case, k, n_point) those of one of the curves."""
-        values = self._lot.values(lambda chain: [law.curves[n] for law in _some(chain, self.places)])
+        places = self.places
+        values = self._lot.values(lambda chain: [law.curves[n] for law in _some(chain, places)])
         return np.ascontiguousarray(np.moveaxis(values, -2, 0))
 
 
