@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trainmj.collision.cases import Cases
+from trainmj.collision.cases import Cases, Name
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -61,7 +61,7 @@ class Lots:
         Yields:
             Lots, each of one structure, its cases in the order in which they came; and cases that break a rule.
         """
-        for some in cases:
+        for some in map(_spread, cases):
             names = tuple(some.names)
             if names not in self._fixed:
                 self._fixed[names] = _fixed(self._scenario, some)
@@ -72,6 +72,30 @@ class Lots:
                 if len(self._kinds) > _KINDS:
                     del self._kinds[next(iter(self._kinds))]
                 yield from kind.lots(table, places)
+
+
+def _spread(cases: Cases) -> Cases:
+    """The same cases, groups and lists that all of them state alike as columns of what is in them."""
+    found: list[tuple[Name, Sequence[Any]]] = []
+    open_ = list(zip(cases.names, cases.values, strict=True))[::-1]
+    while open_:
+        name, column = open_.pop()
+        keys = [] if isinstance(column, np.ndarray) else _keys_of_all(column)
+        open_ += [((*name, key), [value[key] for value in column]) for key in keys[::-1]]
+        if not keys:
+            found.append((name, column))
+    return Cases(cases.keys, [name for name, _ in found], [column for _, column in found])
+
+
+def _keys_of_all(column: Sequence[Any]) -> list[Any]:
+    """The keys of groups, or the positions in lists, that are the same in all of a column; none if they are not."""
+    first = column[0] if len(column) else None
+    if isinstance(first, dict):
+        keys = list(first)
+        return keys if all(isinstance(value, dict) and list(value) == keys for value in column) else []
+    if isinstance(first, list):
+        return list(range(len(first))) if all(isinstance(v, list) and len(v) == len(first) for v in column) else []
+    return []
 
 
 class _Table:
