@@ -96,7 +96,8 @@ def _structure(thing: Any, known: dict[int, Hashable]) -> Hashable:
         return thing.name
     if is_dataclass(thing):
         if id(thing) not in known:
-            known[id(thing)] = tuple([_structure(getattr(thing, name), known) for name in _names(type(thing))])
+            kind: Any = type(thing)
+            known[id(thing)] = tuple([_structure(getattr(thing, name), known) for name in _names(kind)])
         return known[id(thing)]
     if isinstance(thing, Mapping):
         return tuple((key, _structure(part, known)) for key, part in thing.items())

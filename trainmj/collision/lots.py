@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -24,11 +24,12 @@ SIZE = 256
 
 _WORTH = 12  # cases of a kind that make up for a trace
 _TRACES = 8  # that are kept of a kind
-_KINDS = 64  # that are kept
+_KEPT = 64  # kinds that are kept
 _FAILURES = 3  # to make one, after which cases are computed alone
 
 log = logging.getLogger(__name__)
 
+T = TypeVar("T")
 Asked = Sequence[Callable[[Chain], Any]]
 
 
@@ -63,20 +64,26 @@ class Lots:
         """
         for some in map(_spread, cases):
             names = tuple(some.names)
-            if names not in self._fixed:
-                self._fixed[names] = _fixed(self._scenario, some)
-            table = _Table(some, self._fixed[names])
+            fixed = self._fixed.get(names)
+            if fixed is None:
+                fixed = _kept(self._fixed, names, _fixed(self._scenario, some))
+            table = _Table(some, fixed)
             for stated, places in table.by_stated().items():
                 kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked, self._size)
-                self._kinds[names, stated] = kind  # the latest one last
-                if len(self._kinds) > _KINDS:
-                    del self._kinds[next(iter(self._kinds))]
-                yield from kind.lots(table, places)
+                yield from _kept(self._kinds, (names, stated), kind).lots(table, places)
+
+
+def _kept(latest: dict[Hashable, T], key: Hashable, value: T) -> T:
+    """A value, which is kept among the latest ones."""
+    latest[key] = value
+    if len(latest) > _KEPT:
+        del latest[next(iter(latest))]
+    return value
 
 
 def _spread(cases: Cases) -> Cases:
     """The same cases, groups and lists that all of them state alike as columns of what is in them."""
-    found: list[tuple[Name, Sequence[Any]]] = []
+    found: list[tuple[Name, Sequence[Any] | np.ndarray]] = []
     open_ = list(zip(cases.names, cases.values, strict=True))[::-1]
     while open_:
         name, column = open_.pop()
