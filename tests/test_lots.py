@@ -464,3 +464,27 @@ def test_what_was_traced_serves_the_next_cases():
     made = Lots(scenario)
     kinds = [type(lot).__name__ for n in range(0, 40, 2) for lot in made([cases.take([n, n + 1])])]
     assert kinds == ["Chains"] * 2 + ["Traced"] * 18
+
+
+def test_groups_and_lists_of_numbers_are_traced():
+    """A curve of each case, and parts as they are built: stated alike they go together, otherwise apart."""
+    rng, n = np.random.default_rng(4), 12
+    cases = []
+    for _ in range(n):
+        force = [0.0, *around(rng, 900.0, 2, 0.01)]
+        built = {"M1": {"mass_t": around(rng, 33.0, 1)[0]}, "M1-M2": {"curve": {"stroke_mm": [0, 90, 800]}}}
+        built["M1-M2"]["curve"]["force_kN"] = force
+        cases.append(
+            {"as_built": built, "curves.buffer.force_kN": [0, 127.1, 248.7, 376, 458.8, 548.7, 652.4, 773.5, 800]}
+        )
+    columns = [[case[name] for case in cases] for name in cases[0]]
+    scenario, names = trainmj.load("b_type"), [(name,) for name in cases[0]]
+    assert check(scenario, Cases(range(n), names, columns)) == {"traced": n}
+    columns[0][3] = {"M1": {"mass_t": 30.0}}  # another group
+    columns[1][4] = [0] * 8  # too short
+    assert check(scenario, Cases(range(n), names, columns)) == {"chains": n - 1, "refused": 1}
+
+
+def test_cases_that_change_nothing_are_a_lot():
+    assert check(trainmj.load("wagon_80t"), Cases(range(7), [], [])) == {"traced": 7}
+    assert not list(Lots(trainmj.load("wagon_80t"))([Cases([], [("mass_t",)], [[]])]))

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
+from types import NoneType
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -84,15 +86,26 @@ def _structure(thing: Any, known: dict[int, Hashable]) -> Hashable:
     """The same of a part of a chain; known are parts that have been seen, which several others may have."""
     if isinstance(thing, float):
         return "number" if math.isfinite(thing) else str(thing)
+    if isinstance(thing, str | int | NoneType):
+        return thing
+    if isinstance(thing, tuple):
+        return tuple([_structure(part, known) for part in thing])
     if isinstance(thing, np.ndarray):
         return ("array", *thing.shape)
-    if isinstance(thing, tuple):
-        return tuple(_structure(part, known) for part in thing)
+    if isinstance(thing, Kind):
+        return thing.name
+    if is_dataclass(thing):
+        if id(thing) not in known:
+            kind: Any = type(thing)
+            known[id(thing)] = tuple([_structure(getattr(thing, name), known) for name in _names(kind)])
+        return known[id(thing)]
     if isinstance(thing, Mapping):
         return tuple((key, _structure(part, known)) for key, part in thing.items())
-    if is_dataclass(thing) and not isinstance(thing, Kind):
-        if id(thing) not in known:
-            parts = [_structure(getattr(thing, field.name), known) for field in fields(thing)]
-            known[id(thing)] = (type(thing).__name__, *parts)
-        return known[id(thing)]
-    return "function" if callable(thing) else repr(thing)
+    assert callable(thing)  # there is nothing else in a chain
+    return "function"
+
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    """Of the fields of a dataclass."""
+    return tuple(field.name for field in fields(kind))

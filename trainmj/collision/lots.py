@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from trainmj.collision.cases import Cases
+from trainmj.collision.cases import Cases, Name
 from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
@@ -24,11 +24,12 @@ SIZE = 256
 
 _WORTH = 12  # cases of a kind that make up for a trace
 _TRACES = 8  # that are kept of a kind
-_KINDS = 64  # that are kept
+_KEPT = 64  # kinds that are kept
 _FAILURES = 3  # to make one, after which cases are computed alone
 
 log = logging.getLogger(__name__)
 
+T = TypeVar("T")
 Asked = Sequence[Callable[[Chain], Any]]
 
 
@@ -61,17 +62,47 @@ class Lots:
         Yields:
             Lots, each of one structure, its cases in the order in which they came; and cases that break a rule.
         """
-        for some in cases:
+        for some in map(_spread, cases):
             names = tuple(some.names)
-            if names not in self._fixed:
-                self._fixed[names] = _fixed(self._scenario, some)
-            table = _Table(some, self._fixed[names])
+            fixed = self._fixed.get(names)
+            if fixed is None:
+                fixed = _kept(self._fixed, names, _fixed(self._scenario, some))
+            table = _Table(some, fixed)
             for stated, places in table.by_stated().items():
                 kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked, self._size)
-                self._kinds[names, stated] = kind  # the latest one last
-                if len(self._kinds) > _KINDS:
-                    del self._kinds[next(iter(self._kinds))]
-                yield from kind.lots(table, places)
+                yield from _kept(self._kinds, (names, stated), kind).lots(table, places)
+
+
+def _kept(latest: dict[Hashable, T], key: Hashable, value: T) -> T:
+    """A value, which is kept among the latest ones."""
+    latest[key] = value
+    if len(latest) > _KEPT:
+        del latest[next(iter(latest))]
+    return value
+
+
+def _spread(cases: Cases) -> Cases:
+    """The same cases, groups and lists that all of them state alike as columns of what is in them."""
+    found: list[tuple[Name, Sequence[Any] | np.ndarray]] = []
+    open_ = list(zip(cases.names, cases.values, strict=True))[::-1]
+    while open_:
+        name, column = open_.pop()
+        keys = [] if isinstance(column, np.ndarray) else _keys_of_all(column)
+        open_ += [((*name, key), [value[key] for value in column]) for key in keys[::-1]]
+        if not keys:
+            found.append((name, column))
+    return Cases(cases.keys, [name for name, _ in found], [column for _, column in found])
+
+
+def _keys_of_all(column: Sequence[Any]) -> list[Any]:
+    """The keys of groups, or the positions in lists, that are the same in all of a column; none if they are not."""
+    first = column[0] if len(column) else None
+    if isinstance(first, dict):
+        keys = list(first)
+        return keys if all(isinstance(value, dict) and list(value) == keys for value in column) else []
+    if isinstance(first, list):
+        return list(range(len(first))) if all(isinstance(v, list) and len(v) == len(first) for v in column) else []
+    return []
 
 
 class _Table:
