@@ -89,6 +89,27 @@ def test_help_imports_nothing_heavy_and_a_list_neither_figures_nor_tables(python
     assert not {"matplotlib", "pandas", "xarray"} & set(listing.split(","))
 
 
+PLAIN = """
+import sys
+from trainmj.cli import main
+for words in (["run", "b_type"], ["run", "b_type", "--out", "out"]):
+    try:
+        sys.argv[1:] = words
+        main()
+    except SystemExit as end:
+        assert not end.code, end
+    slow = {"numba", "matplotlib", "PIL", "pandas", "xarray", "scipy", "dask", "jinja2", "glfw", "mujoco.batch"}
+    print(*words, *sorted(slow & set(sys.modules)), sep=",")
+"""
+
+
+def test_a_run_imports_only_what_it_uses(python, tmp_path, standard_result):
+    """Breaks if a collision, which takes hundredths of a second, waits for packages that have no part in it."""
+    done = python("-c", PLAIN, cwd=tmp_path, MPLCONFIGDIR=str(tmp_path))
+    said = [line for line in done.stdout.splitlines() if line.startswith("run,")]
+    assert said == ["run,b_type", "run,b_type,--out,out,PIL,matplotlib"], done.stderr
+
+
 @pytest.mark.thorough
 def test_a_reader_that_goes_away_is_no_error(python, tmp_path):
     """As in ``trainmj export b_type | head -1``."""

@@ -5,6 +5,7 @@ Heavy imports come late, inside the commands, so that help answers at once.
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
@@ -66,6 +67,7 @@ class _Group(click.Group):
 
     def __call__(self, *args: Any, **options: Any) -> Any:
         """Run as a program: MuJoCo's windows and pydantic's plugins would take longer to find than a collision."""
+        gc.set_threshold(100_000)  # what is imported stays: looking for garbage in it takes a twentieth of a short run
         os.environ.setdefault("MUJOCO_GL", "disable")
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         return super().__call__(*args, **options)

@@ -19,15 +19,19 @@ _COMPUTING = ("units.py", "symbol.py", "scenario", "doe", "collision")
 """What numbers come from, beside the packages: files and folders of trainmj."""
 
 
-@cache
 def code_hash(*parts: str) -> str:
     """Hash of the code of some files and folders of trainmj: changes with any edit, whatever the version says."""
+    return hashlib.sha256(b"".join(map(_digest, parts))).hexdigest()[:16]
+
+
+@cache
+def _digest(part: str) -> bytes:
+    """Digest of a file or folder, which a process reads once."""
     package = Path(__file__).parents[1]
     content = hashlib.sha256()
-    for part in parts:
-        for file in [package / part] if part.endswith(".py") else sorted((package / part).rglob("*.py")):
-            content.update(f"{file.relative_to(package).as_posix()}\0".encode() + file.read_bytes())
-    return content.hexdigest()[:16]
+    for file in [package / part] if part.endswith(".py") else sorted((package / part).rglob("*.py")):
+        content.update(f"{file.relative_to(package).as_posix()}\0".encode() + file.read_bytes())
+    return content.digest()
 
 
 IMPORTED = {name: version(name) for name in _PACKAGES} | {"law": code_hash(*_COMPUTING)}

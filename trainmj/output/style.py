@@ -65,6 +65,7 @@ _STYLE: dict[Any, Any] = {
     "axes.titlesize": 8.5,
     "axes.titleweight": "bold",
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # titles that need not look for their place draw faster
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,

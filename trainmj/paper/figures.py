@@ -59,9 +59,6 @@ def figures(reproduction: Reproduction) -> dict[str, Figure]:
     """Every figure, at the width of a page, by the name of its file."""
     c = reproduction.collisions
     with styled("page"):
-        import matplotlib as mpl
-
-        mpl.rcParams["axes.titley"] = 1.0  # titles that need not look for their place draw faster
         drawn = (
             _scenarios(c),
             *(draw(c, factor) for factor in SERIES for draw in (_devices, _vehicles)),
