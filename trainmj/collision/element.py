@@ -130,7 +130,7 @@ def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
 
 @register_jitable
 def _crushed(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> tuple[float, float, float, float]:
-    """Force, state and energies lost of a crush law, where it is linear on the way and what its dashpot adds is, too."""
+    """Force, state and energies lost of a crush law on a way on which the forces of spring and dashpot are linear."""
     plastic, stiffness = s[e + ELEMENT.STATE_0], s[e + crush.STIFFNESS]
     spring_before = max(0.0, stiffness * (s[e + ELEMENT.STROKE] - plastic))
     force, first, _, lost, at_end = crush.respond(s, e, stroke, rate, elapsed)
