@@ -52,7 +52,7 @@ def advance(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
         force = s[e + ELEMENT.FORCE]
     if force >= s[e + ELEMENT.BREAK]:  # its spring is lost, and what the mean force has done since the last step
         s[e + ELEMENT.BROKEN] = 1.0
-        s[e + ELEMENT.FORCE], s[e + ELEMENT.PEAK] = 0.0, s[e + ELEMENT.BREAK]
+        s[e + ELEMENT.FORCE], s[e + ELEMENT.LATE], s[e + ELEMENT.PEAK] = 0.0, 0.0, s[e + ELEMENT.BREAK]
         s[e + ELEMENT.DISSIPATED] += _break(s, e, before) + 0.5 * before * (own - from_) - lost
         force = 0.0
     return sign * force, s[e + ELEMENT.PEAK]
@@ -78,7 +78,7 @@ def _follow_crush(s: Block, e: int, stroke: float, rate: float, elapsed: float, 
     """
     segment_before, plastic = s[e + ELEMENT.SEGMENT], s[e + ELEMENT.STATE_0]
     s[e + ELEMENT.LATE] = 0.0
-    force, first, _, lost, viscous = crush.respond(s, e, stroke, rate, elapsed)
+    force, first, lost, viscous = _crushed(s, e, stroke, rate, elapsed)
     branch = _branch(s, e, stroke, rate, force, first, plastic)
     turned = branch != s[e + ELEMENT.BRANCH] or s[e + ELEMENT.SEGMENT] != segment_before
     s[e + ELEMENT.BRANCH] = branch
@@ -107,6 +107,18 @@ def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     return _through(s, e, stroke, rate, at_end, elapsed, time)
 
 
+@register_jitable
+def _crushed(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> tuple[float, float, float, float]:
+    """Force, state and energies lost of a crush law on a way on which the forces of spring and dashpot are linear."""
+    plastic, stiffness = s[e + ELEMENT.STATE_0], s[e + crush.STIFFNESS]
+    spring_before = max(0.0, stiffness * (s[e + ELEMENT.STROKE] - plastic))
+    force, first, _, lost, at_end = crush.respond(s, e, stroke, rate, elapsed)
+    spring = max(0.0, stiffness * (stroke - first))
+    added = 0.5 * (s[e + ELEMENT.FORCE] - spring_before + force - spring)
+    viscous = added * (stroke - s[e + ELEMENT.STROKE])
+    return force, first, lost - at_end + viscous, viscous
+
+
 @inlined
 def _branch(s: Block, e: int, stroke: float, rate: float, force: float, plastic: float, before: float) -> float:
     """On which branch of its law a crush law is, see ELEMENT.BRANCH, when its state has come from one to another."""
@@ -126,7 +138,6 @@ def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapse
     """
     start, before = s[e + ELEMENT.STROKE], s[e + ELEMENT.FORCE]
     is_crush = s[e + ELEMENT.KIND] == FOLLOWED
-    kind = float(CRUSH) if is_crush else s[e + ELEMENT.KIND]
     way = stroke - start
     beside = _BESIDE * way
     at, last = start, before
@@ -145,8 +156,13 @@ def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapse
             to = stroke
         part = (to - at) / way
         s[e + ELEMENT.PEAK] = 0.0
-        force, first, second, one_lost, viscous = respond(kind, s, e, to, at_end if ends else rate, elapsed * part)
-        s[e + ELEMENT.STATE_1] = second
+        if is_crush:
+            force, first, one_lost, viscous = _crushed(s, e, to, rate, elapsed * part)
+            s[e + ELEMENT.BRANCH] = _branch(s, e, to, rate, force, first, s[e + ELEMENT.STATE_0])
+        else:
+            last_rate = at_end if ends else rate
+            force, first, second, one_lost, viscous = respond(s[e + ELEMENT.KIND], s, e, to, last_rate, elapsed * part)
+            s[e + ELEMENT.STATE_1] = second
         _settle(s, e, to, force, first, one_lost, viscous, time)
         mean += 0.5 * (last + force) * part
         most = max(most, s[e + ELEMENT.PEAK])
