@@ -107,7 +107,7 @@ def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
     return _through(s, e, stroke, rate, at_end, elapsed, time)
 
 
-@register_jitable
+@jitable
 def _crushed(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> tuple[float, float, float, float]:
     """Force, state and energies lost of a crush law on a way on which the forces of spring and dashpot are linear."""
     plastic, stiffness = s[e + ELEMENT.STATE_0], s[e + crush.STIFFNESS]
