@@ -17,6 +17,7 @@ from mutations import document, good
 import trainmj
 from trainmj.errors import InputError
 from trainmj.files.text import HIDDEN
+from trainmj.files.yaml import read_value
 
 PACKAGE = Path(trainmj.__file__).parent
 FORBIDDEN_CALLS = {"eval", "exec", "compile", "__import__", "read_pickle", "to_pickle", "unsafe_load", "full_load"}
@@ -97,7 +98,22 @@ def test_a_title_is_text_in_a_report(hostile: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "title", ["\\e[2J", "\\x07", "\\0", "\\r", "\\x9b31m", "\\u202e", "\\u2028", "\\uffff", "\\ud800", "\\x7f"]
+    "title",
+    [
+        "\\u200f",
+        "\\u200e",
+        "\\u061c",
+        "\\e[2J",
+        "\\x07",
+        "\\0",
+        "\\r",
+        "\\x9b31m",
+        "\\u202e",
+        "\\u2028",
+        "\\uffff",
+        "\\ud800",
+        "\\x7f",
+    ],
 )
 def test_characters_that_steer_a_terminal_are_refused_and_written_out(title: str, tmp_path: Path) -> None:
     file = tmp_path / "my.yaml"
@@ -118,7 +134,28 @@ def test_a_file_name_cannot_steer_a_terminal(tmp_path: Path) -> None:
     assert not HIDDEN.search(output)
 
 
-@pytest.mark.parametrize("value", ["=1+1", "+1+1", "-x", "@SUM(A1)"])
+@pytest.mark.parametrize("title", ["b_type\\nStatus: over", "a\\tb"])
+def test_a_title_is_one_line(title: str, tmp_path: Path) -> None:
+    """Breaks if a title can say what the line below it says."""
+    for name, text in (("my.yaml", "builds_on: b_type"), ("my.study.yaml", "scenario: b_type")):
+        (tmp_path / name).write_text(f'{text}\ntitle: "{title}"\n')
+        code, output = command("check", tmp_path / name)
+        assert code == 2
+        assert "must be one line of text" in output
+
+
+@pytest.mark.parametrize("text", ["Run #2", "#2", "[1, 2] # two"])
+def test_what_yaml_takes_for_a_comment_is_not_lost_from_a_change(text: str) -> None:
+    code, output = command("check", "b_type", "--set", f"title={text}")
+    assert code == 2
+    assert "what follows # is a comment in YAML" in output
+    assert read_value(f'"{text}"', "--set") == text
+
+
+@pytest.mark.parametrize(
+    "value",
+    ["=1+1", "+1+1", "-x", "@SUM(A1)", "\t=1+1", " =1", "\u00a0=1", "\uff1d1", "\uff0b1", "\uff20SUM", "\ufe661"],
+)
 def test_a_formula_never_reaches_a_table(value: str, tmp_path: Path) -> None:
     file = tmp_path / "my.sweep.yaml"
     file.write_text(document({"scenario": "b_type", "vary": {"title": ["plain", value]}}))
@@ -217,3 +254,26 @@ def test_report_names_the_command_that_makes_the_page_of_other_results(file: str
     code, output = command("report", folder)
     assert code == 2
     assert re.search(said, output), output
+
+
+def test_a_name_that_leads_to_a_shipped_scenario_and_to_something_here_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Breaks if what lies in the folder where a person works takes the place of a shipped scenario."""
+    monkeypatch.chdir(tmp_path)
+    short = ("--set", "simulation.time_limit_s=0.02", "--figures", "none")
+    (tmp_path / "b_type_wall").mkdir()
+    assert command("check", "b_type_wall")[0] == 0, "a folder that holds nothing hides nothing"
+    assert command("run", "b_type_wall", *short, "--out", "b_type_wall")[0] == 0
+    for words in (("run",), ("export",), ("compare", "b_type"), ("compare",)):
+        code, output = command(*words, "b_type_wall", *(["b_type"] if words == ("compare",) else []))
+        assert code == 2
+        assert "b_type_wall: is a folder with a result here, and the name of a shipped scenario" in output
+    assert command("run", "b_type_wall/result.nc")[0] == 0
+    assert command("check", "b_type_wall.yaml")[0] == 0
+    (tmp_path / "b_type_s08").write_text("builds_on: b_type\ntitle: Mine\n")
+    code, output = command("check", "b_type_s08")
+    assert code == 2
+    assert "write ./b_type_s08 or b_type_s08.yaml" in output
+    assert command("check", "./b_type_s08")[1].startswith("Mine")
+    assert not command("check", "b_type_s08.yaml")[1].startswith("Mine")

@@ -32,7 +32,7 @@ from trainmj.files.netcdf import Variable, packed
 from trainmj.files.shown import Drawn
 from trainmj.files.text import printable, read_bytes
 from trainmj.files.written import write_bytes
-from trainmj.scenario import Scenario, from_yaml, to_yaml
+from trainmj.scenario import Scenario, from_yaml, shipped, to_yaml
 from trainmj.units import KJ, KM_H, KN, MM, MRAD, G, head
 
 if TYPE_CHECKING:
@@ -354,7 +354,21 @@ class Result(Drawn):
 
 
 def find_result(file: str | Path) -> Path | None:
-    """The result that a name leads to: a NetCDF file, or a folder that ``trainmj run --out`` left; None for others."""
+    """The result that a name leads to where a scenario may stand, too; None for others.
+
+    Raises:
+        InputError: if it is the name of a folder with a result, and of a shipped scenario.
+    """
+    found = _saved_at(file)
+    if found is not None and str(file) in shipped():
+        raise InputError(
+            f"{file}: is a folder with a result here, and the name of a shipped scenario: write {found} or {file}.yaml"
+        )
+    return found
+
+
+def _saved_at(file: str | Path) -> Path | None:
+    """The result at a path: a NetCDF file, or one in a folder that ``trainmj run --out`` left; None for others."""
     path = Path(file)
     try:
         if path.suffix == ".nc" and path.is_file():
@@ -380,7 +394,7 @@ def load_result(file: str | Path) -> Result:
     Raises:
         InputError: if the file is not there, is not such a result, or is not as it was written.
     """
-    file = find_result(path_given(file)) or file
+    file = _saved_at(path_given(file)) or file
     if not Path(file).is_file():
         raise InputError(f"{file}: there is no such file")
     try:

@@ -28,7 +28,7 @@ from trainmj.errors import InputError
 from trainmj.files import mme
 from trainmj.files.shown import Shown
 from trainmj.files.written import finite
-from trainmj.scenario import Scenario
+from trainmj.scenario import Scenario, shipped
 from trainmj.units import MS
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _result(thing: Any) -> Result:
         return load_result(path)
     if is_test(path):
         raise InputError(f"{path}: is a test: the result comes first, as in trainmj compare RESULT {path.name}")
-    if path.is_dir():
+    if path.is_dir() and str(path) not in shipped():
         raise InputError(f"{path}: holds no result.nc, which trainmj run --out leaves")
     return run(path)
 

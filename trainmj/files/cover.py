@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from trainmj.files.parts import Part
+from trainmj.files.parts import ONE_LINE, Part
 
 TODAY = "today"
 """The date that reads the clock, for a command; a file has no such one."""
@@ -18,12 +18,6 @@ def _whole_as_text(value: Any) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-def _one_line(text: str) -> str:
-    if not text.isprintable():
-        raise PydanticCustomError("one_line", "must be one line of text")
-    return text.strip()
-
-
 def _no_clock(text: str) -> str:
     if text.strip().lower() == TODAY:
         said = "must be the day itself, as in 2026-05-04: no file reads the clock; --date today of a command does"
@@ -31,7 +25,7 @@ def _no_clock(text: str) -> str:
     return text
 
 
-Line = Annotated[str, Field(max_length=120), BeforeValidator(_whole_as_text), AfterValidator(_one_line)]
+Line = Annotated[str, Field(max_length=120), BeforeValidator(_whole_as_text), ONE_LINE]
 
 
 class Cover(Part):

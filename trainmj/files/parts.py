@@ -31,6 +31,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from trainmj.errors import nearest
 from trainmj.files.numbers import LARGEST
+from trainmj.files.text import HIDDEN
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,19 @@ WHOLE = BeforeValidator(_whole)
 """Marks a whole number, behind its bounds: ``Annotated[int, Field(ge=1), WHOLE]``."""
 
 Seed = Annotated[int, Field(ge=0, lt=2**32), WHOLE]
-Title = Annotated[str, Field(max_length=200)]
+
+
+def _one_line(text: str) -> str:
+    text = text.strip()
+    if "\n" in text or "\t" in text or HIDDEN.search(text):
+        raise PydanticCustomError("one_line", "must be one line of text")
+    return text
+
+
+ONE_LINE = AfterValidator(_one_line)
+"""Marks text that heads something: with more lines it could say what the lines below it say."""
+
+Title = Annotated[str, Field(max_length=200), ONE_LINE]
 Notes = Annotated[str, Field(max_length=20_000)]
 
 

@@ -39,6 +39,10 @@ def find_file(file: str | Path, ending: str, what: str) -> Path:
     path, known = file_given(file), shipped_files(ending)
     try:
         if path.is_file():
+            if str(file) in known and path.resolve() != known[str(file)].resolve():
+                raise InputError(
+                    f"{file}: is a file here, and the name of a shipped {what}: write ./{file} or {file}{ending}"
+                )
             return path
         folder = path.is_dir()
     except (OSError, ValueError):

@@ -9,10 +9,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
+from unicodedata import normalize
 
 from trainmj.errors import InputError
 
-HIDDEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
+HIDDEN = re.compile("[\0-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]")
 """Characters that control a terminal, change the direction of writing, or that XML or UTF-8 cannot hold."""
 
 FORMULA = ("=", "+", "-", "@")
@@ -27,6 +28,11 @@ _allowed: ContextVar[tuple[Path, ...]] = ContextVar("allowed", default=())
 def printable(text: str) -> str:
     """The text with hidden characters written out, such as ``\\x1b``, so that it can be printed anywhere."""
     return HIDDEN.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
+def is_formula(text: str) -> bool:
+    """Whether a spreadsheet takes text for a formula: some pass over spaces, and over the width of letters."""
+    return normalize("NFKC", text).lstrip().startswith(FORMULA)
 
 
 def read_text(path: Path, most_bytes: int) -> str:

@@ -90,12 +90,17 @@ def read_value(text: str, said: str) -> Any:
     """
     said = said[:_SHOWN] + "..." * (len(said) > _SHOWN)
     try:
-        values = parse(f"value: {text}", said).values
+        line = f"value: {text}"
+        values = parse(line, said).values
     except InputError as error:
         rule = re.sub(r"^(:\d+:\d+)?: (value[^:]*: )?", "", str(error).removeprefix(said))
         raise InputError(f"{said}: {rule}") from None
     if set(values) != {"value"}:
         raise InputError(f"{said}: must be a single value")
+    if text.lstrip().startswith("#") or line[_nodes(line).value[0][1].end_mark.index :].strip():
+        raise InputError(
+            f"{said}: what follows # is a comment in YAML: put text with # into quotes, as in '\"No. #2\"'"
+        )
     return values["value"]
 
 

@@ -22,7 +22,7 @@ from trainmj.files.heads import exactly, factor_between, unit_stated
 from trainmj.files.numbers import LARGEST
 from trainmj.files.spreadsheet import Flaw
 from trainmj.files.tables import TablePlace, first_of_no_number, read_beside
-from trainmj.files.text import FORMULA
+from trainmj.files.text import is_formula
 from trainmj.identification.file import MAX_VALUES, ChannelData, ChannelTarget, RowsData, TableData, TargetPart
 
 Row = dict[str, Any]
@@ -304,7 +304,7 @@ def _value(cell: Any, said: str) -> Any:
     if isinstance(cell, Flaw):
         raise InputError(f"{said} = {cell[:60]!a}: {cell.rule}")
     if isinstance(cell, str):
-        if cell.startswith(FORMULA):
+        if is_formula(cell):
             raise InputError(f"{said} = {cell[:60]!a}: must not begin like a spreadsheet formula")
     elif not isinstance(cell, bool) and not _is_number(cell):
         raise InputError(f"{said}: must be a number or text")

@@ -13,7 +13,7 @@ from trainmj.collision.quantities import Column, columns_of, in_place_of, no_num
 from trainmj.doe import Factor, parse_terms
 from trainmj.errors import InputError, close_match
 from trainmj.files.source import Path, Problem, dotted
-from trainmj.files.text import FORMULA
+from trainmj.files.text import FORMULA, is_formula
 from trainmj.scenario import Scenario
 from trainmj.scenario.files import nowhere, refusal, refused
 from trainmj.study.file import (
@@ -120,7 +120,7 @@ def _factors(spec: StudyFile, case: str, scenario: Scenario) -> Iterator[Problem
         except InputError as error:
             yield Problem(at, str(error).removeprefix(f"factor {name!r}: "))
         for k, level in enumerate(part.levels if isinstance(part, ChoiceFactor) else ()):
-            if isinstance(level, str) and level.startswith(FORMULA):
+            if isinstance(level, str) and is_formula(level):
                 rule = f"begins with one of {' '.join(FORMULA)}, as a spreadsheet's formulas"
                 yield Problem((*at, "levels", k), rule)
         yield from nowhere([(sets, target) for target in part.targets], scenario)

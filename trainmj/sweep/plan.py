@@ -28,7 +28,7 @@ from trainmj.files.resources import find_file
 from trainmj.files.shown import Shown
 from trainmj.files.source import Source, plain, source_of
 from trainmj.files.tables import Table, TablePlace, read_beside
-from trainmj.files.text import FORMULA, HIDDEN, Folders, allowing
+from trainmj.files.text import FORMULA, HIDDEN, Folders, allowing, is_formula
 from trainmj.files.yaml import read_value, read_yaml
 from trainmj.scenario import Scenario, scenario_given
 from trainmj.scenario.files import nowhere
@@ -357,7 +357,7 @@ def _check_values(name: str, values: Sequence[Any]) -> None:
     for value in values:
         if isinstance(value, int) and not -_WORD <= value < _WORD:
             raise InputError(f"{name} = {str(value)[:30]}...: is too large")
-        if isinstance(value, str) and (value.startswith(FORMULA) or HIDDEN.search(value)):
+        if isinstance(value, str) and (is_formula(value) or HIDDEN.search(value)):
             raise InputError(
                 f"{name} = {ascii(value)[:60]}: must be printable text that does not begin with {' '.join(FORMULA)}, "
                 "which a spreadsheet takes for a formula"
