@@ -488,3 +488,15 @@ def test_groups_and_lists_of_numbers_are_traced():
 def test_cases_that_change_nothing_are_a_lot():
     assert check(trainmj.load("wagon_80t"), Cases(range(7), [], [])) == {"traced": 7}
     assert not list(Lots(trainmj.load("wagon_80t"))([Cases([], [("mass_t",)], [[]])]))
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_free_flights_name_responses_and_so_belong_to_the_structure(many):
+    """Breaks if cases get the names, or the numbers, of the flights of another one."""
+    flights = [[200.0], [500.0]] * (8 if many else 1)
+    cases = Cases(list(range(len(flights))), [("occupants.free_flight_mm",)], [flights])
+    scenario = trainmj.load("b_type", {"simulation.step_ms": 0.5})
+    for lot in Lots(scenario)([cases]):
+        assert not isinstance(lot, Refused)
+        stated = {tuple(flights[key]) for key in lot.keys}
+        assert stated == {tuple(flight * 1e3 for flight in lot.chain.free_flights)}

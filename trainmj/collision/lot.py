@@ -78,8 +78,11 @@ class Chains:
 
 
 def structure_of(chain: Chain) -> Hashable:
-    """What is the same for all chains of one structure: all but numbers, of which only step and time limit count."""
-    return chain.step, chain.time_limit, _structure(chain, {})
+    """What is the same for all chains of one structure: all but numbers.
+
+    Step and time limit count as well, and free flights, by which responses are called.
+    """
+    return chain.step, chain.time_limit, chain.free_flights, _structure(chain, {})
 
 
 def _structure(thing: Any, known: dict[int, Hashable]) -> Hashable:

@@ -147,7 +147,7 @@ def _as_numbers(column: Sequence[Any] | Array) -> Array | None:
 
 def _fixed(scenario: Scenario, cases: Cases) -> set[int]:
     """Which columns are values that are no number in a valid scenario, or by which its simulation is laid out."""
-    found = {n for n, name in enumerate(cases.names) if _of_simulation(scenario, str(name[0]))}
+    found = {n for n, name in enumerate(cases.names) if _laid_out(scenario, str(name[0]))}
     for place in range(min(len(cases), _WORTH)):
         while True:
             table, tape = _Table(cases, found), Tape()
@@ -168,9 +168,10 @@ def _fixed(scenario: Scenario, cases: Cases) -> set[int]:
     return found
 
 
-def _of_simulation(scenario: Scenario, name: str) -> bool:
+def _laid_out(scenario: Scenario, name: str) -> bool:
+    """Whether a simulation, or what its results are called, is laid out by a value."""
     try:
-        return any(place[0] == "simulation" for place in scenario.places(name))
+        return any(place[0] in ("simulation", "occupants") for place in scenario.places(name))
     except InputError:
         return True  # leads nowhere
 
