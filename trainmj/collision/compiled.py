@@ -28,6 +28,7 @@ from trainmj.errors import OutputError
 from trainmj.files.written import remove, write_bytes
 
 _DIGEST = 32
+_NOT_KEPT = "the compiled law is not kept between processes"
 _kept: dict[int, Any] = {}  # what is at an address lives as long as the process: MuJoCo holds bare pointers
 _number = count()  # no two libraries in a process may have one name
 
@@ -52,14 +53,14 @@ def address_of(factory: Callable[[Offsets], Callable[..., Any]], signature: str,
         return address, ""
     address, code = _compiled(factory(offsets), signature, name)
     if not code:
-        return address, _not_kept("LLVM alone cannot load its code here")
+        return address, f"{_NOT_KEPT} (LLVM alone cannot load it on this system)"
     try:
         if trouble:
             remove(file)
         content = wanted + code
         write_bytes(file, content + sha256(content).digest())
     except OutputError as error:
-        trouble = _not_kept(str(error))
+        trouble = f"{_NOT_KEPT} ({error}); set NUMBA_CACHE_DIR to a writable folder"
     return address, trouble
 
 
@@ -68,9 +69,10 @@ def _compiled(function: Callable[..., Any], signature: str, name: str) -> tuple[
     from trainmj.collision.compiler import compiled, machine_code
 
     found = compiled(function, signature)
-    code = machine_code(found, name, _machine().target())
-    if address := _linked(name, code):
-        return address, code
+    with suppress(AttributeError, RuntimeError):  # an older LLVM, or one that cannot make what it could load
+        code = machine_code(found, name, _machine().target())
+        if address := _linked(name, code):
+            return address, code
     _kept[found.address] = found
     return cast(int, found.address), b""
 
@@ -88,7 +90,7 @@ def _linked(name: str, code: bytes) -> int:
 
 @cache
 def _jit() -> Any:
-    return llvm.create_lljit_compiler(_machine().target(), suppress_errors=True)
+    return llvm.create_lljit_compiler(_machine().target(), use_jit_link=True, suppress_errors=True)
 
 
 class _Machine(NamedTuple):
@@ -120,13 +122,16 @@ class _Machine(NamedTuple):
 
 @cache
 def _machine() -> _Machine:
-    features = llvm.get_host_cpu_features()
-    if os.environ.get("NUMBA_ENABLE_AVX") == "0":
-        features.update({name: False for name in features if name.startswith("avx")})
+    features = ""
+    with suppress(RuntimeError):  # not known of every processor
+        known = llvm.get_host_cpu_features()
+        if os.environ.get("NUMBA_ENABLE_AVX") == "0":
+            known.update({name: False for name in known if name.startswith("avx")})
+        features = known.flatten()
     return _Machine(
         llvm.get_process_triple(),
         os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name(),
-        os.environ.get("NUMBA_CPU_FEATURES") or features.flatten(),
+        os.environ.get("NUMBA_CPU_FEATURES") or features,
     )
 
 
@@ -161,7 +166,3 @@ def _read(file: Path) -> tuple[bytes, str]:
     if sha256(content[:-_DIGEST]).digest() == content[-_DIGEST:]:
         return content[:-_DIGEST], ""
     return b"", f"the compiled law on disk was damaged ({file}): it is compiled afresh"
-
-
-def _not_kept(why: str) -> str:
-    return f"the compiled law is not kept between processes ({why}); set NUMBA_CACHE_DIR to a writable folder"

@@ -12,7 +12,7 @@ from typing import Any
 from llvmlite import binding as llvm
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils, sigutils
+from numba.core import cgutils, config, sigutils
 from numba.core.ccallback import CFunc
 from numba.core.targetconfig import ConfigStack
 from numba.extending import lower_builtin, register_jitable, type_callable
@@ -45,7 +45,12 @@ def compiled(function: Callable[..., Any], signature: str) -> Any:
     """
     tell()
     found: Any = CFunc(function, sigutils.normalize_signature(signature), {}, {"error_model": "numpy"})
-    found.compile()
+    settings: Any = config
+    disabled, settings.DISABLE_JIT = settings.DISABLE_JIT, 0  # which is for functions of the user's
+    try:
+        found.compile()
+    finally:
+        settings.DISABLE_JIT = disabled
     return found
 
 
