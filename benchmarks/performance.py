@@ -36,6 +36,17 @@ Figures = dict[str, Any]
 STEP, FINE_STEP, DEVICES_STEP, FINEST_STEP = 0.5, 0.1, 0.25, 0.005
 """Steps [ms]: of many cases, of the scenarios as they ship, of every kind of device, and of what is taken for exact."""
 
+SWEEPS: dict[str, dict[str, Any]] = {
+    "0.5": {"simulation.step_ms": STEP},
+    "0.1": {"simulation.step_ms": FINE_STEP},
+    "events": {"simulation.step_ms": STEP, "simulation.integrator": "events"},
+}
+"""What the sweeps set that are held against others, by a name; an older checkout may not know ``events``."""
+
+SWEEPS_OF_OLDER = ("0.5", "0.1")
+EQUAL = {"0.5": "0.5", "0.1": "0.1", "events": "0.1"}
+"""What an older checkout sets to be no more accurate than each of them."""
+
 LOOP_STEPS = (0.5, 0.4, 0.25, 0.2, 0.16, 0.125, 0.1, 0.08, 0.05, 0.04, 0.025, 0.02, 0.0125, 0.01)
 TRADE_OFF_STEPS = (0.05, 0.1, 0.2, 0.25, 0.5, 1.0)
 TRADE_OFF = {"b_type": 25.0, "b_type_wall": 12.5, "wagon_80t": 36.0, "en15227_c1": 36.0}
@@ -119,38 +130,44 @@ def errors(found: Numbers, exact: Numbers) -> Numbers:
     return off
 
 
+def _followed(so: bool) -> dict[str, str]:
+    """Changes of a scenario that has devices followed through what happens within a step, or not."""
+    return {"simulation.integrator": "events" if so else "euler"}
+
+
 def accuracy(bench: Bench) -> Figures:
-    """Errors of both steps against the finest, of the case that ships and of several; and those of the bare loop.
+    """Errors of the sweeps against the finest step, of the case that ships and of several; and of the bare loop.
 
     The step of the loop is the largest below which it is no further off than the sweep, in any of the several cases.
     """
     sets = {"as it ships": {"speed_km_h": [25]}, "16 cases": {"mass_t": "30:36:4", "speed_km_h": "20:28:4"}}
-    places = {"sweep": bench.here} | ({"older": bench.older} if bench.older else {})
     found: Figures = {}
     for cases, vary in sets.items():
-        exact = bench.here("outcomes", scenario="b_type", vary=vary, changes=at(FINEST_STEP))
+        exact = bench.here("outcomes", scenario="b_type", vary=vary, changes=at(FINEST_STEP, **_followed(True)))
         loops = bench.here("loop", scenario="b_type", vary=vary, steps_ms=[*LOOP_STEPS, FINEST_STEP], seconds=0.9)
-        for step in (STEP, FINE_STEP):
-            of_step = found.setdefault(f"{step:g}", {}).setdefault(cases, {})
-            for name, place in places.items():
-                of_step[name] = errors(place("outcomes", scenario="b_type", vary=vary, changes=at(step)), exact)
+        for name, changes in SWEEPS.items():
+            of_sweep = found.setdefault(name, {}).setdefault(cases, {})
+            places = {"sweep": bench.here} | ({"older": bench.older} if bench.older and name in SWEEPS_OF_OLDER else {})
+            for place, worker in places.items():
+                of_sweep[place] = errors(worker("outcomes", scenario="b_type", vary=vary, changes=changes), exact)
         reference = loops.pop(f"{FINEST_STEP:g}")
         found.setdefault("loop", {})[cases] = {step: errors(one, reference) for step, one in loops.items()}
     loop = found["loop"]["16 cases"]
-    for step in (STEP, FINE_STEP):
-        own = {name: 1.001 * off for name, off in found[f"{step:g}"]["16 cases"]["sweep"].items()}  # round-off
+    for name in SWEEPS:
+        own = {error: 1.001 * off for error, off in found[name]["16 cases"]["sweep"].items()}  # round-off
         worse = (n for n in sorted(LOOP_STEPS) if any(loop[f"{n:g}"][e] > own[e] for e in ("TS_percent", "stroke_mm")))
         first = next(worse, math.inf)
-        found[f"{step:g}"]["loop_step_ms"] = max((n for n in LOOP_STEPS if n < first), default=min(LOOP_STEPS))
+        found[name]["loop_step_ms"] = max((n for n in LOOP_STEPS if n < first), default=min(LOOP_STEPS))
     return found
 
 
 # speed
 
 
-def sweeps(bench: Bench, step: float, cases: int, loop_step: float) -> Figures:
+def sweeps(bench: Bench, name: str, cases: int, loop_step: float) -> Figures:
     """A sweep with files against the older checkout, MuJoCo alone, two processes and a bare loop, in turns."""
-    asked = {"scenario": "b_type", "changes": at(step)}
+    asked, step = {"scenario": "b_type", "changes": SWEEPS[name]}, SWEEPS[name]["simulation.step_ms"]
+    of_older = {"scenario": "b_type", "changes": SWEEPS[EQUAL[name]]}
     first = bench.here("sweep", **asked, vary=grid(cases))
     steps = first["steps"]
     seconds = steps / cases * step / 1e3
@@ -169,7 +186,7 @@ def sweeps(bench: Bench, step: float, cases: int, loop_step: float) -> Figures:
         "bare loop": loop,
     }
     if older := bench.older:
-        competitors["older, 1 thread"] = lambda: older("sweep", **asked, vary=grid(cases))
+        competitors["older, 1 thread"] = lambda: older("sweep", **of_older, vary=grid(cases))
     taken = alternate(competitors, bench.turns)
     ratios = {
         "MuJoCo alone / sweep, 1 thread": ("MuJoCo alone, 1 thread", "1 thread"),
@@ -183,6 +200,7 @@ def sweeps(bench: Bench, step: float, cases: int, loop_step: float) -> Figures:
     one = found["1 thread"]
     return {
         "step_ms": step,
+        "older_step_ms": of_older["changes"]["simulation.step_ms"],
         "cases": cases,
         "steps": steps,
         "bytes": one["bytes"] / cases,
@@ -350,19 +368,22 @@ def trade_off(bench: Bench) -> Figures:
     found: Figures = {}
     for name, speed in TRADE_OFF.items():
         few, many = speeds(speed, 4 if bench.quick else 12), speeds(speed, bench.cases(30))
-        exact = bench.here("outcomes", scenario=name, vary=few, changes=at(FINEST_STEP))
-        rows: Figures = {}
-        for step in TRADE_OFF_STEPS:
-            one = bench.here("outcomes", scenario=name, vary=few, changes=at(step))
-            rows[f"{step:g}"] = one if "refused" in one else errors(one, exact)
-        asked = {
-            step: {"scenario": name, "vary": many, "changes": at(float(step))}
-            for step, row in rows.items()
-            if "refused" not in row
-        }
-        for step, cost in costs(bench, asked).items():
-            rows[step]["case_ms"] = cost["case_ms"]
-        found[name] = rows
+        exact = bench.here("outcomes", scenario=name, vary=few, changes=at(FINEST_STEP, **_followed(True)))
+        found[name] = {}
+        for integrator in ("euler", "events"):
+            rows: Figures = {}
+            changes = {f"{step:g}": at(step, **_followed(integrator == "events")) for step in TRADE_OFF_STEPS}
+            for step, changed in changes.items():
+                one = bench.here("outcomes", scenario=name, vary=few, changes=changed)
+                rows[step] = one if "refused" in one else errors(one, exact)
+            asked = {
+                step: {"scenario": name, "vary": many, "changes": changes[step]}
+                for step, row in rows.items()
+                if "refused" not in row
+            }
+            for step, cost in costs(bench, asked).items():
+                rows[step]["case_ms"] = cost["case_ms"]
+            found[name][integrator] = rows
     return found
 
 
@@ -419,9 +440,9 @@ def measure(bench: Bench, long: bool) -> Figures:
 
     found: Figures = {"about": about(bench)}
     found["accuracy"] = section("accuracy of the steps", partial(accuracy, bench))
-    for step, cases in ((STEP, bench.cases(900)), (FINE_STEP, bench.cases(300))):
-        loop_step = found["accuracy"][f"{step:g}"]["loop_step_ms"]
-        found[f"sweep_{step:g}"] = section(f"sweeps at {step:g} ms", partial(sweeps, bench, step, cases, loop_step))
+    for name, cases in (("0.5", bench.cases(900)), ("0.1", bench.cases(300)), ("events", bench.cases(300))):
+        loop_step = found["accuracy"][name]["loop_step_ms"]
+        found[f"sweep_{name}"] = section(f"sweeps: {name}", partial(sweeps, bench, name, cases, loop_step))
     found["two_processes"] = section("what two processes gain", partial(two_processes, bench))
     found["starts"] = section("starts of commands", partial(starts, bench))
     found["ways"] = section("other ways to compute a collision", partial(bench.here, "by_ways", turns=bench.few))

@@ -16,6 +16,9 @@ FIGURES = PAGE.with_suffix(".json")
 
 Figures = Mapping[str, Any]
 
+FOLLOWED = "with `events` at 0.5 ms"
+_SWEEPS = {"0.5": "at 0.5 ms", "0.1": "at 0.1 ms", "events": FOLLOWED}
+
 _PLACE = re.compile(r"<!-- (?!end)(\w+) -->\n.*?<!-- end -->", re.DOTALL)
 
 
@@ -40,23 +43,24 @@ class Bar(NamedTuple):
 
 def bars_of(figures: Figures) -> Iterator[Bar]:
     """Every bar for which there is a figure."""
-    fast, fine = figures["sweep_0.5"], figures["sweep_0.1"]
+    fast, fine, followed = figures["sweep_0.5"], figures["sweep_0.1"], figures["sweep_events"]
     for threads in ("1 thread", "2 threads"):
         name = f"MuJoCo alone / sweep, {threads}"
         yield _of_ratio(f"time of MuJoCo alone / of a sweep at 0.5 ms, {threads}", 0.85, False, fast["ratios"][name])
     yield _of_ratio(
         "sweep in 2 threads / in 2 processes, cases a second", 0.97, False, fast["ratios"]["2 processes / 2 threads"]
     )
-    for found, bar in ((fast, 2.2), (fine, 3.5)):
+    for found, name, bar in ((fast, "at 0.5 ms", 2.2), (fine, "at 0.1 ms", 3.5), (followed, FOLLOWED, 3.5)):
         if "older / sweep" in found["ratios"]:
-            words = f"sweep at {found['step_ms']:g} ms / with the older checkout, cases a second and core"
+            words = f"sweep {name} / with the older checkout at {found['older_step_ms']:g} ms, cases a second and core"
             yield _of_ratio(words, bar, False, found["ratios"]["older / sweep"])
-    off = figures["accuracy"]["0.5"]["as it ships"]["sweep"]
-    yield Bar("error of TS at 0.5 ms, `b_type` as it ships", 0.01, True, "%", off["TS_percent"])
-    yield Bar("largest error of a stroke, the same", 1.0, True, "mm", off["stroke_mm"])
+    for name, said, strokes in (("0.5", "at 0.5 ms", 1.0), ("events", FOLLOWED, 0.05)):
+        off = figures["accuracy"][name]["as it ships"]["sweep"]
+        yield Bar(f"error of TS {said}, `b_type` as it ships", 0.01, True, "%", off["TS_percent"])
+        yield Bar("largest error of a stroke, the same", strokes, True, "mm", off["stroke_mm"])
     yield Bar("Python beside MuJoCo, a case", 0.15, True, "ms", fast["python_ms"])
-    for found in (fast, fine):
-        words = f"time of a sweep at {found['step_ms']:g} ms / of the bare loop at equal accuracy"
+    for found, name in ((fast, "at 0.5 ms"), (fine, "at 0.1 ms"), (followed, FOLLOWED)):
+        words = f"time of a sweep {name} / of the bare loop at equal accuracy"
         yield _of_ratio(words, 4.0, True, found["ratios"]["sweep / bare loop"])
     for command, bar in (("trainmj run b_type", 1.0), ("trainmj run b_type --out DIR", 1.6)):
         yield Bar(f"`{command}`, second start", bar, True, "s", figures["starts"][command]["wall"])
@@ -100,7 +104,7 @@ def machine(figures: Figures) -> str:
 
 def speed(figures: Figures) -> str:
     """What a case costs in a sweep, against all that it is compared with."""
-    both = [figures["sweep_0.5"], figures["sweep_0.1"]]
+    all_ = {words: figures[f"sweep_{name}"] for name, words in _SWEEPS.items()}
     names = {
         "1 thread": "**sweep with its files, 1 thread**",
         "2 threads": "**the same, 2 threads**",
@@ -108,14 +112,14 @@ def speed(figures: Figures) -> str:
         "MuJoCo alone, 1 thread": "as many steps of MuJoCo without law and timers, 1 thread",
         "MuJoCo alone, 2 threads": "the same, 2 threads",
         "bare loop": "bare compiled loop at equal accuracy, 1 thread",
-        "older, 1 thread": "sweep of the older checkout, 1 thread",
+        "older, 1 thread": "sweep of the older checkout, 1 thread; in the last column at 0.1 ms",
     }
     rows = []
     for name, words in names.items():
-        if name in both[0]["ms"]:
-            cells = [[_n(one["ms"][name]), _n(1e3 / one["ms"][name])] for one in both]
+        if name in figures["sweep_0.5"]["ms"]:
+            cells = [[_n(one["ms"][name]), _n(1e3 / one["ms"][name])] for one in all_.values()]
             rows.append([words, *(cell for pair in cells for cell in pair)])
-    heads = [f"{what} at {one['step_ms']:g} ms" for one in both for what in ("ms a case", "cases a second")]
+    heads = [f"{what} {words}" for words in all_ for what in ("ms a case", "cases a second")]
     return _table(["`b_type`, 12 vehicles", *heads], rows)
 
 
@@ -123,26 +127,24 @@ def accuracy(figures: Figures) -> str:
     """How accurate what is compared is."""
     of = figures["accuracy"]
     rows = []
-    for step in ("0.5", "0.1"):
-        loop = f"{of[step]['loop_step_ms']:g}"
-        names = {"sweep": f"sweep at {step} ms", "older": f"older checkout at {step} ms"}
+    for sweep, said in _SWEEPS.items():
+        loop = f"{of[sweep]['loop_step_ms']:g}"
+        names = {"sweep": f"sweep {said}", "older": f"older checkout {said}"}
         for cases in of["loop"]:
-            rows += [[names[name], cases, *_errors(off)] for name, off in of[step][cases].items()]
-            rows.append(
-                [f"bare loop at {loop} ms, for the sweep at {step} ms", cases, *_errors(of["loop"][cases][loop])]
-            )
+            rows += [[names[name], cases, *_errors(off)] for name, off in of[sweep][cases].items()]
+            rows.append([f"bare loop at {loop} ms, for the sweep {said}", cases, *_errors(of["loop"][cases][loop])])
     return _table(["", "`b_type`", *_ERRORS], rows)
 
 
 def parts(figures: Figures) -> str:
     """Where the time of a case goes."""
     rows = []
-    for step in ("0.5", "0.1"):
-        of = figures[f"sweep_{step}"]
+    for name, said in _SWEEPS.items():
+        of = figures[f"sweep_{name}"]
         steps = of["steps"] / of["cases"]
         rows.append(
             [
-                f"{step} ms",
+                said,
                 _n(steps, 4),
                 _n(of["mujoco_ms"]),
                 _n(of["mujoco_ms"] / steps * 1e3),
@@ -150,7 +152,7 @@ def parts(figures: Figures) -> str:
                 _n(of["python_ms"]),
             ]
         )
-    heads = ["step", "steps a case", "MuJoCo with the law, ms a case", "us a step", "MuJoCo alone, us a step"]
+    heads = ["sweep", "steps a case", "MuJoCo with the law, ms a case", "us a step", "MuJoCo alone, us a step"]
     return _table([*heads, "Python, ms a case"], rows)
 
 
@@ -167,11 +169,12 @@ def ways(figures: Figures) -> str:
 def trade_off(figures: Figures) -> str:
     """What a step costs, and how far it is off."""
     rows = []
-    for name, steps in figures["trade_off"].items():
-        for step, of in steps.items():
-            cells = [*_errors(of), _n(of["case_ms"])] if "refused" not in of else ["refused", "", "", "", ""]
-            rows.append([f"`{name}`", step, *cells])
-    heads = ["scenario", "step, ms", *_ERRORS, "processor time a case, ms"]
+    for name, integrators in figures["trade_off"].items():
+        for integrator, steps in integrators.items():
+            for step, of in steps.items():
+                cells = [*_errors(of), _n(of["case_ms"])] if "refused" not in of else ["refused", "", "", "", ""]
+                rows.append([f"`{name}`", f"`{integrator}`", step, *cells])
+    heads = ["scenario", "integrator", "step, ms", *_ERRORS, "processor time a case, ms"]
     return _table(heads, rows)
 
 
