@@ -14,7 +14,8 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.lot import Chains, Lot, structure_of
-from trainmj.collision.traced import CANNOT, Trace, Traced
+from trainmj.collision.played import RAISED
+from trainmj.collision.traced import Trace, Traced
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario
 from trainmj.symbol import Tape
@@ -156,7 +157,7 @@ def _fixed(scenario: Scenario, cases: Cases) -> set[int]:
                 scenario.with_values(table.changes(place, symbols))
             except InputError:
                 break  # another one may be valid
-            except CANNOT as error:
+            except RAISED as error:
                 at = [
                     n for n, symbol in zip(table.at, symbols, strict=True) if symbol is getattr(error, "symbol", None)
                 ]
@@ -267,7 +268,7 @@ class _Kind:
         changes, numbers = partial(table.changes, place), table.numbers[:, place].tolist()
         try:
             trace = Trace(self._scenario, chain, changes, numbers, self._asked)
-        except CANNOT as error:
+        except RAISED as error:
             log.info("case %s cannot stand for others: %s", table.cases.keys[place], error)
             self._failed += 1
             return None

@@ -49,6 +49,9 @@ _RELATIONS: dict[Any, Any] = {
     operator.ne: np.not_equal,
 }
 
+RAISED = (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError)
+"""What code raises for numbers that it is not made for, and where it needs a number and a symbol is none."""
+
 Mask = npt.NDArray[np.bool_]
 _Rows = slice | npt.NDArray[np.intp]
 
@@ -218,7 +221,7 @@ def _case_by_case(function: Callable[..., Any], taken: Sequence[Array], n_value:
     for n, arguments in enumerate(zip(*columns, strict=True)):
         try:
             answer = function(*arguments)
-        except (ArithmeticError, ValueError):
+        except RAISED:  # for a case that breaks a rule, most likely, which it says alone
             lost[n] = True
             continue
         if np.size(answer) != n_value:

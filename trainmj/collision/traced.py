@@ -24,12 +24,9 @@ from trainmj.collision.envelope import Array
 from trainmj.collision.lineup import line_up
 from trainmj.collision.lot import structure_of
 from trainmj.collision.model import numbers_of
-from trainmj.collision.played import Mask, Played, Program
+from trainmj.collision.played import RAISED, Mask, Played, Program
 from trainmj.scenario import Scenario
 from trainmj.symbol import Symbol, Tape, TraceError, sampled
-
-CANNOT = (TypeError, ValueError, ArithmeticError, AttributeError)
-"""What code raises that cannot be traced: where it needs a number, a symbol is none."""
 
 _CHECKED = 64  # every so many lots of a trace one is checked, and of the first ones several
 _CHECKED_AT_FIRST = (1, 4, 16)
@@ -90,7 +87,7 @@ class Trace:
                 return self._outputs[key]
             try:
                 found = self._output(of)
-            except CANNOT as error:
+            except RAISED as error:
                 log.info("what is asked of the chains of a lot is asked one by one: %s", error)
                 found = None
             if key is not None:
