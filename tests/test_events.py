@@ -25,7 +25,8 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import Summary, summarise
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load
-from trainmj.units import MM, MS
+from trainmj.units import MM
+from trainmj.verification.numerics import CLIMBED, JUMPING, JUMPING_STEPS_MS, stopped, stroke_in_jumps
 from trainmj.verification.oracle import solve
 from trainmj.verification.oracles import strokes
 from trainmj.verification.systems import Ride, random_collision
@@ -105,61 +106,21 @@ def test_a_draw_gear_that_has_broken_gives_no_impulse_any_more():
     assert alone.of(ELEMENT.LATE) == 0.0
 
 
-def stopped_within(points: list[tuple[float, float]], mass_t: float, speed: float) -> float:
-    """Largest stroke of a mass on an ideally plastic curve [mm], whose area is the kinetic energy: closed form."""
-    left, (u, f) = 0.5 * mass_t * speed**2, points[0]  # in kJ, mm, kN
-    for to, force in points[1:]:
-        area = 0.5 * (f + force) * (to - u) * MM
-        if area < left:
-            left, u, f = left - area, to, force
-            continue
-        slope = (force - f) / (to - u)
-        root = np.sqrt(f * f + 2.0 * slope * left / MM)
-        return u + 2.0 * left / MM / (f + root)
-    raise AssertionError("the curve is too short")
-
-
-JUMPS = [(0, 0), (10, 600), (60, 600), (60, 250), (110, 250), (110, 900), (140, 900), (200, 1400)]
-"""A plateau, a jump down to another one, a jump up, a ramp [mm, kN]."""
-
-CLIMBED = [*JUMPS[:5], (110 + 650 / 800, 900), *JUMPS[6:]]
-"""The same as its stiffness lets the force climb."""
-
-STEPS_MS = (0.8, 0.4, 0.2, 0.1, 0.05)
-
-
-def into_the_wall(integrator: str, step_ms: float, damping: float = 0.0) -> Summary:
-    """40 t at 2 m/s in the curve with jumps."""
-    case = chain([40e3], [envelope(JUMPS, 800, damping)], [2.0], step=step_ms * MS, steps_per_record=1, time_limit=0.2)
-    ((_, found),) = run_chains([(0, replace(case, integrator=integrator))])
-    return found
-
-
-def test_a_mass_in_a_curve_with_jumps_stops_where_the_formula_says():
-    exact = stopped_within(CLIMBED, 40.0, 2.0)
+@pytest.mark.parametrize("damping", [0.0, 30.0])
+def test_a_mass_in_a_curve_that_jumps_stops_where_the_formula_says(damping: float):
+    """Errors fall with the square of the step, with a dashpot too; euler's hang on where in a step the force jumps."""
+    exact = stopped(CLIMBED, 40.0, 2.0) if damping == 0.0 else stroke_in_jumps(EVENTS, 0.002, damping)
     ours, theirs = (
-        np.array([abs(into_the_wall(i, step).interfaces[0].stroke_mm - exact) for step in STEPS_MS])
-        for i in (EVENTS, "euler")
+        np.array([abs(stroke_in_jumps(integrator, step, damping) - exact) for step in JUMPING_STEPS_MS])
+        for integrator in (EVENTS, "euler")
     )
-    assert (ours <= 0.005 * np.square(STEPS_MS)).all(), "second order"
-    assert theirs.max() > 0.2
-    assert (theirs > 50 * ours).all()
-
-
-def test_a_dashpot_that_holds_the_spring_at_the_curve():
-    """30 kN s/m: errors fall with the square of the step, too; euler's hang on where in a step the force jumps."""
-    fine = into_the_wall(EVENTS, 0.002, 30.0).interfaces[0].stroke_mm
-    ours, theirs = (
-        np.array([abs(into_the_wall(i, step, 30.0).interfaces[0].stroke_mm - fine) for step in STEPS_MS])
-        for i in (EVENTS, "euler")
-    )
-    assert (ours <= 0.005 * np.square(STEPS_MS)).all()
+    assert (ours <= 0.005 * np.square(JUMPING_STEPS_MS)).all()
     assert (theirs > 50 * ours).all()
 
 
 def test_the_wall_takes_the_momentum_that_the_mass_loses():
     """With what was late: the impulse that the law has counted, beside the speeds."""
-    case = chain([40e3], [envelope(JUMPS, 800)], [2.0], step=0.5e-3, steps_per_record=1, time_limit=0.2)
+    case = chain([40e3], [envelope(JUMPING, 800)], [2.0], step=0.5e-3, steps_per_record=1, time_limit=0.2)
     ride = Ride(replace(case, integrator=EVENTS))
     for _ in range(400):
         ride.go(case.step)
