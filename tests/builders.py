@@ -149,11 +149,11 @@ def joined(left: Envelope, right: Envelope) -> Interface:
 class Alone:
     """An element pressed by itself, by the law as plain Python."""
 
-    def __init__(self, element: Element | Device | Envelope) -> None:
-        """Take an element, or the one of a device or an envelope."""
+    def __init__(self, element: Element | Device | Envelope, follows: bool = False) -> None:
+        """Take an element, or the one of a device or an envelope; followed through what happens to it within a step."""
         of = device(element) if isinstance(element, Envelope) else element
         self.element = meet(of)[0] if isinstance(of, Device) else of
-        self.block: Array = alone(self.element)
+        self.block: Array = alone(self.element, follows)
         self.time = self.work = 0.0
 
     def to(self, stroke: float, rate: float = 0.0, elapsed: float = 0.0) -> float:

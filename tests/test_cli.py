@@ -445,7 +445,10 @@ def test_export_writes_a_model_that_reloads(tmp_path):
         (("run", "b_type", "--set", "mass_t=nan"), "must be a"),
         (("run", "b_type", "--set", "a\nb=1"), "there is no"),
         (("run", "b_type", "--set", "collision.gap=5"), "unknown key; did you mean 'gap_mm'"),
-        (("run", "b_type", "--set", "simulation.integrator=RK4"), "must be 'euler', 'events', 'implicitfast' or 'implicit'"),
+        (
+            ("run", "b_type", "--set", "simulation.integrator=RK4"),
+            "must be 'euler', 'events', 'implicitfast' or 'implicit'",
+        ),
         (("run", "b_type", "--set", "simulation.step_ms=1"), "simulation.step_ms = 1: must be at most"),
         (("export", "b_type", "--out", "/nowhere/model.xml"), "cannot be written"),
         (("run", "b_type", "--out", "/dev/null/x"), "cannot be made a folder"),

@@ -77,12 +77,12 @@ def test_ramps_that_are_far_narrower_than_a_step_are_no_instability(ramp_mm):
     assert not str(summarise(run(Scenario.from_values(values))).status).startswith("unstable")
 
 
-def ridden(name: str, other: str | None, factor: float) -> tuple[Summary, Chain]:
+def ridden(name: str, other: str | None, factor: float, integrator: str = "euler") -> tuple[Summary, Chain]:
     """40 t with a device, or two in series, against a wall at 3 m/s, at a part of the largest step."""
     devices = built()
     sides = (devices[name],) if other is None else (devices[name], devices[other])
     joint = Interface("I0", 0, WALL, meet(*sides, coupled=False), sides, ("I0", "I0 partner") if other else ())
-    case = Chain((Vehicle("V0", "", 4e4, 20.0, 3.0),), (joint,), 1, 0.0, 1e-4, 1, 2.0)
+    case = Chain((Vehicle("V0", "", 4e4, 20.0, 3.0),), (joint,), 1, 0.0, 1e-4, 1, 2.0, integrator)
     case = replace(case, step=factor * largest_step(case))
     (found,) = dict(run_chains([(0, case)])).values()
     return found, case

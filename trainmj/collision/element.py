@@ -109,13 +109,14 @@ def _follow(s: Block, e: int, stroke: float, rate: float, elapsed: float, time: 
 
 @jitable
 def _crushed(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> tuple[float, float, float, float]:
-    """Force, state and energies lost of a crush law on a way on which the forces of spring and dashpot are linear."""
+    """Force, state and energies lost of a crush law, on a way on which its force is linear."""
     plastic, stiffness = s[e + ELEMENT.STATE_0], s[e + crush.STIFFNESS]
     spring_before = max(0.0, stiffness * (s[e + ELEMENT.STROKE] - plastic))
+    before, way = s[e + ELEMENT.FORCE], stroke - s[e + ELEMENT.STROKE]
     force, first, _, lost, at_end = crush.respond(s, e, stroke, rate, elapsed)
     spring = max(0.0, stiffness * (stroke - first))
-    added = 0.5 * (s[e + ELEMENT.FORCE] - spring_before + force - spring)
-    viscous = added * (stroke - s[e + ELEMENT.STROKE])
+    stored = 0.5 * (spring + spring_before) * (spring - spring_before) / stiffness
+    viscous = 0.5 * (before + force) * (way - (first - plastic)) - stored
     return force, first, lost - at_end + viscous, viscous
 
 

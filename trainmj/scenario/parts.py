@@ -103,8 +103,8 @@ class Simulation(Part):
     integrator: Literal["euler", "events", "implicitfast", "implicit"] = Field(
         default="euler",
         description="how steps are made; events makes those of euler and follows each device through what happens to "
-        "it within a step, such as a bend of its curve, so that steps may be five times as long; the others are "
-        "MuJoCo's; each evaluates the forces once a step, as devices need",
+        "it within a step, such as a bend of its curve, so that strokes are as exact at a step several times as long; "
+        "along the track only; the others are MuJoCo's; each evaluates the forces once a step, as devices need",
     )
 
     @property

@@ -271,9 +271,10 @@ def checks(result: Result, summary: Summary) -> Table:
     )
     stable, end, last = f"{against(largest, step, -3)} ms", summary.duration_s, chain.time_limit
     valid = min(result.tally.valid_until, end)
+    made = "" if chain.integrator == "euler" else f" ({chain.integrator})"
     rows = [
         *((name, against(abs(e), most, -2), f"{most:.0e}", judged(abs(e) <= most)) for name, e, most in errors),
-        ("step, against the largest stable one", f"{step:.12g} ms", stable, judged(step <= largest)),
+        (f"step{made}, against the largest stable one", f"{step:.12g} ms", stable, judged(step <= largest)),
         ("valid until, of the time simulated", f"{valid:.4g} s", f"{end:.4g} s", judged(not summary.not_valid)),
         ("end, before the time limit", f"{end:.3f} s", f"{last:g} s", judged(result.tally.over)),
     ]
