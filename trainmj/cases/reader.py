@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.cases.store import CASE, FILE, IN_A_PIECE, about_in, connected, in_order, read_columns, selected
+from trainmj.cases.intact import IN_A_PIECE
+from trainmj.cases.store import CASE, FILE, about_in, connected, in_order, read_columns, selected
 from trainmj.collision.quantities import Column
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given

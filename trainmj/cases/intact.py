@@ -1,0 +1,157 @@
+"""Digests of what a store has: a changed digit, a lost row and one more are found when the file is opened.
+
+Each cell has a number that depends on its column and its value, a row one that depends on those of its cells, and the
+digest of all rows is the sum of theirs: whatever the order of rows and columns, and empty cells do not count. They find
+damage and edits, not malice: whoever can write the file can write its digests.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sqlite3
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+from hashlib import blake2b, sha256
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trainmj.doe.arrays import FloatArray
+from trainmj.files.text import from_json
+
+RESPONSES = "columns"
+"""Under which the table about says what the responses are, by name."""
+
+DIGESTS = ("digest_of_rows", "digest_of_the_rest")
+"""Under which the table about has the digest of all rows, and that of what else it says and of the heads."""
+
+STATE = "INSERT OR REPLACE INTO about VALUES (?, ?)"
+IN_A_PIECE = 50
+"""Rows that are read at a time: they fit into the cache of a processor."""
+
+_ROWS, _REST = DIGESTS
+_NUMBERS = 2**64  # that a digest can be
+
+
+def digest_of(names: Sequence[str], heads: Iterable[Sequence[Any]], numbers: FloatArray) -> int:
+    """The digest of rows, to be added to those of others.
+
+    Args:
+        names: of all columns, (h + k,), the key among them.
+        heads: the first columns, of any values that SQLite holds, (h, n).
+        numbers: the others, (n, k); nan where there is none.
+
+    Raises:
+        TypeError: if a value is neither a number nor text.
+    """
+    values = np.column_stack([*([_number(value) for value in head] for head in heads), numbers])
+    cells = _mixed((values + 0.0).view(np.uint64) + _places(tuple(names)))  # SQLite keeps no sign of 0
+    cells[np.isnan(values)] = 0
+    return int(_mixed(cells.sum(axis=1)).sum())
+
+
+def _number(value: Any) -> float:
+    """A number for a value, and the same one for whatever SQLite makes of it in a column of another type."""
+    if value is None:
+        return math.nan
+    return _number_of(value) if isinstance(value, str) else float(value)
+
+
+@lru_cache(maxsize=1000)
+def _number_of(text: str) -> float:
+    try:
+        if math.isfinite(number := float(text)):
+            return number
+    except ValueError:
+        pass
+    return float(_short(text) >> 12)
+
+
+def _short(text: str) -> int:
+    return int.from_bytes(blake2b(text.encode("utf-8", "surrogatepass"), digest_size=8).digest(), "little")
+
+
+@lru_cache(maxsize=100)
+def _places(names: tuple[str, ...]) -> NDArray[np.uint64]:
+    return np.array([_short(name) for name in names], dtype=np.uint64)
+
+
+def _mixed(bits: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Other numbers for other numbers, of which each bit depends on all bits (the finaliser of splitmix64)."""
+    bits = (bits ^ (bits >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    bits = (bits ^ (bits >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return bits ^ (bits >> np.uint64(31))
+
+
+def sign(db: sqlite3.Connection) -> None:
+    """State the digest of what a store says of its cases, and of the heads of its results."""
+    db.execute(STATE, (_REST, _rest(db)))
+
+
+def count(db: sqlite3.Connection, digest: int) -> None:
+    """Add the digest of rows that are added to a store."""
+    db.execute(STATE, (_ROWS, str((_stated(db) + digest) % _NUMBERS)))
+
+
+def is_intact(db: sqlite3.Connection) -> bool:
+    """Whether everything in a store is as it was written.
+
+    Raises:
+        sqlite3.Error: if it cannot be read.
+    """
+    tables = {name for (name,) in db.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
+    if not tables:
+        return True  # new
+    if tables != {"about", "results"}:
+        return False
+    (empty,) = db.execute("SELECT NOT EXISTS (SELECT 1 FROM about) AND NOT EXISTS (SELECT 1 FROM results)").fetchone()
+    if empty:
+        return True
+    stated = db.execute("SELECT value FROM about WHERE key = ?", (_REST,)).fetchone()
+    try:
+        return stated == (_rest(db),) and _stated(db) == digest_of_rows(db)
+    except (OverflowError, TypeError, ValueError):  # other values than trainmj writes
+        return False
+
+
+def digest_of_rows(db: sqlite3.Connection) -> int:
+    """The digest of all rows that a store has.
+
+    Raises:
+        TypeError, ValueError: if there are other values than trainmj writes.
+    """
+    responses = _responses(db)
+    names = sorted((name for name, _ in _heads(db)), key=lambda name: name in responses)
+    n = sum(name not in responses for name in names)
+    quoted = ('"' + name.replace('"', '""') + '"' for name in names)
+    found, total = db.execute(f"SELECT {', '.join(quoted)} FROM results"), 0
+    while rows := found.fetchmany(IN_A_PIECE):
+        heads = zip(*(row[:n] for row in rows), strict=True)
+        total += digest_of(names, heads, np.array([row[n:] for row in rows], dtype=np.float64))
+    return total % _NUMBERS
+
+
+def _stated(db: sqlite3.Connection) -> int:
+    found = db.execute("SELECT value FROM about WHERE key = ?", (_ROWS,)).fetchone()
+    return int(found[0]) if found else 0
+
+
+def _rest(db: sqlite3.Connection) -> str:
+    said = db.execute("SELECT key, value FROM about WHERE key NOT IN (?, ?) ORDER BY key", DIGESTS).fetchall()
+    return sha256(json.dumps([said, sorted(_heads(db))], default=str).encode()).hexdigest()
+
+
+def _heads(db: sqlite3.Connection) -> list[tuple[str, str]]:
+    """Names and types of the columns."""
+    return [(name, kind) for _, name, kind, *_ in db.execute("PRAGMA table_info(results)")]
+
+
+def _responses(db: sqlite3.Connection) -> set[str]:
+    """Columns that have nothing but numbers."""
+    try:
+        ((text,),) = db.execute("SELECT value FROM about WHERE key = ?", (RESPONSES,))
+        return set(from_json(text))
+    except (TypeError, ValueError):
+        return set()
