@@ -7,6 +7,7 @@ import os
 import re
 import shutil
 import sqlite3
+import struct
 from contextlib import closing
 from hashlib import sha256
 from pathlib import Path
@@ -432,6 +433,23 @@ def test_a_database_that_was_changed_by_hand_gives_no_number(edit: str, place: P
             assert code == 2, said
             assert f"{file}.sqlite: is damaged, or was changed by hand: start over with --fresh" in said
         assert all(each.read_bytes() == content for each, content in there.items())
+
+
+def test_a_bit_that_flips_in_a_number_is_found(place: Path) -> None:
+    """Breaks if a change that SQLite takes for another number goes through."""
+    file = place / "sweep" / "results.sqlite"
+    content, number = bytearray(file.read_bytes()), trainmj.read_table("sweep")["TS_mm"].iloc[1]
+    at = content.index(struct.pack(">d", number))
+    for bit in (0, 31, 62):
+        flipped = bytearray(content)
+        flipped[at + 7 - bit // 8] ^= 1 << bit % 8
+        file.write_bytes(flipped)
+        for words in (("report", "sweep"), (*bare("sweep"), "--out", "sweep")):
+            code, said = command(*words)
+            assert code == 2, said
+            assert "results.sqlite: is damaged, or was changed by hand" in said
+    file.write_bytes(content)
+    assert command("report", "sweep")[0] == 0
 
 
 @pytest.mark.parametrize("file", ["00_as_it_stands.csv", "02_simulations.csv", "summary.json", "steps.json"])

@@ -44,7 +44,7 @@ def digest_of(names: Sequence[str], heads: Iterable[Sequence[Any]], numbers: Flo
         numbers: the others, (n, k); nan where there is none.
 
     Raises:
-        TypeError: if a value is neither a number nor text.
+        TypeError: if a value is nothing that SQLite holds.
     """
     values = np.column_stack([*([_number(value) for value in head] for head in heads), numbers])
     cells = _mixed((values + 0.0).view(np.uint64) + _places(tuple(names)))  # SQLite keeps no sign of 0
@@ -56,6 +56,8 @@ def _number(value: Any) -> float:
     """A number for a value, and the same one for whatever SQLite makes of it in a column of another type."""
     if value is None:
         return math.nan
+    if isinstance(value, bytes):
+        return _short(value)
     return _number_of(value) if isinstance(value, str) else float(value)
 
 
@@ -66,16 +68,17 @@ def _number_of(text: str) -> float:
             return number
     except ValueError:
         pass
-    return float(_short(text) >> 12)
+    return _short(text.encode("utf-8", "surrogatepass"))
 
 
-def _short(text: str) -> int:
-    return int.from_bytes(blake2b(text.encode("utf-8", "surrogatepass"), digest_size=8).digest(), "little")
+def _short(content: bytes) -> float:
+    """A whole number that a float holds, for content of any length."""
+    return float(int.from_bytes(blake2b(content, digest_size=6).digest(), "little"))
 
 
 @lru_cache(maxsize=100)
 def _places(names: tuple[str, ...]) -> NDArray[np.uint64]:
-    return np.array([_short(name) for name in names], dtype=np.uint64)
+    return _mixed(np.array([_short(name.encode()) for name in names], dtype=np.uint64))
 
 
 def _mixed(bits: NDArray[np.uint64]) -> NDArray[np.uint64]:
