@@ -1,4 +1,4 @@
-"""Digests of what a store has: a changed digit, a lost row and one more are found when the file is opened.
+"""Digests of what a store has: a changed digit, a lost row and one more are found when they are read.
 
 Each cell has a number that depends on its column and its value, a row one that depends on those of its cells, and the
 digest of all rows is the sum of theirs: whatever the order of rows and columns, and empty cells do not count. They find
@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 import sqlite3
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from hashlib import blake2b, sha256
 from typing import Any
@@ -98,8 +98,8 @@ def count(db: sqlite3.Connection, digest: int) -> None:
     db.execute(STATE, (_ROWS, str((_stated(db) + digest) % _NUMBERS)))
 
 
-def is_intact(db: sqlite3.Connection) -> bool:
-    """Whether everything in a store is as it was written.
+def is_as_said(db: sqlite3.Connection) -> bool:
+    """Whether what a store says of its cases, and the heads of its results, are as they were written.
 
     Raises:
         sqlite3.Error: if it cannot be read.
@@ -110,30 +110,41 @@ def is_intact(db: sqlite3.Connection) -> bool:
     if tables != {"about", "results"}:
         return False
     (empty,) = db.execute("SELECT NOT EXISTS (SELECT 1 FROM about) AND NOT EXISTS (SELECT 1 FROM results)").fetchone()
-    if empty:
-        return True
     stated = db.execute("SELECT value FROM about WHERE key = ?", (_REST,)).fetchone()
-    try:
-        return stated == (_rest(db),) and _stated(db) == digest_of_rows(db)
-    except (OverflowError, TypeError, ValueError):  # other values than trainmj writes
-        return False
+    return bool(empty) or stated == (_rest(db),)
+
+
+def responses_in(db: sqlite3.Connection) -> Iterator[FloatArray]:
+    """The responses of some cases at a time, (n, k), in the order of the columns in the table and of its rows.
+
+    Raises:
+        OverflowError, TypeError, ValueError: at the end at the latest, if the rows are not as they were written.
+        sqlite3.Error: if they cannot be read.
+    """
+    total = 0
+    for digest, numbers in _pieces(db):
+        total += digest
+        yield numbers
+    if total % _NUMBERS != _stated(db):
+        raise ValueError("rows were changed, lost or added")
 
 
 def digest_of_rows(db: sqlite3.Connection) -> int:
-    """The digest of all rows that a store has.
+    """The digest of all rows that a store has."""
+    return sum(digest for digest, _ in _pieces(db)) % _NUMBERS
 
-    Raises:
-        TypeError, ValueError: if there are other values than trainmj writes.
-    """
+
+def _pieces(db: sqlite3.Connection) -> Iterator[tuple[int, FloatArray]]:
+    """The digest and the responses of some rows at a time."""
     responses = _responses(db)
     names = sorted((name for name, _ in _heads(db)), key=lambda name: name in responses)
     n = sum(name not in responses for name in names)
     quoted = ('"' + name.replace('"', '""') + '"' for name in names)
-    found, total = db.execute(f"SELECT {', '.join(quoted)} FROM results"), 0
+    found = db.execute(f"SELECT {', '.join(quoted)} FROM results ORDER BY rowid")
     while rows := found.fetchmany(IN_A_PIECE):
         heads = zip(*(row[:n] for row in rows), strict=True)
-        total += digest_of(names, heads, np.array([row[n:] for row in rows], dtype=np.float64))
-    return total % _NUMBERS
+        numbers = np.array([row[n:] for row in rows], dtype=np.float64)  # NaN where there is None
+        yield digest_of(names, heads, numbers), numbers
 
 
 def _stated(db: sqlite3.Connection) -> int:

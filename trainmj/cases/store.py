@@ -27,6 +27,7 @@ from trainmj.cases.lines import lines_of
 from trainmj.cases.origin import Origin, in_words
 from trainmj.cases.rows import STATUS, Key, Row, Rows, Values
 from trainmj.collision.quantities import Column, ordered
+from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError, OutputError
 from trainmj.files.text import from_json, printable
 from trainmj.files.written import replacing, special
@@ -84,6 +85,9 @@ class Store:
             db.execute(f'CREATE TABLE IF NOT EXISTS results ("{key}" {kind} PRIMARY KEY)')
         self._names: dict[str, str] = {name: kind for _, name, kind, *_ in self._select("PRAGMA table_info(results)")}
         self._known = read_columns(self.about(), file)
+        with self._troubles():
+            for _ in responses_in(self._db, file):
+                pass  # that all of them are as they were written
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -294,8 +298,8 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
             written.
 
     Raises:
-        OutputError: if the file, or one that SQLite keeps beside it, is no plain file, or it has anything else in it
-            than what was written.
+        OutputError: if the file, or one that SQLite keeps beside it, is no plain file, it has anything else in it, or
+            what it says of its cases is not as it was written.
         sqlite3.Error: if it is damaged, or locked.
     """
     for beside in (file.with_name(file.name + end) for end in _BESIDE):
@@ -314,13 +318,25 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
         if found != "ok":
             raise sqlite3.DatabaseError(f"malformed: {printable(str(found)).splitlines()[-1][:100]}")
         db.execute("BEGIN")  # all from one moment
-        if not intact.is_intact(db):
+        if not intact.is_as_said(db):
             raise damaged(file)
         db.execute("COMMIT")
     except BaseException:
         db.close()
         raise
     return db
+
+
+def responses_in(db: sqlite3.Connection, file: Path) -> Iterator[FloatArray]:
+    """The responses of all cases, some at a time, (n, k), in the order of the columns in the table and of its rows.
+
+    Raises:
+        OutputError: at the end at the latest, if the rows are not as they were written.
+    """
+    try:
+        yield from intact.responses_in(db)
+    except (OverflowError, TypeError, ValueError):
+        raise damaged(file) from None
 
 
 def about_in(db: sqlite3.Connection) -> dict[str, str]:
@@ -354,8 +370,8 @@ def in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
 
 
 def selected(names: Iterable[str], key: str, where: str = "") -> str:
-    """The query for some columns, or for all if none is named, in the order of the keys."""
-    return f'SELECT {", ".join(map(_quoted, names)) or "*"} FROM results {where} ORDER BY "{key}"'
+    """The query for some columns in the order of the keys."""
+    return f'SELECT {", ".join(map(_quoted, names))} FROM results {where} ORDER BY "{key}"'
 
 
 def _quoted(name: str) -> str:
