@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 import pytest
-from builders import each_alone
+from builders import each_alone, signed
 from click.testing import CliRunner
 from ruamel.yaml import YAML
 
@@ -18,6 +18,7 @@ from trainmj.cli import main
 from trainmj.collision import identity as identities
 from trainmj.collision.identity import identity
 from trainmj.files.folder import held
+from trainmj.files.sealed import sealed, unsealed
 
 TRAIN = {
     "devices": {
@@ -362,6 +363,7 @@ def test_a_report_beside_a_running_writer_has_what_is_there_or_a_clear_word(plac
         if command == "sweep":
             with closing(sqlite3.connect(folder / "results.sqlite")) as db, db:
                 db.execute("DELETE FROM results")
+                signed(db)
         else:
             (folder / "summary.json").unlink()
         code, said = report(folder)
@@ -414,9 +416,9 @@ def test_a_study_removes_nothing_outside_its_folder_whatever_the_folder_says(pla
     victim = place / "victim.txt"
     victim.write_text("precious")
     state = place / "study" / "steps.json"
-    steps = json.loads(state.read_text())
+    steps = unsealed(state.read_bytes())
     steps["design"]["files"][name] = sha256(b"precious").hexdigest()
-    state.write_text(json.dumps(steps))
+    state.write_text(json.dumps(sealed(steps)))
     for more in ((), ("--fresh",)):
         code, said = do(place, "study", *more)
         assert code == 2

@@ -7,7 +7,7 @@ import sqlite3
 
 import pandas as pd
 import pytest
-from builders import each_alone
+from builders import each_alone, signed
 from click.testing import CliRunner
 
 import trainmj
@@ -290,6 +290,7 @@ def test_a_store_whose_load_cases_were_changed_by_hand_is_said_to_be_damaged(swe
     shutil.copy(swept[0] / "results.sqlite", tmp_path)
     with sqlite3.connect(tmp_path / "results.sqlite") as db:
         db.execute("UPDATE about SET value = ? WHERE key = 'load_cases'", (said,))
+        signed(db)
     with pytest.raises(trainmj.InputError, match="is not the file of a sweep, or damaged"):
         trainmj.write_report(tmp_path)
 
@@ -299,6 +300,7 @@ def test_the_report_of_an_unfinished_sweep_judges_what_all_load_cases_have(swept
     shutil.copy(swept[0] / "results.sqlite", tmp_path)
     with sqlite3.connect(tmp_path / "results.sqlite") as db:
         db.execute('DELETE FROM results WHERE "case" = 5')
+        signed(db)
     outcome = outcome_of(trainmj.read_table(tmp_path), {"fast": "", "into_wagon": "", "slow": ""}, 6)
     assert outcome.combinations == 1
     assert [ending.cases for ending in outcome.endings] == [2, 2, 1]

@@ -19,6 +19,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.margin import MOST
 from trainmj.collision.result import SHOWN
 from trainmj.errors import InputError
+from trainmj.files.sealed import unsealed
 from trainmj.scenario import Scenario, load
 from trainmj.single import figures, plane, tables, tables_plane
 from trainmj.single.beside import beside_of
@@ -238,7 +239,7 @@ def test_margins_are_of_ties_as_stated(scenario, slip, said):
 def test_the_folder_has_all_of_the_plane(ran):
     """Wheelsets, a bracket or margins would be on the screen only."""
     folder, printed = ran
-    assert json.loads((folder / "summary.json").read_text()) == printed
+    assert unsealed((folder / "summary.json").read_bytes()) == printed
     for name in ("bracket", "margins"):
         read = pd.read_csv(folder / f"{name}.csv").to_dict("records")
         assert [row[next(iter(row))] for row in read] == [row[next(iter(row))] for row in printed[name]]

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from builders import each_alone, points
+from builders import each_alone, points, signed
 from click.testing import CliRunner
 from forked import Forked
 from scipy.stats import norm
@@ -240,6 +240,7 @@ def test_threads_kills_and_more_runs_leave_the_same_files(folder):
     run("more", runs=8)
     with closing(sqlite3.connect("more/draws.sqlite")) as db, db:
         db.execute('DELETE FROM results WHERE "case" IN (0, 5)')  # as if they had not been written yet
+        signed(db)
     again = run("more", runs=24, **keys)
     assert files_of("more") == expected
     assert again.computed < whole.computed

@@ -17,6 +17,7 @@ import trainmj
 from trainmj.cases.store import Store
 from trainmj.cli import main
 from trainmj.collision.summary import summarise
+from trainmj.files.sealed import unsealed
 from trainmj.study import tables
 from trainmj.study.designs import Designs
 from trainmj.study.page import page_of_folder
@@ -120,7 +121,7 @@ def test_json_is_the_summary_and_a_finished_study_is_only_read(typed):
     told = command(folder / "mine.study.yaml", "--out", folder / "out", "--figures", "svg", "--json")
     assert told.exit_code == first.exit_code
     summary = json.loads(told.stdout)
-    assert summary == json.loads((folder / "out" / "summary.json").read_text())
+    assert summary == unsealed((folder / "out" / "summary.json").read_bytes())
     assert set(summary) >= {
         "title", "factors", "objectives", "constraints", "design", "simulations", "correlation", "surrogates",
         "front_on_the_surrogates", "front_on_the_simulator", "fronts_compared", "weights", "decision", "check",

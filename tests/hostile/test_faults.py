@@ -47,6 +47,7 @@ import trainmj.view.scene
 from trainmj.cli.report import write_report
 from trainmj.collision.identity import identity
 from trainmj.files.folder import held
+from trainmj.files.sealed import unsealed
 from trainmj.single.folder import write_run
 
 pytestmark = pytest.mark.thorough
@@ -95,7 +96,7 @@ class Command:
 
 def whole_run(out: Path) -> None:
     if (out / "summary.json").exists():
-        summary = json.loads((out / "summary.json").read_text())
+        summary = unsealed((out / "summary.json").read_bytes())
         assert trainmj.summarise(trainmj.load_result(out / "result.nc")).as_dict() == summary
         assert len(pd.read_csv(out / "vehicles.csv")) == len(summary["vehicles"])
         trainmj.load(out / "scenario.yaml")

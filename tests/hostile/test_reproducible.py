@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -14,6 +17,10 @@ from kinds import BASE, STUDY, TUBE, command
 from mutations import document
 
 import trainmj
+from trainmj.cases.engine import Local
+from trainmj.cases.rows import Rows
+from trainmj.collision.cases import Cases
+from trainmj.collision.identity import identity
 from trainmj.collision.repeated import repeated
 
 SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
@@ -110,6 +117,60 @@ def test_a_sweep_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
         about = dict(db.execute("SELECT key, value FROM about"))
     assert {f"version_{name}" for name in VERSIONS} | {"scenario", "seed", "values", "responses"} <= set(about)
     assert "step_ms: 0.2" in about["scenario"]
+
+
+MIXED = {
+    "scenario": "base.yaml",
+    "together": {"gap": [20, 30.5, 40], "trains.wagons.rear": ["link", None, "head"]},
+    "vary": {"collision.partner": ["wagons", "rigid_wall"], "mass_t": [30, 36]},
+}
+
+
+def test_the_files_of_a_sweep_are_the_same_whichever_case_ends_first(base: Path) -> None:
+    """Breaks if the type of a column, the order of columns or rows, or what the file says of itself is by chance."""
+    (base / "my.sweep.yaml").write_text(document(MIXED))
+    plan = trainmj.load_sweep(base / "my.sweep.yaml")
+    folders = [base / name for name in ("forwards", "backwards", "two", "eight")]
+    trainmj.run_sweep(plan, folders[0], threads=1)
+    with pytest.raises(KeyboardInterrupt):
+        trainmj.run_sweep(plan, folders[1], engine=Backwards(plan.scenario, stop_after=5))
+    trainmj.run_sweep(plan, folders[1], engine=Backwards(plan.scenario))
+    for threads, folder in zip((2, 8), folders[2:], strict=True):
+        trainmj.run_sweep(plan, folder, threads=threads)
+    trainmj.run_sweep(plan, folders[2])  # computes nothing
+    first, *others = (((folder / "results.csv").read_bytes(), content(folder / "results.sqlite")) for folder in folders)
+    assert all(other == first for other in others)
+    table = trainmj.read_table(folders[1])
+    assert table["gap"].tolist()[::4] == [20, 30.5, 40]
+    assert table["gap"].dtype == float
+    assert {"stroke_M1_wall_mm", "stroke_S1_M1_mm"} <= set(table), "the columns of a case depend on what it varies"
+
+
+def content(file: Path) -> tuple[Any, ...]:
+    """What a store says of its cases with its digests, the types of its columns, its rows by column name."""
+    with closing(sqlite3.connect(file)) as db:
+        about = sorted(db.execute("SELECT key, value FROM about"))
+        kinds = sorted((name, kind) for _, name, kind, *_ in db.execute("PRAGMA table_info(results)"))
+        heads = ", ".join(f'"{name}"' for name, _ in kinds)
+        return about, kinds, db.execute(f'SELECT {heads} FROM results ORDER BY "case"').fetchall()
+
+
+class Backwards:
+    """Computes the last case first, each by itself, and is stopped after some of them."""
+
+    def __init__(self, scenario: trainmj.Scenario, stop_after: int = 100) -> None:
+        self.scenario, self.left, self.identity = scenario, stop_after, identity()
+
+    def of(self, scenario: trainmj.Scenario, responses: Sequence[str] = ("*",)) -> Backwards:
+        return self
+
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
+        each = [some.take([place]) for some in cases for place in range(len(some))]
+        for case in reversed(each):
+            yield from Local(self.scenario, 1)([case])
+            self.left -= 1
+            if not self.left:
+                raise KeyboardInterrupt
 
 
 def test_a_study_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -> None:

@@ -13,7 +13,7 @@ import matplotlib.colors
 import numpy as np
 import pandas as pd
 import pytest
-from builders import changed, scenario
+from builders import changed, scenario, signed
 from click.testing import CliRunner
 
 import trainmj
@@ -236,6 +236,7 @@ class TestSweep:
             columns = json.loads(columns)
             columns["TAMA_g"] |= {"unit": "m/s2", "title": "mean peak"}
             db.execute("UPDATE about SET value = ? WHERE key = 'columns'", (json.dumps(columns),))
+            signed(db)
         said = text_of(write_report(copy))
         assert "mean peak over" in said
         assert "mean peak m/s2" in said
@@ -250,12 +251,14 @@ class TestSweep:
         copy = without(sweep_folder, to=tmp_path)
         with sqlite3.connect(copy / "results.sqlite") as db:
             db.execute('DELETE FROM results WHERE "case" > 3')
+            signed(db)
         assert "unfinished: the same command goes on" in text_of(write_report(copy))
 
     def test_no_finished_case(self, sweep_folder, tmp_path):
         copy = without(sweep_folder, to=tmp_path)
         with sqlite3.connect(copy / "results.sqlite") as db:
             db.execute("DELETE FROM results")
+            signed(db)
         with pytest.raises(InputError, match="no case of this sweep is finished"):
             write_report(copy)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trainmj.cases.store import CASE, FILE, IN_A_PIECE, about_in, connected, in_order, read_columns, selected
+from trainmj.cases.store import CASE, FILE, about_in, connected, in_order, read_columns, responses_in, selected
 from trainmj.collision.quantities import Column
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
@@ -57,12 +57,13 @@ def read_sweep(
             heads = [name for name in there if name not in known]
             columns = {name: known[name] for name in in_order(there, known) if name in known and wanted(known[name])}
             names = list(columns)
+            every = {name: place for place, name in enumerate(name for name in there if name in known)}
+            places = [every[name] for name in names]
             table = pd.read_sql(selected(heads, CASE), db, index_col=CASE)
-            numbers = np.empty((len(table), len(names)))
-            found, n = db.execute(selected(names, CASE)), 0
-            while names and (rows := found.fetchmany(IN_A_PIECE)):
-                numbers[n : n + len(rows)] = np.array(rows, dtype=np.float64)  # NaN where there is None
-                n += len(rows)
+            numbers, n = np.empty((len(table), len(names))), 0
+            for found in responses_in(db, file):
+                numbers[n : n + len(found)] = found[:, places]
+                n += len(found)
     except (sqlite3.Error, DatabaseError, KeyError, TypeError, ValueError) as error:
         if folder.is_dir() and is_held(folder):
             raise InputError(f"{folder}: another trainmj is writing to this folder: try again in a moment") from None

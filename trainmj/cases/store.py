@@ -1,8 +1,9 @@
 """Finished cases in one SQLite file, which survives whatever stops the process that writes it.
 
 Table ``results`` has a row for each finished case: its key, then its values by column name, units in the names. Table
-``about`` says what they were computed from, and in ``columns`` what the responses are, as JSON. A transaction is
-complete or absent. The writer holds the folder (:func:`trainmj.files.folder.held`); others may read meanwhile.
+``about`` says what they were computed from, and in ``columns`` what the responses are, as JSON. It also has digests of
+all of it (:mod:`trainmj.cases.intact`): what is not as it was written is refused. A transaction is complete or absent.
+The writer holds the folder (:func:`trainmj.files.folder.held`); others may read meanwhile.
 """
 
 from __future__ import annotations
@@ -15,17 +16,18 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from hashlib import sha256
-from itertools import chain
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from trainmj.cases import intact
 from trainmj.cases.lines import lines_of
 from trainmj.cases.origin import Origin, in_words
 from trainmj.cases.rows import STATUS, Key, Row, Rows, Values
 from trainmj.collision.quantities import Column, ordered
+from trainmj.doe.arrays import FloatArray
 from trainmj.errors import InputError, OutputError
 from trainmj.files.text import from_json, printable
 from trainmj.files.written import replacing, special
@@ -38,9 +40,6 @@ MOST_COLUMNS = 1990
 
 PATIENCE = 30.0
 """How long writer and readers wait for each other [s]."""
-
-IN_A_PIECE = 50
-"""Rows that are read at a time: they fit into the cache of a processor."""
 
 _BESIDE = ("", "-journal", "-wal", "-shm")
 """What SQLite appends to the name of a file for those that it keeps beside it."""
@@ -55,8 +54,6 @@ _TABLE = re.compile(
 """How the tables of a store are made, and nothing else in it."""
 
 _MOST_ASKED = 500  # keys in one query
-_COLUMNS = "columns"
-_STATE = "INSERT OR REPLACE INTO about VALUES (?, ?)"
 _TROUBLES = {
     "locked": "another process is using this file: wait for it, or take another folder",
     "full": "the disk is full; finished cases are kept: make room, and the same command goes on",
@@ -86,8 +83,11 @@ class Store:
             db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
             kind = "INTEGER" if self._numbered else "TEXT"
             db.execute(f'CREATE TABLE IF NOT EXISTS results ("{key}" {kind} PRIMARY KEY)')
-        self._names = {row[1]: None for row in self._select("PRAGMA table_info(results)")}
+        self._names: dict[str, str] = {name: kind for _, name, kind, *_ in self._select("PRAGMA table_info(results)")}
         self._known = read_columns(self.about(), file)
+        with self._troubles():
+            for _ in responses_in(self._db, file):
+                pass  # that all of them are as they were written
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -110,7 +110,8 @@ class Store:
     def describe(self, about: Mapping[str, str]) -> None:
         """State what the cases are computed from."""
         with self._transaction() as db:
-            db.executemany(_STATE, about.items())
+            db.executemany(intact.STATE, about.items())
+            intact.sign(db)
 
     def agree(self, origin: Origin) -> None:
         """State the origin, with its words as they are now; in a file that has cases, check that they are of it.
@@ -168,7 +169,7 @@ class Store:
             pass
 
     def add(self, rows: Sequence[Rows]) -> None:
-        """Add finished cases in one transaction.
+        """Add finished cases that are not there yet in one transaction.
 
         Raises:
             InputError: if there are more columns than SQLite can hold.
@@ -181,16 +182,23 @@ class Store:
         for first, *_ in alike.values():
             values |= {name: column for name, column in first.facts.items() if name not in values}
             columns |= first.columns
-        with self._widened(values, columns) as db:
-            for names, group in alike.items():
-                heads = (self._key, *chain.from_iterable(names))
-                marks = ", ".join("?" * len(heads))
-                query = f"INSERT OR REPLACE INTO results ({', '.join(map(_quoted, heads))}) VALUES ({marks})"
-                db.executemany(query, chain.from_iterable(map(_records, group)))
+        with self._widened(values, columns) as kinds:
+            digest = 0
+            for facts, responses in alike:
+                heads = (self._key, *facts)
+                names = (*heads, *responses)
+                query = f"INSERT INTO results ({', '.join(map(_quoted, names))}) VALUES ({', '.join('?' * len(names))})"
+                for some in alike[facts, responses]:
+                    found = [some.keys, *(_plain(some.facts[name], kinds[name]) for name in facts)]
+                    numbers = some.numbers if responses else np.empty((len(some), 0))
+                    digest += intact.digest_of(names, found, numbers)
+                    records = zip(*found, strict=True)  # SQLite takes NaN for NULL
+                    self._db.executemany(query, ((*a, *b) for a, b in zip(records, numbers.tolist(), strict=True)))
+            intact.count(self._db, digest)
 
     @contextmanager
-    def _widened(self, values: Mapping[str, Values], columns: Mapping[str, Column]) -> Iterator[sqlite3.Connection]:
-        """A transaction in which the table has these columns."""
+    def _widened(self, values: Mapping[str, Values], columns: Mapping[str, Column]) -> Iterator[dict[str, str]]:
+        """A transaction in which the table has these columns; yields the types of all by name."""
         known = {**self._known, **columns}
         new = in_order((name for name in (*values, *columns) if name not in self._names), known)
         if len(self._names) + len(new) > MOST_COLUMNS:
@@ -198,16 +206,18 @@ class Store:
                 f"the table would have {len(self._names) + len(new)} columns and SQLite holds 2000: "
                 "choose some with --responses, as in --responses 'TS_mm,TAMA_g,stroke_*'"
             )
+        kinds = {name: self._kind(0.0 if name in columns else _plain(values[name][:1])[0]) for name in new}
         with self._transaction() as db:
-            for name in new:
-                kind = self._kind(0.0 if name in columns else _plain(values[name][:1])[0])
-                db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)}{kind}")
-            if len(known) > len(self._known):
+            for name, kind in kinds.items():
+                db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)} {kind}".rstrip())
+            if said_more := len(known) > len(self._known):
                 known = {name: known[name] for name in in_order(known, known)}
                 said = json.dumps({name: column._asdict() for name, column in known.items()})
-                db.execute(_STATE, (_COLUMNS, said))
-            yield db
-        self._names |= dict.fromkeys(new)
+                db.execute(intact.STATE, (intact.RESPONSES, said))
+            if kinds or said_more:
+                intact.sign(db)
+            yield self._names | kinds
+        self._names |= kinds
         self._known = known
 
     def clear(self) -> None:
@@ -232,7 +242,7 @@ class Store:
                 csv.writer(out).writerow(names)
                 with self._troubles():
                     found = self._db.execute(query, () if before is None else (before,))
-                    while rows := found.fetchmany(IN_A_PIECE):
+                    while rows := found.fetchmany(intact.IN_A_PIECE):
                         out.write(lines_of(rows, n))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
@@ -242,8 +252,8 @@ class Store:
         if not self._numbered:
             return ""
         if isinstance(value, (bool, int)):
-            return " INTEGER"
-        return " REAL" if isinstance(value, float) else " TEXT"
+            return "INTEGER"
+        return "REAL" if isinstance(value, float) else "TEXT"
 
     def _select(self, query: str, values: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
         with self._troubles():
@@ -288,7 +298,8 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
             written.
 
     Raises:
-        OutputError: if the file, or one that SQLite keeps beside it, is no plain file, or it has anything else in it.
+        OutputError: if the file, or one that SQLite keeps beside it, is no plain file, it has anything else in it, or
+            what it says of its cases is not as it was written.
         sqlite3.Error: if it is damaged, or locked.
     """
     for beside in (file.with_name(file.name + end) for end in _BESIDE):
@@ -306,10 +317,26 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
         ((found,),) = db.execute("PRAGMA quick_check(1)")
         if found != "ok":
             raise sqlite3.DatabaseError(f"malformed: {printable(str(found)).splitlines()[-1][:100]}")
+        db.execute("BEGIN")  # all from one moment
+        if not intact.is_as_said(db):
+            raise damaged(file)
+        db.execute("COMMIT")
     except BaseException:
         db.close()
         raise
     return db
+
+
+def responses_in(db: sqlite3.Connection, file: Path) -> Iterator[FloatArray]:
+    """The responses of all cases, some at a time, (n, k), in the order of the columns in the table and of its rows.
+
+    Raises:
+        OutputError: at the end at the latest, if the rows are not as they were written.
+    """
+    try:
+        yield from intact.responses_in(db)
+    except (OverflowError, TypeError, ValueError):
+        raise damaged(file) from None
 
 
 def about_in(db: sqlite3.Connection) -> dict[str, str]:
@@ -318,7 +345,7 @@ def about_in(db: sqlite3.Connection) -> dict[str, str]:
     Raises:
         sqlite3.DatabaseError: if it is no text.
     """
-    about = dict(db.execute("SELECT key, value FROM about"))
+    about = dict(db.execute("SELECT key, value FROM about WHERE key NOT IN (?, ?)", intact.DIGESTS))
     if not all(isinstance(text, str) for item in about.items() for text in item):
         raise sqlite3.DatabaseError("malformed: the table about has other things than text")
     return about
@@ -326,10 +353,10 @@ def about_in(db: sqlite3.Connection) -> dict[str, str]:
 
 def read_columns(about: Mapping[str, str], file: Path) -> dict[str, Column]:
     """What a store says of its responses, by column name."""
-    if _COLUMNS not in about:
+    if intact.RESPONSES not in about:
         return {}
     try:
-        said: dict[str, dict[str, Any]] = from_json(about[_COLUMNS])
+        said: dict[str, dict[str, Any]] = from_json(about[intact.RESPONSES])
         return {name: Column(**{**column, "place": tuple(column["place"])}) for name, column in said.items()}
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{file}: is damaged, or was changed by hand ({printable(str(error))})") from None
@@ -343,23 +370,18 @@ def in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
 
 
 def selected(names: Iterable[str], key: str, where: str = "") -> str:
-    """The query for some columns, or for all if none is named, in the order of the keys."""
-    return f'SELECT {", ".join(map(_quoted, names)) or "*"} FROM results {where} ORDER BY "{key}"'
+    """The query for some columns in the order of the keys."""
+    return f'SELECT {", ".join(map(_quoted, names))} FROM results {where} ORDER BY "{key}"'
 
 
 def _quoted(name: str) -> str:
     return '"' + name.replace('"', '""') + '"'
 
 
-def _records(rows: Rows) -> Iterator[tuple[Any, ...]]:
-    """What a table holds of each case: its key, its values, its responses; SQLite takes NaN for NULL."""
-    heads = zip(rows.keys, *map(_plain, rows.facts.values()), strict=True)
-    if not rows.columns:
-        return heads
-    return ((*head, *numbers) for head, numbers in zip(heads, rows.numbers.tolist(), strict=True))
-
-
-def _plain(values: Values) -> list[Any]:
-    """Values as SQLite holds them; lists and groups as JSON."""
+def _plain(values: Values, kind: str = "") -> list[Any]:
+    """Values as SQLite holds them in a column of a type; lists and groups as JSON."""
     plain = values.tolist() if isinstance(values, np.ndarray) else values
-    return [json.dumps(value) if isinstance(value, (list, dict)) else value for value in plain]
+    plain = [json.dumps(value) if isinstance(value, (list, dict)) else value for value in plain]
+    if kind == "TEXT":  # SQLite itself would keep 15 digits of a number
+        return [str(value + 0) if isinstance(value, (int, float)) else value for value in plain]
+    return plain

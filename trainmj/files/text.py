@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -89,14 +90,15 @@ def read_bytes(path: Path, most_bytes: int, follow: bool = True) -> bytes:
             there = "is a pipe or a device, not a file" if path.exists() else "cannot be read (No such file)"
             raise InputError("is a folder, not a file" if path.is_dir() else there)
         with path.open("rb") as file:
-            content = file.read(most_bytes + 1)
+            larger = os.fstat(file.fileno()).st_size > most_bytes
+            content = b"" if larger else file.read(most_bytes + 1)
     except InputError:
         raise
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})") from None
     except ValueError:
         raise InputError("cannot be read (not a usable file name)") from None
-    if len(content) > most_bytes:
+    if larger or len(content) > most_bytes:
         raise InputError(f"is larger than {most_bytes / 1e6:g} MB")
     return content
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from trainmj.collision.chain import Chain
 from trainmj.collision.margin import Margin
 from trainmj.collision.result import FILE
 from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
+from trainmj.files.sealed import unsealed
 from trainmj.files.text import read_bytes
 from trainmj.output.table import Table
 from trainmj.single import tables_plane
@@ -68,7 +68,7 @@ def beside_of(file: Path) -> Beside:
     summary = file.with_name(SUMMARY)
     if file.name != FILE or not summary.is_file():
         return Beside()
-    found = json.loads(read_bytes(summary, _MOST_BYTES))
+    found = unsealed(read_bytes(summary, _MOST_BYTES))
     rows = (
         {name: None if row[name] is None else kind(row[name]) for name, kind in _ROW.items()}
         for row in found.get("bracket", ())

@@ -12,6 +12,7 @@ from trainmj.collision.result import FILE, Result
 from trainmj.collision.summary import Summary
 from trainmj.files.commas import Columns, as_csv, columns_of
 from trainmj.files.folder import staged
+from trainmj.files.sealed import sealed
 from trainmj.output.style import ENDINGS, Format, Width, save
 from trainmj.scenario import to_yaml
 from trainmj.single import figures
@@ -84,7 +85,7 @@ def write_run(
             (stage / f"{name}.csv").write_text(as_csv(columns, NUMBER), encoding="utf-8", newline="")
         for name, draw in figures.drawings(result, width, summary).items() if formats else ():
             save(draw(), stage / name, formats)
-        (stage / SUMMARY).write_text(json.dumps(summary.as_dict() | more, indent=2), encoding="utf-8")
+        (stage / SUMMARY).write_text(json.dumps(sealed(summary.as_dict() | more), indent=2), encoding="utf-8")
 
 
 def _bodies(chain: Chain, summary: Summary) -> Iterator[dict[str, Any]]:

@@ -24,8 +24,9 @@ from pydantic import TypeAdapter
 from trainmj.cases.store import key_of
 from trainmj.collision.identity import code_hash, identity
 from trainmj.errors import InputError, OutputError
+from trainmj.files.sealed import sealed, unsealed
 from trainmj.files.tables import read_back
-from trainmj.files.text import from_json, read_bytes
+from trainmj.files.text import read_bytes
 from trainmj.files.written import remove, write_bytes
 from trainmj.output.page import REPORT
 from trainmj.output.style import ENDINGS, Format, Width, encode, styled
@@ -45,7 +46,8 @@ ROBUST_FILES = "robust_"
 OF_STEPS = rf"({ROBUST_FILES})?\d\d_\w+\.(csv|{ENDINGS})"
 """The files of steps, as a pattern of their names."""
 
-_MOST_BYTES = 500_000_000  # of a table; of the record
+_MOST_BYTES = 100_000_000  # of a table or figure; of the record
+_CHANGED = "is damaged, or was changed by hand: the same trainmj study command makes it again"
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,22 @@ class Folder:
             self._forget(name)
         self._write_state()
 
+    def tables(self) -> Tables:
+        """The tables of all steps that the folder records, by their full names, read back.
+
+        Raises:
+            InputError: naming the first file that is not as it was written.
+        """
+        if not self._state:
+            raise InputError(f"{self.path / STATE}: {_CHANGED}")
+        found = {}
+        for file, digest in (item for record in self._state.values() for item in record.files.items()):
+            if file.endswith(".csv"):
+                if self._digest_of(file) != digest:
+                    raise InputError(f"{self.path / file}: {_CHANGED}")
+                found[file.removesuffix(".csv")] = read_back(self.path / file)
+        return found
+
     def write(self, name: str, content: bytes) -> str:
         """Replace a file as a whole and return the digest of its content.
 
@@ -203,8 +221,7 @@ class Folder:
             InputError: if it names a file that is not one of a study.
         """
         try:
-            content = read_bytes(self.path / STATE, _MOST_BYTES, follow=False)
-            state = _RECORDS.validate_python(from_json(content))
+            state = _RECORDS.validate_python(unsealed(read_bytes(self.path / STATE, _MOST_BYTES, follow=False)))
         except ValueError:
             return {}
         for file in (file for record in state.values() for file in record.files):
@@ -214,7 +231,8 @@ class Folder:
         return state
 
     def _write_state(self) -> None:
-        self.write(STATE, json.dumps({name: vars(record) for name, record in self._state.items()}, indent=1).encode())
+        records = {name: vars(record) for name, record in self._state.items()}
+        self.write(STATE, json.dumps(sealed(records), indent=1).encode())
 
 
 def _digest(content: bytes) -> str:

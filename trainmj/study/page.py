@@ -11,8 +11,8 @@ import numpy as np
 
 from trainmj.collision.status import Kind
 from trainmj.errors import InputError
-from trainmj.files.tables import read_back
-from trainmj.files.text import from_json, read_bytes
+from trainmj.files.sealed import unsealed
+from trainmj.files.text import read_bytes
 from trainmj.files.yaml import as_yaml
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
@@ -21,7 +21,7 @@ from trainmj.output.style import BLUE, DIVERGING, ORANGE, PALETTE, YELLOW
 from trainmj.output.table import Column, judged
 from trainmj.scenario import from_yaml
 from trainmj.study import tables
-from trainmj.study.folder import ROBUST_FILES
+from trainmj.study.folder import ROBUST_FILES, Folder
 from trainmj.study.fronts import FILES
 from trainmj.study.run import SUMMARY
 from trainmj.study.tables import Summary, columns, number, table_of
@@ -104,14 +104,12 @@ def _read(folder: Path) -> tuple[Summary, Tables]:
     if not (folder / SUMMARY).exists():
         raise unfinished
     try:
-        summary = from_json(read_bytes(folder / SUMMARY, _MOST_BYTES, follow=False))
-        named = (f"{prefix}[0-9][0-9]_*.csv" for prefix in ("", ROBUST_FILES))
-        files = {file.stem: read_back(file) for pattern in named for file in sorted(folder.glob(pattern))}
+        summary = unsealed(read_bytes(folder / SUMMARY, _MOST_BYTES, follow=False))
     except ValueError as error:
-        raise InputError(f"{folder}: a file of the study cannot be read ({error}): run it again") from None
-    if not isinstance(summary, dict) or "check" not in summary:
+        raise InputError(f"{folder / SUMMARY}: {error}: the same trainmj study command makes it again") from None
+    if "check" not in summary:
         raise unfinished
-    return summary, files
+    return summary, Folder(folder, (), "page").tables()
 
 
 def _pairs(columns: Mapping[str, Column], most: int) -> Iterable[tuple[tuple[str, Column], tuple[str, Column]]]:

@@ -12,6 +12,7 @@ from trainmj.cases.store import KEY, Store
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, remove_own
+from trainmj.files.sealed import sealed
 from trainmj.files.shown import Shown
 from trainmj.files.written import remove
 from trainmj.output.style import Format, Width, formats_given
@@ -118,8 +119,8 @@ def run_study(
         if fresh:
             files.start_over()
             remove_own(path, _NOT_OF_STEPS)
-        remove(path / SUMMARY)  # comes back when all steps are of one study
         with Store(path / FILE, KEY) as store:
+            remove(path / SUMMARY)  # comes back when all steps are of one study
             simulator = Simulator(store, study, threads, watch.simulated)
             watch.changed(simulator.changes)
             chosen = _steps(study, files, simulator, watch)
@@ -130,7 +131,7 @@ def run_study(
                 failed = f"in the search for robust designs: {error}"
             files.finish()
             summary = summary_of(study, files.steps, robust, failed, simulator.changes)
-            files.write(SUMMARY, json.dumps(summary, indent=2).encode())
+            files.write(SUMMARY, json.dumps(sealed(summary), indent=2).encode())
             if failed:
                 raise InputError(f"{failed}; the nominal study is finished: see its summary and report")
             simulator.finish()
