@@ -173,6 +173,26 @@ def test_a_history_of_another_scenario_or_version_is_computed_again(place, monke
         assert (folder / "case_0.nc").read_bytes() == kept
 
 
+def test_a_history_that_another_sweep_left_is_made_again_even_if_its_database_is_gone(place):
+    """Breaks if a folder has a case of one sweep beside the rows of another."""
+    folder = place / "sweep"
+    assert do(place, "sweep", "--histories", "0,2")[0] == 0
+    of_other = {name: (folder / name).read_bytes() for name in ("case_0.nc", "case_2.nc")}
+    train = place / "train.yaml"
+    train.write_text(train.read_text().replace("mass_t: 30", "mass_t: 20"))
+    for more in ((), ("--fresh",)):
+        for name, content in (of_other | {"case_0.html": b"the report of a case"}).items():
+            (folder / name).write_bytes(content)
+        (folder / "results.sqlite").unlink()
+        code, output = do(place, "sweep", *more)
+        assert code == 0, output
+        for number in (0, 2):
+            history = trainmj.load_result(folder / f"case_{number}.nc")
+            assert history.scenario.values()["trains"]["t"]["mass_t"] == 20
+            assert history.scenario.collision.speed_km_h == 9 + number
+        assert not (folder / "case_0.html").exists()
+
+
 WORDED = {"title": "T", "notes": "N", "report": {"revision": "B"}, "sources": {"collision.speed_km_h": "measured: S"}}
 
 

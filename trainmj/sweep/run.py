@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -131,7 +130,8 @@ def run_sweep(
             remove_own(folder, OWN, kept=others)
         with Store(file) as store:
             store.agree(Origin("sweep", sweep.load_cases or sweep.scenario, sweep.inputs, engine.identity))
-            store.describe(_further(sweep, store.about()))
+            histories = {*sweep.histories, *_there(sweep, folder)}
+            store.describe(_further(sweep, histories | _histories_in(store.about())))
             finished = store.there(len(sweep))
             progress(there := int(finished.sum()))
             if there < len(sweep):
@@ -146,7 +146,7 @@ def run_sweep(
             endings = store.endings()
             failed, invalid, past = (_said(endings, kinds) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
             _, first = _said(endings, (*UNUSABLE, *PAST_LIMITS))
-        _write_histories(sweep, folder)
+        _write_histories(sweep, histories, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
     outcome = outcome_of(read_sweep(folder, says_use)[0], titles, len(sweep)) if titles else None
@@ -202,11 +202,10 @@ def _looked_at(sweep: Sweep) -> Iterator[int]:
         yield from (first + row * apart for row in range(1, rows) for first in firsts)
 
 
-def _further(sweep: Sweep, about: Mapping[str, str]) -> dict[str, str]:
+def _further(sweep: Sweep, histories: Iterable[int]) -> dict[str, str]:
     """What the store says of a sweep for those who read it, and of the files that it leaves beside the store."""
-    histories = sorted({*sweep.histories, *_histories_in(about)})
     said: dict[str, Any] = {"cases": len(sweep), "varied": [name for block in sweep.crossed for name in block]}
-    said |= {"seed": sweep.seed, _HISTORIES: histories, LOAD_CASES: _titles(sweep)}
+    said |= {"seed": sweep.seed, _HISTORIES: sorted(histories), LOAD_CASES: _titles(sweep)}
     return {name: json.dumps(value) for name, value in said.items()}
 
 
@@ -237,15 +236,25 @@ def _keeper(sweep: Sweep) -> Callable[[Rows], Rows]:
     return keep
 
 
-def _write_histories(sweep: Sweep, folder: Path) -> None:
-    """Compute the cases whose histories are wanted once more, and save those unless they are there."""
-    for number in sweep.histories:
+def _there(sweep: Sweep, folder: Path) -> set[int]:
+    """Numbers of the cases of a sweep of which a folder has histories or reports, of whatever sweep they are."""
+    files = own_files(folder, r"case_\d{1,9}\.(nc|html)")
+    return {number for file in files if (number := int(file.stem.removeprefix("case_"))) < len(sweep)}
+
+
+def _write_histories(sweep: Sweep, numbers: Iterable[int], folder: Path) -> None:
+    """Compute cases whose histories are wanted once more, and save those, unless they are there and of this sweep."""
+    for number in sorted(numbers):
         file = folder / _history(number)
-        with suppress(InputError):  # of a refused case; its row says why
+        try:
             scenario = sweep.scenario_of(number)
-            if not _is_of(file, scenario):
-                remove(file.with_suffix(".html"))  # its report
-                run(scenario).save(file)
+        except InputError:  # the case is refused; its row says why
+            remove(file)
+            remove(file.with_suffix(".html"))  # its report
+            continue
+        if not _is_of(file, scenario):
+            remove(file.with_suffix(".html"))
+            run(scenario).save(file)
 
 
 def _is_of(file: Path, scenario: Scenario) -> bool:
