@@ -15,9 +15,10 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -26,6 +27,7 @@ from typing import Any
 import mujoco
 import pandas as pd
 import pytest
+from builders import few
 from forked import Ended, Forked, Prepare, forked
 from kinds import BASE, TARGETS, TUBE, WANTED, draws
 from mutations import document
@@ -502,3 +504,34 @@ def test_export_writes_to_a_device_as_it_is(place: Path) -> None:
     said_no(ended, "/dev/full: cannot be written .*No space left")
     assert not Path("/dev/full").is_file()
     assert "<mujoco" in forked(place, "export", "b_type_wall", "--out", "/dev/stdout").stdout
+
+
+@pytest.mark.parametrize("times", few([2, 30], 1))
+def test_further_interruptions_do_not_disturb_the_end_of_a_sweep(place: Path, times: int) -> None:
+    """Breaks if native threads lose their law while they step: 6 of 24 second Ctrl-C were segmentation faults."""
+    command = COMMANDS["sweep"]
+
+    def prepare() -> None:
+        def again() -> None:
+            for _ in range(times):
+                os.kill(os.getpid(), signal.SIGINT)
+                time.sleep(0.01)
+
+        at(trainmj.cases.engine, "Computed", lambda: threading.Thread(target=again, daemon=True).start())()
+
+    ended = done(place, command, "--vary", "collision.gap_mm=20:50:60", "--threads", "2", prepare=prepare)
+    assert ended.returncode == 130, ended.stderr
+    assert ended.stderr == f"Stopped. What was finished is in {place / 'out'}; the same command goes on.\n"
+    whole_sweep(place / "out")
+
+
+def test_an_interruption_that_a_package_loses_may_be_given_again(place: Path) -> None:
+    """As some do that come while it is imported."""
+
+    def lose() -> None:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    command = COMMANDS["sweep"]
+    assert done(place, command, prepare=at(*command.works, lose)).returncode == 130

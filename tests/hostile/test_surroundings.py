@@ -349,3 +349,12 @@ def test_a_page_bears_any_text(tmp_path):
     page.section(f"Section {ALIEN}").text(f"Text {ALIEN}")
     page.write(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8").count("o\\udcfc") >= 4
+
+
+def test_a_file_may_have_a_name_as_long_as_the_system_allows(tmp_path, monkeypatch):
+    """120 letters of two bytes: the hidden name in the meantime was longer than 255 bytes."""
+    monkeypatch.chdir(tmp_path)
+    name = f"{'é' * 120}.xml"
+    result = CliRunner().invoke(main, ["export", "b_type_wall", "--out", name])
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / name).exists()

@@ -10,7 +10,8 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -29,34 +30,49 @@ from trainmj.cli.report import report
 from trainmj.errors import TrainmjError
 from trainmj.files.text import printable
 
+PATIENCE = 10.0
+"""How long a command has for its end, once it is interrupted, before a further interruption breaks it off [s]."""
+
+
+_ENDING = (KeyboardInterrupt, GeneratorExit, SystemExit)
+"""What is being handled while an interrupted command comes to its end."""
+
 
 @contextmanager
-def _ends_as_interrupted() -> Iterator[None]:
+def _ends_as_interrupted(alone: bool) -> Iterator[None]:
     """Let SIGTERM, and SIGHUP unless it is ignored, stop a command as Ctrl-C does, with exit code 128 and their number.
 
-    Batch systems and closed terminals send them; what is finished is written.
+    Batch systems and closed terminals send them; what is finished is written. One that comes again while the command
+    ends does not disturb that, for native threads may still be at work; after PATIENCE it ends the process at once.
+    alone says that the process does nothing else: then this lasts until it is gone.
     """
-    came: list[int] = []
+    came: list[tuple[int, float]] = []
 
     def stop(number: int, frame: Any) -> None:
-        came.append(number)
-        interrupted = signal.getsignal(signal.SIGINT)  # may hold it back for a while
-        if not callable(interrupted):  # ignored, as in a job in the background
-            raise KeyboardInterrupt
-        interrupted(signal.SIGINT, frame)
+        interrupted = signal.getsignal(signal.SIGINT)
+        if interrupted not in (stop, signal.SIG_IGN) and callable(interrupted):  # holds it back for a while
+            interrupted(number, frame)
+            return
+        if came and isinstance(sys.exc_info()[1], _ENDING):
+            if time.monotonic() - came[0][1] > PATIENCE:
+                os._exit(128 + number)  # as safe as kill -9
+            return
+        came.append((number, time.monotonic()))
+        raise KeyboardInterrupt  # again, too: some packages lose one that comes while they are imported
 
     allowed = threading.current_thread() is threading.main_thread()
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if allowed and hasattr(signal, name)]
-    changed = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    own = {signal.SIGINT: signal.default_int_handler}
+    own |= {getattr(signal, name): signal.SIG_DFL for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)}
+    changed = {number: before for number, before in own.items() if allowed and signal.getsignal(number) is before}
     for number in changed:
         signal.signal(number, stop)
     try:
         yield
     except SystemExit as end:
-        raise SystemExit(128 + came[0]) if came and end.code == 130 else end from None
+        raise SystemExit(128 + came[0][0]) if came and end.code == 130 else end from None
     finally:
-        for number in changed:
-            signal.signal(number, signal.SIG_DFL)
+        for number, before in changed.items():
+            signal.signal(number, signal.SIG_IGN if came and alone else before)
 
 
 class _Group(click.Group):
@@ -65,6 +81,8 @@ class _Group(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)  # as they are added, not by the alphabet
 
+    _alone = False  # in its process
+
     def __call__(self, *args: Any, **options: Any) -> Any:
         """Run as a program: MuJoCo's windows and pydantic's plugins would take longer to find than a collision."""
         gc.set_threshold(100_000)  # what is imported stays: looking for garbage in it takes a twentieth of a short run
@@ -72,9 +90,10 @@ class _Group(click.Group):
         os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
         return super().__call__(*args, **options)
 
-    def main(self, *args: Any, **options: Any) -> Any:
+    def main(self, args: Sequence[str] | None = None, *more: Any, **options: Any) -> Any:
+        self._alone = args is None
         streams.prepare()
-        return super().main(*args, **options)
+        return super().main(args, *more, **options)
 
     def make_context(self, *args: Any, **options: Any) -> click.Context:
         with _told():
@@ -84,7 +103,7 @@ class _Group(click.Group):
         from trainmj.output.style import without_settings
 
         without_settings()
-        with _ends_as_interrupted(), _told():
+        with _ends_as_interrupted(self._alone), _told():
             return super().invoke(ctx)
 
 

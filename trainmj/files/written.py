@@ -34,7 +34,7 @@ def replacing(file: str | Path) -> Iterator[Path]:
     """
     file = Path(file)
     stream = bool(_STREAM.fullmatch(os.path.abspath(file)))
-    part = file if stream else file.with_name(part_name(file.name[:200]))
+    part = file if stream else file.with_name(part_name(file.name))
     try:
         if not stream:
             if what := special(file):
@@ -56,13 +56,15 @@ def replacing(file: str | Path) -> Iterator[Path]:
                 part.unlink(missing_ok=True)
 
 
+_LONGEST = 200  # bytes of a name that stay in another one; file systems have 255
 UNFINISHED = re.compile(r"\.(.+)\.(\d+)\.\w{8}\.part")
 """Hidden names of what a process has not finished: name and process."""
 
 
 def part_name(name: str) -> str:
     """The hidden name of a file that this process has not finished, unlike any that is there."""
-    return f".{name}.{os.getpid()}.{token_hex(4)}.part"
+    begin = os.fsdecode(os.fsencode(name)[:_LONGEST]).encode("utf-8", "ignore").decode()  # no half of a letter
+    return f".{begin}.{os.getpid()}.{token_hex(4)}.part"
 
 
 def special(file: Path) -> str:

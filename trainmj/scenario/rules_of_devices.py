@@ -171,6 +171,9 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: flo
     if whole:
         at_rate = [parts.curve_points(at_rate.curve)[1] for at_rate in device.rate_curves()]
         yield from _units(path, length, most, size)
+        end = device.end()
+        if most == 0.0 and device.damping_kN_s_per_m == 0.0 and (end is None or end.kind == "hold"):
+            yield Problem(path, "has no force at any stroke: it would be pressed without an end")
         yield from _collapse(path, device, largest([most, *(largest(force) for force in at_rate)]))
 
 
