@@ -46,15 +46,16 @@ def envelopes(draw: st.DrawFn) -> Envelope:
     widths = [draw(st.floats(0.5, 30.0)), *(draw(part) for _ in range(n - 1)), 100.0]
     wide = [widths[0], *(after if before or after else 1.0 for before, after in pairwise(widths))]
     force = [draw(st.floats(0.0, 500.0)), *(draw(st.floats(10.0, 1500.0)) for _ in wide)]
-    stroke = np.concatenate([[0.0], np.cumsum(wide)])
+    stroke = np.concatenate([[0.0], np.cumsum(wide) + 1e-3 * np.pi])  # no step ends at a jump by chance
     damping = draw(st.sampled_from([0.0, 0.0, 5.0, 100.0, 3000.0]))
     stiffness = draw(st.floats(20.0, 400.0))
     return Envelope(stroke * MM, np.array(force) * 1e3, stiffness * 1e6, damping * 1e3)
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(envelopes(), st.lists(st.floats(-12.0, 20.0), min_size=1, max_size=4))
 @example(envelope([(0, 300), (40, 300), (40, 800), (90, 200)], 60), [19.0, 3.5, 10.0, -4.0])  # ends as it climbs
+@example(envelope([(0, 0), (1, 11), (1, 10), (101, 10)], 20), [1.0])  # ends at a jump
 def test_impulse_and_loss_over_a_step_are_those_of_many_small_ones(curve: Envelope, rates: list[float]):
     """On any path: up and down, through several points of the curve at once, through none, through no force.
 
@@ -62,11 +63,12 @@ def test_impulse_and_loss_over_a_step_are_those_of_many_small_ones(curve: Envelo
     """
     followed, small = Alone(curve, follows=True), Alone(curve)
     scale = 1e3 + np.max(curve.force)  # a jump counts for as much within one of the small steps
-    room = 5.0 * scale / N
+    steepest = np.max(np.abs(curve.slope[np.isfinite(curve.slope)]))
     u = 0.0
     for rate in rates:
         for n in range(2):
             to, before = u + rate * H, followed.force
+            room = (5.0 * scale + steepest * abs(rate) * H) / N  # what one of the small steps may miss
             lost, lost_small = followed.lost, small.lost
             force = followed.to(to, rate, H)
             forces = [small.force, *(small.to(u + (to - u) * k / N, rate, H / N) for k in range(1, N + 1))]

@@ -144,6 +144,7 @@ def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapse
     at, last = start, before
     mean = most = lost = 0.0
     crosses = True  # with the new rate the force may jump at once
+    close = 0.0 if is_crush else 2.0 * _BESIDE  # it may jump at the very end, too
     for n in range(_MOST_STOPS):
         if crosses:
             to = at + 2.0 * beside
@@ -152,7 +153,7 @@ def _through(s: Block, e: int, stroke: float, rate: float, at_end: float, elapse
         else:
             to = start + way * n / _STOPS
         crosses = is_crush and not crosses
-        ends = n == _MOST_STOPS - 1 or (stroke - to) / way <= 2.0 * _BESIDE
+        ends = n == _MOST_STOPS - 1 or (stroke - to) / way <= close
         if ends:
             to = stroke
         part = (to - at) / way
