@@ -86,7 +86,7 @@ class Command:
     args: tuple[str, ...]
     out: str
     whole: Callable[[Path], None]
-    works: tuple[Any, str] = (trainmj.cases.engine, "line_up")
+    works: tuple[Any, str] = (trainmj.collision.lots, "line_up")
     option: str = "--out"
     less: Callable[[], None] = lambda: None
 

@@ -38,15 +38,14 @@ def find_file(file: str | Path, ending: str, what: str) -> Path:
     """
     path, known = file_given(file), shipped_files(ending)
     try:
-        if path.is_file():
-            if str(file) in known and path.resolve() != known[str(file)].resolve():
-                raise InputError(
-                    f"{file}: is a file here, and the name of a shipped {what}: write ./{file} or {file}{ending}"
-                )
-            return path
-        folder = path.is_dir()
+        there, folder = path.is_file(), path.is_dir()
+        hides = there and str(file) in known and path.resolve() != known[str(file)].resolve()
     except (OSError, ValueError):
         raise InputError(f"{ascii(str(file))[:200]}: is not a usable file name") from None
+    if hides:
+        raise InputError(f"{file}: is a file here, and the name of a shipped {what}: write ./{file} or {file}{ending}")
+    if there:
+        return path
     name = str(file).removesuffix(ending)
     if name in known:
         return known[name]
