@@ -34,9 +34,9 @@ from mutations import document
 from PIL import Image
 
 import trainmj
-import trainmj.cases.engine
 import trainmj.collision.identity
 import trainmj.collision.kernel
+import trainmj.collision.lots
 import trainmj.collision.offsets
 import trainmj.collision.simulation
 import trainmj.identification.run

@@ -8,10 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import os
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -42,6 +38,7 @@ CASES_PER_TASK = 32
 _MOST_PER_TASK = 512
 _TASK_TIME = 0.25  # that a task shall take [s]: what is finished is kept soon
 _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
+_HERE = "127.0.0.1:0"
 _PATIENCE = 10.0  # with a scheduler that does not answer [s]
 _LONGER = 30.0  # with workers, which may have to read trainmj from a slow disk, or to be started again [s]
 _PAUSE = 0.01  # from one look for results to the next [s]
@@ -54,7 +51,7 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
     """An engine that computes on a cluster.
 
     Args:
-        address: of a Dask scheduler ("tcp://host:8786"), or "local" for one worker per core of this machine.
+        address: of a Dask scheduler ("tcp://host:8786"), or "local" for a worker in this process.
         scenario: what the cases vary.
 
     Raises:
@@ -72,21 +69,17 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
 
 @contextmanager
 def _local_client() -> Iterator[Client]:
-    """A client of workers on this machine, in a session of their own: Ctrl-C at the terminal is not for them."""
-    with LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster, Client(cluster) as client:
-        options = f"--nworkers {CPU_COUNT} --nthreads 1 --no-dashboard --death-timeout {_LONGER:g}".split()
-        command = [sys.executable, "-P", "-m", "distributed.cli.dask_worker", cluster.scheduler_address, *options]
-        quiet, found_here = subprocess.DEVNULL, {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        workers = subprocess.Popen(
-            command, stdin=quiet, stdout=quiet, stderr=quiet, env=os.environ | found_here, start_new_session=True
-        )
-        try:
+    """A client of a worker in this process, with a thread for each core; nothing listens: nobody else hands it work."""
+    at = {"dashboard_address": _HERE, "worker_dashboard_address": _HERE}
+    with LocalCluster(n_workers=1, threads_per_worker=CPU_COUNT, processes=False, **at) as cluster:
+
+        async def close() -> None:
+            for server in (cluster.scheduler, *cluster.workers.values()):
+                server.http_server.stop()  # Dask starts them even where no dashboard is asked for
+
+        cluster.sync(close)
+        with Client(cluster) as client:
             yield client
-        finally:
-            if hasattr(os, "killpg"):
-                os.killpg(workers.pid, signal.SIGKILL)  # what it has started too
-            workers.kill()
-            workers.wait()
 
 
 def _client(address: str) -> Client:

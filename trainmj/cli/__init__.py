@@ -70,6 +70,11 @@ def _ends_as_interrupted(alone: bool) -> Iterator[None]:
         yield
     except SystemExit as end:
         raise SystemExit(128 + came[0][0]) if came and end.code == 130 else end from None
+    except Exception:
+        if not came:
+            raise
+        click.echo("Stopped.", err=True)  # an interruption while a package is imported can come out as its own error
+        raise SystemExit(128 + came[0][0]) from None
     finally:
         for number, before in changed.items():
             signal.signal(number, signal.SIG_IGN if came and alone else before)
