@@ -198,24 +198,27 @@ def judged(place: Path, files: dict[Path, bytes], trial: Trial, damage: Callable
     folder = trial.file.parts[0]
     if trial.words[0] in ("report", "run") and trial.words[-1] in (str(trial.file), folder):
         read = trial.words[0] == "report" or (trial.file.suffix == ".nc" and "--out" not in trial.words)
-        if read and trial.file.name not in NOT_READ:
-            return "taken for sound"
-        return ""
-    compared = {
-        file: content for file, content in files.items() if file.suffix != ".sqlite" and file.parts[0] == folder
-    }
-    others = [file for file, content in compared.items() if not _same(copy / file, content)]
+        taken = read and trial.file.name not in NOT_READ and not _same(damaged, place / trial.file)
+        return "taken for sound" if taken else ""
+    compared = [file for file in files if file.suffix != ".sqlite" and file.parts[0] == folder]
+    others = [file for file in compared if not _same(copy / file, place / file)]
     return f"other numbers in {', '.join(map(str, others))}" if others else ""
 
 
-def _same(file: Path, content: bytes) -> bool:
-    """Whether a file, if it is there, has this content; in JSON, in whatever order."""
+def _same(file: Path, sound: Path) -> bool:
+    """Whether a file, if it is there, says what a sound one says: JSON in whatever order, a database in its tables."""
     if not file.exists():
         return True
     if file.suffix == ".json":
-        one, other = (json.loads(text) for text in (file.read_bytes(), content))
-        return one | {"digest": 0} == other | {"digest": 0}
-    return file.stat().st_size == len(content) and file.read_bytes() == content
+        one, other = (json.loads(each.read_bytes()) for each in (file, sound))
+        return bool(one | {"digest": 0} == other | {"digest": 0})
+    if file.suffix == ".sqlite":
+        said = []
+        for each in (file, sound):
+            with closing(sqlite3.connect(each)) as db:
+                said.append(list(db.iterdump()))
+        return said[0] == said[1]
+    return file.stat().st_size == sound.stat().st_size and file.read_bytes() == sound.read_bytes()
 
 
 NOT_READ = ("results.csv", "bodies.csv", "histories.csv", "interfaces.csv", "vehicles.csv")
