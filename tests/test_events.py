@@ -65,7 +65,8 @@ def test_impulse_and_loss_over_a_step_are_those_of_many_small_ones(curve: Envelo
     """On any path: up and down, through several points of the curve at once, through none, through no force.
 
     What is lost is the work less what the spring holds more. The small steps book a little more themselves where a
-    dashpot holds the force at the curve and this falls: they count it with the spring. The rate stays the same for two steps; what a dashpot does where it changes at once is not compared.
+    dashpot holds the force at the curve and this falls: they count it with the spring. The rate stays the same for two
+    steps; what a dashpot does where it changes at once is not compared.
     """
     followed, small = Alone(curve, follows=True), Alone(curve)
     scale = 1e3 + np.max(curve.force)  # a jump counts for as much within one of the small steps
