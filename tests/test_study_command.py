@@ -287,14 +287,15 @@ def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
     def prepare():
         add, finished = Store.add, []
 
-        def killing(self, rows, columns):
-            add(self, rows, columns)
-            finished.extend(rows)
+        def killing(self, rows):
+            add(self, rows)
+            finished.extend(key for some in rows for key in some.keys)
             if len(finished) == 20:
                 os.kill(os.getpid(), signal.SIGKILL)
 
         Store.add = killing
         trainmj.cases.runner.COMMIT_EVERY = 0.0
+        trainmj.cases.engine._AT_ONCE = 1
 
     words = ("study", file, "--out", tmp_path / "out", "--figures", "none", "--threads", "1")
     assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL

@@ -321,10 +321,11 @@ def test_killed_five_times_and_gone_on_with_the_table_is_the_same(undisturbed, t
     def sweep(folder, seconds=0.0):
         def prepare():
             trainmj.cases.runner.COMMIT_EVERY = 0.01
-            trainmj.collision.batch.run_chains.__defaults__ = (
-                0,
-                8,
-            )  # few side by side, so that they end one after the other
+            trainmj.collision.batch._PATIENCE = 0.0
+            trainmj.collision.batch.steps_within = lambda chain: 0  # slower, with the same bits
+            trainmj.cases.engine._AT_ONCE = 4  # few in a lot, and side by side, so that they end one after the other
+            run_lots = trainmj.collision.batch.run_lots
+            run_lots.__defaults__ = (0, 8, *run_lots.__defaults__[2:])
             signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process without a word
 
         return forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", folder, prepare=prepare)
@@ -334,7 +335,7 @@ def test_killed_five_times_and_gone_on_with_the_table_is_the_same(undisturbed, t
     after = os.times()
     whole = after.children_user + after.children_system - before.children_user - before.children_system
     seen, counts = set(), []
-    for share in np.random.default_rng(11).uniform(0.1, 0.8, 5):  # before the first case, between commits, at the end
+    for share in np.random.default_rng(11).uniform(0.3, 1.0, 5):  # before the first case, between commits, at the end
         assert sweep("killed", share * whole).returncode in (-signal.SIGPROF, 0)
         there = _finished(tmp_path / "killed" / "results.sqlite")
         assert seen <= there, "a finished case was lost"
@@ -440,6 +441,7 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("trainmj.cases.runner.COMMIT_EVERY", 0.0)
+        patch.setattr("trainmj.cases.engine._AT_ONCE", 2)
         trainmj.run_sweep(sweep, tmp_path, progress=look)
     assert len(set(seen)) > 10
     with closing(sqlite3.connect(tmp_path / "results.sqlite")) as writer, pytest.MonkeyPatch.context() as patch:

@@ -12,6 +12,7 @@ from trainmj.cases.engine import Engine
 from trainmj.cases.rows import Row, Rows
 from trainmj.cases.store import Store
 from trainmj.collision.cases import Cases
+from trainmj.collision.interrupts import held_back
 from trainmj.collision.status import UNUSABLE
 from trainmj.doe.arrays import FloatArray
 
@@ -37,10 +38,11 @@ def fill(
 
     def write() -> None:
         nonlocal waiting, written, finished, n
-        if waiting:
-            store.add(waiting)
-        finished += n
-        waiting, written, n = [], time.monotonic(), 0
+        with held_back():  # what is written is not written again where a Ctrl-C comes
+            if waiting:
+                store.add(waiting)
+            finished += n
+            waiting, written, n = [], time.monotonic(), 0
         progress(finished)
 
     try:
