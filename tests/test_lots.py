@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from builders import few
 
 import trainmj
 from trainmj.collision import lots, played
@@ -137,7 +138,7 @@ def scenario_of(name: str) -> Scenario:
 ALONG = ("b_type", "b_type_wall", "wagon_80t", "fra_cem_train", "every_kind", "built", *BODIES)
 
 
-@pytest.mark.parametrize("name", ALONG)
+@pytest.mark.parametrize("name", few(ALONG, 3))
 def test_numbers_of_cases_in_lots_are_those_of_each_alone(name):
     """Of as many values at once as a study or a reliability run varies."""
     scenario, rng = scenario_of(name), np.random.default_rng(5)
@@ -162,6 +163,7 @@ def test_each_number_of_a_scenario_may_vary(name, caplog):
     assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["b_type_vertical", "emu_vertical"])
 def test_in_the_vertical_plane_numbers_are_those_of_each_alone(name):
     scenario, rng = scenario_of(name), np.random.default_rng(7)

@@ -61,6 +61,7 @@ def test_more_threads_gain_until_the_lock_is_always_taken(performance):
     assert gains[-1] == pytest.approx(10, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_process_measures_a_sweep_mujoco_and_the_loop(module):
     """Breaks if a piece of work of the benchmark does not run, or the bare loop computes something else."""
     turns = module("turns")
