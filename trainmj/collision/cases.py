@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby, islice
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -54,11 +54,18 @@ class Cases:
 
 
 def gathered(cases: Iterable[tuple[Any, Case]]) -> Iterator[Cases]:
-    """Cases that come one by one, each a key and its changes, put together where neighbours change the same values."""
-    for names, same in groupby(cases, key=lambda case: tuple(case[1])):
-        while some := list(islice(same, AT_ONCE)):
-            values = [[changes[name] for _, changes in some] for name in names]
-            yield Cases([key for key, _ in some], [(name,) for name in names], values)
+    """Cases that come one by one, each a key and its changes, put together where they change the same values.
+
+    That is so many at a time: those of a trial may change other values each, and those of the next one these again.
+    """
+    source = iter(cases)
+    while some := list(islice(source, AT_ONCE)):
+        alike: dict[tuple[str, ...], list[tuple[Any, Case]]] = {}
+        for key, changes in some:
+            alike.setdefault(tuple(changes), []).append((key, changes))
+        for names, same in alike.items():
+            values = [[changes[name] for _, changes in same] for name in names]
+            yield Cases([key for key, _ in same], [(name,) for name in names], values)
 
 
 def _grouped(values: Iterable[tuple[Name, Any]]) -> dict[Any, Any]:
