@@ -2,7 +2,7 @@
 
     python benchmarks/performance.py [--quick | --long] [--against DIR] [--json FILE] [--print FILE]
 
-DIR is an older checkout, such as ``git worktree add /tmp/older REVISION`` makes; it runs in a process of its own with
+DIR is an older checkout, such as ``git worktree add ../older REVISION`` makes; it runs in a process of its own with
 the packages of this environment. Competitors take turns (:mod:`turns`); quote the ratios. FILE of --json gets all
 figures, and keeps those of an earlier run with --long. --print writes the tables of docs/performance.md from such a
 file and measures nothing. Linux only.

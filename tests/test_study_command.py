@@ -295,7 +295,7 @@ def test_a_killed_study_goes_on_and_ends_as_if_nothing_had_happened(tmp_path):
 
         Store.add = killing
         trainmj.cases.runner.COMMIT_EVERY = 0.0
-        trainmj.cases.engine._AT_ONCE = 1
+        trainmj.cases.engine.SIZE = 1
 
     words = ("study", file, "--out", tmp_path / "out", "--figures", "none", "--threads", "1")
     assert forked(tmp_path, *words, prepare=prepare).returncode == -signal.SIGKILL

@@ -323,7 +323,7 @@ def test_killed_five_times_and_gone_on_with_the_table_is_the_same(undisturbed, t
             trainmj.cases.runner.COMMIT_EVERY = 0.01
             trainmj.collision.batch._PATIENCE = 0.0
             trainmj.collision.batch.steps_within = lambda chain: 0  # slower, with the same bits
-            trainmj.cases.engine._AT_ONCE = 4  # few in a lot, and side by side, so that they end one after the other
+            trainmj.cases.engine.SIZE = 4  # few in a lot, and side by side, so that they end one after the other
             run_lots = trainmj.collision.batch.run_lots
             run_lots.__defaults__ = (0, 8, *run_lots.__defaults__[2:])
             signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process without a word
@@ -441,7 +441,7 @@ def test_a_table_can_be_read_while_it_is_written(tmp_path):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("trainmj.cases.runner.COMMIT_EVERY", 0.0)
-        patch.setattr("trainmj.cases.engine._AT_ONCE", 2)
+        patch.setattr("trainmj.cases.engine.SIZE", 2)
         trainmj.run_sweep(sweep, tmp_path, progress=look)
     assert len(set(seen)) > 10
     with closing(sqlite3.connect(tmp_path / "results.sqlite")) as writer, pytest.MonkeyPatch.context() as patch:

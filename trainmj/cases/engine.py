@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Protocol
 
 from trainmj.cases.rows import Rows, Values, refused
@@ -13,14 +13,13 @@ from trainmj.collision.cases import Cases
 from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.lot import Lot
-from trainmj.collision.lots import Lots, Refused
+from trainmj.collision.lots import SIZE, Lots, Refused
 from trainmj.collision.quantities import columns_of, fitting
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
     from trainmj.collision.found import Found
 
-_AT_ONCE = 128  # cases of a lot: as many as a thread has places for
 ALL: Sequence[str] = ("*",)
 """The pattern of all responses."""
 
@@ -76,11 +75,12 @@ class Local:
     @cached_property
     def _lots(self) -> Lots:
         """Puts cases into lots; what it has found out about them serves the next ones, too."""
-        return Lots(self.scenario, size=_AT_ONCE)
+        return Lots(self.scenario, size=SIZE)
 
-    def _wanted(self, chain: Chain) -> Collection[str]:
-        """Names of the columns that are wanted of a chain."""
-        return fitting(self.responses, columns_of(chain))
+    @cached_property
+    def _wanted(self) -> Callable[[Chain], Collection[str]]:
+        """Gives the names of the columns that are wanted of a chain; lots of one structure have the same one."""
+        return lru_cache(maxsize=8)(lambda chain: fitting(self.responses, columns_of(chain)))
 
 
 def _refused(lost: deque[Refused]) -> Rows:

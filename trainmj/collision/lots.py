@@ -20,8 +20,8 @@ from trainmj.errors import InputError
 from trainmj.scenario import Scenario
 from trainmj.symbol import Tape
 
-SIZE = 256
-"""Most cases of a lot."""
+SIZE = 128
+"""Most cases of a lot: as many as a thread of a batch has places for."""
 
 _WORTH = 12  # cases of a kind that make up for a trace
 _TRACES = 8  # that are kept of a kind

@@ -10,7 +10,7 @@ import numpy as np
 from trainmj.collision.block import Tallies
 from trainmj.collision.chain import Chain, Element
 from trainmj.collision.elementwise import added, picked, positive
-from trainmj.collision.envelope import Array, BoolArray, IntArray
+from trainmj.collision.envelope import Array, BoolArray, Envelope, IntArray, work_along
 from trainmj.collision.kind import Kind, Law
 from trainmj.collision.lot import Lot
 
@@ -141,20 +141,29 @@ class Used:
             (n_case, n_law) how many points each has, and (4, n_case, n_law, most) their strokes, forces, the slopes
             behind them and the work up to them.
         """
-        n = self._lot.values(lambda chain: [law.loading.climbing.stroke.size for _, law in _laws(chain)]).astype(int)
-        most = int(n.max(initial=0))
-
-        def filled(values: Array) -> list[float]:
-            return [*values.tolist(), *values[-1:].tolist() * (most - len(values))]
-
-        def points(chain: Chain) -> list[list[list[float]]]:
-            paths = (law.loading.climbing for _, law in _laws(chain))
-            return [[filled(path.stroke), filled(path.force), filled(path.slope)] for path in paths]
-
-        stroke, force, slope = np.moveaxis(self._lot.values(points), -2, 0)
-        steps = 0.5 * (force[..., 1:] + force[..., :-1]) * np.diff(stroke)
-        work = np.concatenate([np.zeros_like(stroke[..., :1]), np.cumsum(steps, axis=-1)], axis=-1)
-        return n, np.stack([stroke, force, slope, work])
+        sizes = [law.loading.stroke.size for law in self.laws]
+        widest = max(sizes, default=0)
+        stated = self._lot.values(
+            lambda chain: [_stated(law.loading, widest - law.loading.stroke.size) for _, law in _laws(chain)]
+        )
+        same = bool((stated == stated[:1]).all())  # of most sweeps
+        found: dict[tuple[int, bytes], int] = {}  # how a curve is climbed depends on its numbers: each is once
+        which = [
+            [
+                found.setdefault((size, values.tobytes()), len(found))
+                for size, values in zip(sizes, of_case, strict=True)
+            ]
+            for of_case in (stated[:1] if same else stated)
+        ]
+        paths = [_climbed(size, np.frombuffer(values)) for size, values in found]
+        most = max((path.stroke.size for path in paths), default=0)
+        table = np.empty((4, len(paths), most))
+        for k, path in enumerate(paths):
+            points = (path.stroke, path.force, path.slope, work_along(path.stroke, path.force))
+            for row, values in zip(table[:, k], points, strict=True):
+                row[: values.size], row[values.size :] = values, values[-1]
+        at = np.broadcast_to(np.array(which, dtype=int), stated.shape[:2])
+        return np.array([path.stroke.size for path in paths], dtype=int)[at], table[:, at]
 
     @cached_property
     def _alike(self) -> list[_Alike]:
@@ -186,6 +195,17 @@ class _Alike:
         places = self.places
         values = self._lot.values(lambda chain: [law.curves[n] for law in _some(chain, places)])
         return np.ascontiguousarray(np.moveaxis(values, -2, 0))
+
+
+def _stated(curve: Envelope, missing: int) -> list[float]:
+    """The numbers of a curve, and zeros for so many points that others have more."""
+    last = curve.stiffness, curve.damping, curve.last_slope
+    return [*curve.stroke.tolist(), *curve.force.tolist(), *[0.0] * (2 * missing), *last]
+
+
+def _climbed(size: int, stated: Array) -> Envelope:
+    """What :func:`_stated` gave of a curve of so many points, climbed."""
+    return Envelope(stated[:size], stated[size : 2 * size], *stated[-3:].tolist()).climbing
 
 
 def _some(chain: Chain, places: Sequence[int]) -> list[Law]:
