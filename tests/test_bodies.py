@@ -14,7 +14,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.remarks import remarks
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
-from trainmj.collision.stability import largest_step
+from trainmj.collision.stability import is_stable, largest_step
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError
 from trainmj.scenario import Scenario, load
@@ -328,6 +328,16 @@ def test_a_step_that_is_too_large_for_the_members_is_refused():
     steps = [(part, replace(case, step=part * limit, steps_per_record=7)) for part in (0.98, 1.05)]
     found = {part: summary.status.kind.value for part, summary in run_chains(steps)}
     assert found == {0.98: "over", 1.05: "unstable"}
+
+
+@pytest.mark.parametrize("body", [STIFF, {**STIFF, "bogies": {"mass_t": 6, "centres_m": 12}}])
+def test_what_is_refused_is_what_eigenvalues_refuse(body):
+    """Elimination tells it at once; breaks if it lets pass a step that is too large, or asks too often."""
+    for name in ("b_type", "b_type_wall"):
+        case = line_up(b_type(body, name))
+        limit = largest_step(case)
+        for part, stable in ((0.5, True), (1.0 - 1e-7, True), (1.0, True), (1.0 + 1e-7, False), (1.5, False)):
+            assert is_stable(replace(case, step=part * limit)) is stable, (name, part)
 
 
 def test_quantities_of_bodies_are_there_where_a_body_gives():

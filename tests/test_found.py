@@ -57,13 +57,10 @@ def ran(case: Chain) -> Run:
 
 
 def together(runs: list[Run]) -> Measured:
-    """As the cases of one lot; behind the end of a short one there are numbers that belong to nothing."""
-    most = max(len(run.velocity) for run in runs)
-    recorded = np.full((len(runs), most, runs[0].velocity.shape[1]), 1e9)
-    for k, run in enumerate(runs):
-        recorded[k, : len(run.velocity)] = run.velocity
-    blocks, n = np.array([run.block for run in runs]), np.array([len(run.velocity) for run in runs])
-    return Measured.of(Chains(range(len(runs)), [run.chain for run in runs]), runs[0].layout, blocks, n, recorded)
+    """As the cases of one lot."""
+    lot = Chains(range(len(runs)), [run.chain for run in runs])
+    blocks = np.array([run.block for run in runs])
+    return Measured.of(lot, runs[0].layout, blocks, [run.velocity for run in runs])
 
 
 B_TYPE = {

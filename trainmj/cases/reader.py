@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trainmj.cases.store import CASE, FILE, about_in, connected, in_order, read_columns, responses_in, selected
-from trainmj.collision.quantities import Column
+from trainmj.collision.quantities import Column, Columns
 from trainmj.errors import InputError, OutputError
 from trainmj.files.arguments import path_given
 from trainmj.files.folder import is_held
@@ -76,7 +76,7 @@ def read_sweep(
     except OutputError as error:
         raise InputError(str(error)) from None
     table = pd.concat([table, pd.DataFrame(numbers, index=table.index, columns=names)], axis=1)
-    table.attrs["columns"] = columns
+    table.attrs["columns"] = Columns(columns)
     return table, about
 
 

@@ -22,7 +22,7 @@ import numpy as np
 from trainmj.cases.engine import Local
 from trainmj.cases.rows import STATUS, Rows
 from trainmj.collision.cases import Cases
-from trainmj.collision.quantities import Column, matching, ordered
+from trainmj.collision.quantities import Column, Columns, matching, ordered
 from trainmj.errors import InputError
 from trainmj.files.arguments import listed
 from trainmj.scenario import Scenario, scenario_given
@@ -73,7 +73,7 @@ def run_cases(
     names = chosen(responses, {column.name: column for column in ordered(columns.values())})
     wanted = {name: columns[name] for name in names if name in columns}
     table = pd.concat([cases, _as_table(found, len(cases), list(wanted)).set_index(cases.index)], axis=1)
-    table.attrs["columns"] = wanted
+    table.attrs["columns"] = Columns(wanted)
     return table
 
 

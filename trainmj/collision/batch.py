@@ -240,19 +240,19 @@ class _Begun:
 
     def __init__(self, lot: Lot, layout: Layout) -> None:
         self.lot = lot
-        self.blocks = lot.blocks(layout)
+        self.blocks = lot.blocks(layout)  # with which each case begins, then those that it ends with
         self.qpos, self.qvel = lot.values(lambda chain: chain.start_qpos), lot.values(lambda chain: chain.start_qvel)
         self.numbers = {name: lot.values(_number(name)) for name in numbers_of(lot.chain)}
         self.next = 0  # case to begin
-        self._left: dict[int, tuple[Array, Array]] = {}  # block and records of each case that has ended
+        self._left: dict[int, Array] = {}  # records of each case that has ended
         self._since = 0.0  # when the first of them did
         self._open = len(lot)  # cases that have not
 
     def end(self, case: int, block: Array, recorded: Array) -> None:
-        """Keep what a case left behind."""
+        """Keep what a case left behind: its block, which is copied, and its records, which are not."""
         if not self._left:
             self._since = time.monotonic()
-        self._left[case] = block, recorded
+        self.blocks[case], self._left[case] = block, recorded
         self._open -= 1
 
     @property
@@ -269,12 +269,9 @@ class _Begun:
         """The cases that have ended since this was asked last."""
         cases, left = sorted(self._left), self._left
         self._left = {}
-        lot = self.lot if len(cases) == len(self.lot) else self.lot.take(cases)
-        n_records = np.array([len(left[case][1]) for case in cases])
-        recorded = np.zeros((len(cases), n_records.max(), left[cases[0]][1].shape[1]))
-        for place, case in enumerate(cases):
-            recorded[place, : n_records[place]] = left[case][1]
-        return Measured.of(lot, layout, np.array([left[case][0] for case in cases]), n_records, recorded)
+        whole = len(cases) == len(self.lot)
+        lot, blocks = (self.lot, self.blocks) if whole else (self.lot.take(cases), self.blocks[cases])
+        return Measured.of(lot, layout, blocks, [left[case] for case in cases])
 
 
 @cache
@@ -336,7 +333,7 @@ class _Engine:
                 free.append(place)
                 n = int(self._blocks[place, Head.RECORDS])
                 recorded = self._history[place].reshape(-1, self._history.shape[-1])[:n]
-                of.end(case, self._blocks[place].copy(), recorded.copy())
+                of.end(case, self._blocks[place], recorded.copy(order="F"))
             for of in [of for of in open_ if of.due]:
                 measured = of.measured(self.layout)
                 if of.is_over:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Self
 
@@ -59,21 +59,21 @@ class Measured:
         lot: what was collided.
         chain: of the first case, for what is the same in all of them.
         tally: from every step.
-        n_records: (n_case,) records of each case.
-        recorded: (n_case, n_most, n_vehicle) speeds at the records [m/s]; behind the last one of a case anything.
+        recorded: (n_case,) speeds of each case at its records, (n_record, n_vehicle) [m/s]; fastest where those of a
+            vehicle are side by side in memory.
     """
 
-    def __init__(self, lot: Lot, tally: Tallies, n_records: IntArray, recorded: Array) -> None:
+    def __init__(self, lot: Lot, tally: Tallies, recorded: Sequence[Array]) -> None:
         """Take what was collided, the tallies and the records."""
         self.lot, self.chain = lot, lot.chain
-        self.tally, self.n_records, self.recorded = tally, n_records, recorded
-        self._time = self.chain.record_times(recorded.shape[1])
+        self.tally, self.recorded = tally, recorded
+        self._time = self.chain.record_times(max(map(len, recorded)))
         self._impacts: dict[float, tuple[Array, Array]] = {}
 
     @classmethod
-    def of(cls, lot: Lot, layout: Layout, blocks: Array, n_records: IntArray, recorded: Array) -> Self:
+    def of(cls, lot: Lot, layout: Layout, blocks: Array, recorded: Sequence[Array]) -> Self:
         """From the blocks (n_case, size) of simulations, which must not change any more, and what they recorded."""
-        return cls(lot, Tallies.of(layout, blocks), n_records, recorded)
+        return cls(lot, Tallies.of(layout, blocks), recorded)
 
     @classmethod
     def of_one(cls, chain: Chain, tally: Tally, time: Array, velocity: Array) -> Self:
@@ -85,20 +85,20 @@ class Measured:
             time: (n_sample,) [s], evenly spaced.
             velocity: (n_sample, n_vehicle) [m/s].
         """
-        found = cls(Chains([0], [chain]), Tallies.of_one(tally), np.array([len(time)]), velocity[None])
+        found = cls(Chains([0], [chain]), Tallies.of_one(tally), [np.asfortranarray(velocity)])
         found._time = time
         return found
 
     def __len__(self) -> int:
         """How many cases there are."""
-        return len(self.n_records)
+        return len(self.recorded)
 
     def take(self, places: IntArray) -> Measured:
         """Some of the cases, in this order."""
         if np.array_equal(places, np.arange(len(self))):
             return self
         lot = self.lot.take(places.tolist())
-        return Measured(lot, self.tally.take(places), self.n_records[places], self.recorded[places])
+        return Measured(lot, self.tally.take(places), [self.recorded[place] for place in places])
 
     # what was collided
 
@@ -327,13 +327,9 @@ class Measured:
 
     @cached_property
     def histories(self) -> list[tuple[Array, Array, bool]]:
-        """Of each case its times (n_sample,), speeds (n_sample, n_vehicle), and whether it was cut off at their end.
-
-        The speeds of a vehicle are side by side in memory.
-        """
+        """Of each case its times (n_sample,), speeds (n_sample, n_vehicle), and whether it was cut off at their end."""
         cut = (~self.tally.is_over).tolist()
-        cases = zip(self.recorded, self.n_records.tolist(), cut, strict=True)
-        return [(self._time[:n], np.asfortranarray(speeds[:n]), ends) for speeds, n, ends in cases]
+        return [(self._time[: len(speeds)], speeds, ends) for speeds, ends in zip(self.recorded, cut, strict=True)]
 
     def of_histories(self, of: Callable[[Array, Array, bool], Array]) -> Array:
         """(n_case, n_vehicle) what a function makes of times, speeds and whether they were cut off, case by case."""

@@ -50,14 +50,18 @@ class Column(NamedTuple):
     quantity: str
     place: tuple[int, ...]
 
-    def __deepcopy__(self, memo: object) -> Self:
-        """Itself, as nothing in it can change: pandas copies what a table carries whenever a column of it is taken."""
-        return self
-
     @property
     def of_partner(self) -> bool:
         """Whether it is of a vehicle or an interface of the partner."""
         return bool(self.place[0] and self.place[1])
+
+
+class Columns(dict[str, Column]):
+    """Responses by the names of their columns, as tables carry them; not to be changed."""
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Itself: pandas copies what a table carries whenever a part of it is taken."""
+        return self
 
 
 @dataclass(frozen=True, eq=False)
