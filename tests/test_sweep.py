@@ -325,7 +325,7 @@ def test_killed_five_times_and_gone_on_with_the_table_is_the_same(undisturbed, t
             trainmj.collision.batch.steps_within = lambda chain: 0  # slower, with the same bits
             trainmj.cases.engine.SIZE = 4  # few in a lot, and side by side, so that they end one after the other
             run_lots = trainmj.collision.batch.run_lots
-            run_lots.__defaults__ = (0, 8, *run_lots.__defaults__[2:])
+            run_lots.__defaults__ = (0, 8)
             signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process without a word
 
         return forked(tmp_path, "sweep", "b_type", *CASES, *FAST, "--out", folder, prepare=prepare)

@@ -18,7 +18,7 @@ from trainmj.collision.quantities import columns_of, fitting
 from trainmj.scenario import Scenario
 
 if TYPE_CHECKING:
-    from trainmj.collision.found import Found
+    from trainmj.collision.measured import Measured
 
 ALL: Sequence[str] = ("*",)
 """The pattern of all responses."""
@@ -65,8 +65,8 @@ class Local:
                 else:
                     yield lot
 
-        for found in run_lots(accepted(), self.threads, wanted=self._wanted):
-            yield _rows(found, self.channels)
+        for rows in run_lots(accepted(), self._rows, self.threads):
+            yield rows
             if lost:
                 yield _refused(lost)
         if lost:
@@ -76,6 +76,18 @@ class Local:
     def _lots(self) -> Lots:
         """Puts cases into lots; what it has found out about them serves the next ones, too."""
         return Lots(self.scenario, size=SIZE)
+
+    def _rows(self, measured: Measured) -> Rows:
+        """The rows of some cases."""
+        from trainmj.collision.found import Found  # loads the law
+
+        found = Found(measured, self._wanted(measured.chain))
+        facts: dict[str, Values] = {"status": found.kinds, "reason": found.reasons}
+        traces = found.channels(self.channels)
+        for name in self.channels:
+            if any(name in kept for kept in traces):
+                facts[name] = [kept[name].packed() if name in kept else None for kept in traces]
+        return Rows(found.keys, facts, found.columns, found.numbers, found.limits)
 
     @cached_property
     def _wanted(self) -> Callable[[Chain], Collection[str]]:
@@ -87,13 +99,3 @@ def _refused(lost: deque[Refused]) -> Rows:
     """The rows of all cases that are there; they are taken away."""
     some = [lost.popleft() for _ in range(len(lost))]
     return refused([case.key for case in some], [case.reason for case in some])
-
-
-def _rows(found: Found, channels: Sequence[str]) -> Rows:
-    """The rows of some cases."""
-    facts: dict[str, Values] = {"status": found.kinds, "reason": found.reasons}
-    traces = found.channels(channels)
-    for name in channels:
-        if any(name in kept for kept in traces):
-            facts[name] = [kept[name].packed() if name in kept else None for kept in traces]
-    return Rows(found.keys, facts, found.columns, found.numbers, found.limits)

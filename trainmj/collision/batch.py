@@ -10,13 +10,13 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from queue import SimpleQueue
 from threading import Event, Lock
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -51,7 +51,7 @@ _LONGEST = 2e-3  # step of MuJoCo's over several records [s]
 _ENGINES = 8  # kept for sizes that come again
 
 Key = TypeVar("Key")
-Wanted = Callable[[Chain], Collection[str] | None]
+Seen = TypeVar("Seen")
 
 
 class _Size(NamedTuple):
@@ -89,28 +89,29 @@ class _Size(NamedTuple):
 
 
 def run_lots(
-    lots: Iterable[Lot], threads: int = 0, places: int = PLACES, wanted: Wanted = lambda _: None
-) -> Iterator[Found]:
-    """Compute the collisions of lots side by side and yield their numbers, some cases at a time, as they end.
+    lots: Iterable[Lot], look: Callable[[Measured], Seen], threads: int = 0, places: int = PLACES
+) -> Iterator[Seen]:
+    """Compute the collisions of lots side by side and yield what is seen of them, some cases at a time, as they end.
 
     Every number equals that of a single run, bit for bit, whatever the threads, places and order.
 
     Args:
         lots: taken as they are needed, by one thread at a time.
+        look: makes of what some cases of a lot left behind all that is needed of it, in the thread that computed them;
+            what it does not take with it makes room for others.
         threads: 0 for all cores.
         places: simulations side by side in each thread.
-        wanted: names of the columns that are, of a chain of the lot; None for all.
 
     Yields:
-        Parts of lots, in the order in which their cases end.
+        What was seen of parts of lots, in the order in which their cases end.
     """
     threads = threads or n_cores()
     queue = _Queue(lots)
     with kernel.installed():
         if threads == 1:
-            yield from _work(queue, places, wanted)
+            yield from map(look, _work(queue, places))
         else:
-            yield from _in_threads(threads, queue, places, wanted)
+            yield from _in_threads(threads, queue, places, look)
 
 
 def run_chains(
@@ -127,10 +128,16 @@ def run_chains(
     Yields:
         The key and the numbers of each case, in the order in which they end.
     """
-    for found in run_lots((Chains([key], [chain]) for key, chain in cases), threads, places):
-        kept = found.channels(channels)
-        for case, key in enumerate(found.keys):
-            yield key, replace(found.summary(case), channels=kept[case])
+    lots = (Chains([key], [chain]) for key, chain in cases)
+    for seen in run_lots(lots, partial(_summaries, channels), threads, places):
+        yield from seen
+
+
+def _summaries(channels: Sequence[str], measured: Measured) -> list[tuple[Any, Summary]]:
+    """The key and the numbers of some cases."""
+    found = Found(measured)
+    kept = found.channels(channels)
+    return [(key, replace(found.summary(case), channels=kept[case])) for case, key in enumerate(found.keys)]
 
 
 def n_cores() -> int:
@@ -152,7 +159,7 @@ def steps_within(chain: Chain) -> int:
     return records * chain.steps_per_record
 
 
-def _work(queue: _Queue, places: int, wanted: Wanted) -> Iterator[Found]:
+def _work(queue: _Queue, places: int) -> Iterator[Measured]:
     """Compute what is in a queue, one size after the other."""
     engines: dict[_Size, _Engine] = {}
     while (found := queue.fullest()) is not None:
@@ -160,20 +167,19 @@ def _work(queue: _Queue, places: int, wanted: Wanted) -> Iterator[Found]:
         if size not in engines:
             if len(engines) == _ENGINES:
                 del engines[next(iter(engines))]
-            engines[size] = _Engine(chain, size, places, wanted)
+            engines[size] = _Engine(chain, size, places)
         yield from engines[size].run(queue.take(size))
 
 
-def _in_threads(threads: int, queue: _Queue, places: int, wanted: Wanted) -> Iterator[Found]:
+def _in_threads(threads: int, queue: _Queue, places: int, look: Callable[[Measured], Seen]) -> Iterator[Seen]:
     """The same in several threads: while MuJoCo steps in one, Python prepares and measures in another."""
-    ended: SimpleQueue[Found | None] = SimpleQueue()
+    ended: SimpleQueue[list[Seen] | None] = SimpleQueue()  # None behind the last of a thread
     stop = Event()
 
     def work() -> None:
         try:
-            for found in _work(queue, places, wanted):
-                found.numbers, found.reasons  # noqa: B018 computed here, and not by the one who takes them
-                ended.put(found)
+            for measured in _work(queue, places):
+                ended.put([look(measured)])
                 if stop.is_set():
                     return
         finally:
@@ -183,11 +189,11 @@ def _in_threads(threads: int, queue: _Queue, places: int, wanted: Wanted) -> Ite
         workers = [pool.submit(work) for _ in range(threads)]
         try:
             while threads:
-                found = ended.get()
-                if found is None:
+                seen = ended.get()
+                if seen is None:
                     threads -= 1
                 else:
-                    yield found
+                    yield from seen
             for worker in workers:
                 worker.result()  # raises what stopped it
         finally:
@@ -283,8 +289,7 @@ def _number(name: str) -> Callable[[Chain], Array]:
 class _Engine:
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
-    def __init__(self, chain: Chain, size: _Size, places: int, wanted: Wanted) -> None:
-        self._wanted = wanted
+    def __init__(self, chain: Chain, size: _Size, places: int) -> None:
         self._within = steps_within(chain)
         self._n_ring = n_ring = _RING if self._within else _SHORT_RING
         self.layout = Layout.of(chain, size.n_value, n_ring, self._within)
@@ -300,10 +305,10 @@ class _Engine:
         self._qpos, self._qvel = self._batch.bind("qpos"), self._batch.bind("qvel")
         self._fresh_row = self._batch.state[0].copy()
         self._rings = self.layout.ring(self._blocks)
-        self._history = np.empty((self._places, rings, n_ring, size.n_vehicle))
+        self._history = np.empty((rings, self._places, n_ring, size.n_vehicle))  # what few need stays untouched
         self._read = np.zeros(self._places, dtype=int)  # records of each place that are in its history
 
-    def run(self, lots: Iterator[Lot]) -> Iterator[Found]:
+    def run(self, lots: Iterator[Lot]) -> Iterator[Measured]:
         """Compute lots of this engine's size."""
         free = list(range(self._places))
         under_way: dict[int, tuple[_Begun, int]] = {}  # lot and case, by place
@@ -332,8 +337,8 @@ class _Engine:
                 of, case = under_way.pop(place)
                 free.append(place)
                 n = int(self._blocks[place, Head.RECORDS])
-                recorded = self._history[place].reshape(-1, self._history.shape[-1])[:n]
-                of.end(case, self._blocks[place], recorded.copy(order="F"))
+                records = self._history[: -(-n // self._n_ring), place].transpose(2, 0, 1)
+                of.end(case, self._blocks[place], records.reshape(len(records), -1)[:, :n].T)  # reshaped is copied
             for of in [of for of in open_ if of.due]:
                 measured = of.measured(self.layout)
                 if of.is_over:
@@ -344,7 +349,7 @@ class _Engine:
                     begun.appendleft(_Begun(Chains([measured.lot.keys[place]], [chain]), self.layout))
                     open_.append(begun[0])
                 if not again.all():
-                    yield Found(measured.take(np.flatnonzero(~again)), self._wanted(of.lot.chain))
+                    yield measured.take(np.flatnonzero(~again))
 
     def _begin(self, lot: _Begun, free: list[int], under_way: dict[int, tuple[_Begun, int]]) -> list[int]:
         """Begin cases of a lot at free places, which are taken; return them."""
@@ -371,11 +376,11 @@ class _Engine:
             raise EngineError("something else moved the vehicles: a force that is none of the device law's")
         records, read, ring = self._blocks[ids, Head.RECORDS].astype(int), self._read[ids], self._n_ring
         if (read % ring == 0).all():
-            self._history[ids, read // ring] = self._rings[ids]
+            self._history[read // ring, ids] = self._rings[ids]
         else:  # steps were made smaller, and a ring is no whole one
             for r in range(ring):
                 new = read + r < records
                 place, n = ids[new], read[new] + r
-                self._history[place, n // ring, n % ring] = self._rings[place, n % ring]
+                self._history[n // ring, place, n % ring] = self._rings[place, n % ring]
         self._read[ids] = records
         return np.asarray(ids[self._blocks[ids, Head.DONE] != 0.0])
