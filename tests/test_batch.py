@@ -12,8 +12,10 @@ from trainmj.cases.table import chosen
 from trainmj.collision.batch import run_chains
 from trainmj.collision.cases import gathered
 from trainmj.collision.lineup import line_up
+from trainmj.collision.lot import Chains
 from trainmj.collision.measured import Measured
 from trainmj.collision.quantities import columns_of, ordered
+from trainmj.collision.waiting import Waiting
 
 FAST = {"simulation.step_ms": 0.5}
 
@@ -60,10 +62,26 @@ def test_a_batch_case_equals_the_single_run_to_the_last_bit(scenarios, single, t
 
 @pytest.mark.thorough
 def test_more_sizes_than_are_looked_ahead_for_still_all_run(scenarios, monkeypatch):
-    monkeypatch.setattr("trainmj.collision.batch._LOOK_AHEAD", 2)
+    monkeypatch.setattr("trainmj.collision.waiting._LOOK_AHEAD", 2)
     monkeypatch.setattr("trainmj.collision.batch._ENGINES", 1)
     numbered = [(k, line_up(s)) for k, s in enumerate(scenarios)]
     assert sorted(key for key, _ in run_chains(numbered)) == list(range(len(scenarios)))
+
+
+@pytest.mark.parametrize(("n_lots", "threads"), [(1, 1), (1, 2), (3, 2), (5, 4)])
+def test_the_last_cases_are_shared_by_all_threads(n_lots, threads):
+    """Breaks if a sweep of one lot keeps one thread busy and the others waiting, or a case is lost or double."""
+    chain = line_up(trainmj.load("b_type", FAST))
+    lots = [Chains(range(100 * n, 100 * n + 100), [chain] * 100) for n in range(n_lots)]
+    waiting = Waiting(lots, threads)
+    size, _ = waiting.fullest()
+    shares, taken = [waiting.share], [list(lot.keys) for lot in waiting.take(size)]
+    assert [key for keys in taken for key in keys] == list(range(100 * n_lots))
+    assert waiting.fullest() is None
+    assert len(taken[0]) == (50 if (n_lots, threads) == (1, 2) else 100)  # whole ones while more may come
+    assert len(taken[-1]) <= max(-(-100 // threads), 32)
+    shares.append(waiting.share)
+    assert shares == [-(-100 // threads) if n_lots == 1 and threads > 1 else 2**31, -(-100 * n_lots // threads)]
 
 
 def test_cases_are_taken_as_they_are_needed():

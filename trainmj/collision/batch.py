@@ -15,15 +15,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache, partial
 from queue import SimpleQueue
-from threading import Event, Lock
-from typing import Any, NamedTuple, TypeVar
+from threading import Event
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from trainmj.collision import kernel
-from trainmj.collision.block import Layout, n_values
-from trainmj.collision.chain import EVENTS, WALL, Chain
+from trainmj.collision.block import Layout
+from trainmj.collision.chain import EVENTS, Chain
 from trainmj.collision.envelope import Array
 from trainmj.collision.fields import Head
 from trainmj.collision.found import Found
@@ -33,6 +33,7 @@ from trainmj.collision.mj import undisturbed
 from trainmj.collision.model import build, numbers_of
 from trainmj.collision.simulation import LAW_NOT_CALLED
 from trainmj.collision.summary import Summary
+from trainmj.collision.waiting import Size, Waiting
 from trainmj.errors import EngineError
 
 with undisturbed():  # it compiles a model
@@ -41,9 +42,7 @@ with undisturbed():  # it compiles a model
 PLACES = 128
 """Simulations side by side in a thread: the cost of a call into MuJoCo vanishes among them, and they fit its cache."""
 
-_LOOK_AHEAD = 1024  # cases of other sizes that are kept waiting while those of one size run
 _HISTORY_BYTES = 64 * 2**20  # recorded speeds of all places of a thread, at most: few collisions last to the limit
-_VALUES = 256  # room for curves grows in these steps, so that few models are compiled
 _RING, _SHORT_RING = 32, 8  # records that the law takes by itself between two calls; where MuJoCo makes its steps
 _PATIENCE = 0.3  # that ended cases have with the others of their lot [s]
 _CLOSE = 1e-9  # how far MuJoCo may be from where the law has come to, relative
@@ -52,40 +51,6 @@ _ENGINES = 8  # kept for sizes that come again
 
 Key = TypeVar("Key")
 Seen = TypeVar("Seen")
-
-
-class _Size(NamedTuple):
-    """What cases must share to run in one batch."""
-
-    n_vehicle: int
-    n_point: int
-    n_member: int
-    walled: bool
-    n_element: int
-    n_value: int
-    step: float
-    steps_per_record: int
-    integrator: str
-    n_records: int
-    dofs: tuple[int, ...]
-    n_line: int
-
-    @classmethod
-    def of(cls, chain: Chain) -> _Size:
-        return cls(
-            len(chain.vehicles),
-            len(chain.points),
-            len(chain.members),
-            chain.interfaces[-1].right == WALL,
-            chain.n_places,
-            -(-n_values(chain) // _VALUES) * _VALUES,
-            chain.step,
-            chain.steps_per_record,
-            chain.integrator,
-            chain.n_records,
-            chain.first_dof if chain.plane else (),
-            len(chain.lines),
-        )
 
 
 def run_lots(
@@ -106,12 +71,12 @@ def run_lots(
         What was seen of parts of lots, in the order in which their cases end.
     """
     threads = threads or n_cores()
-    queue = _Queue(lots)
+    waiting = Waiting(lots, threads)
     with kernel.installed():
         if threads == 1:
-            yield from map(look, _work(queue, places))
+            yield from map(look, _work(waiting, places))
         else:
-            yield from _in_threads(threads, queue, places, look)
+            yield from _in_threads(threads, waiting, places, look)
 
 
 def run_chains(
@@ -159,26 +124,26 @@ def steps_within(chain: Chain) -> int:
     return records * chain.steps_per_record
 
 
-def _work(queue: _Queue, places: int) -> Iterator[Measured]:
-    """Compute what is in a queue, one size after the other."""
-    engines: dict[_Size, _Engine] = {}
-    while (found := queue.fullest()) is not None:
+def _work(waiting: Waiting, places: int) -> Iterator[Measured]:
+    """Compute what is waiting, one size after the other."""
+    engines: dict[Size, _Engine] = {}
+    while (found := waiting.fullest()) is not None:
         size, chain = found
         if size not in engines:
             if len(engines) == _ENGINES:
                 del engines[next(iter(engines))]
-            engines[size] = _Engine(chain, size, places)
-        yield from engines[size].run(queue.take(size))
+            engines[size] = _Engine(chain, size, min(places, waiting.share))
+        yield from engines[size].run(waiting.take(size))
 
 
-def _in_threads(threads: int, queue: _Queue, places: int, look: Callable[[Measured], Seen]) -> Iterator[Seen]:
+def _in_threads(threads: int, waiting: Waiting, places: int, look: Callable[[Measured], Seen]) -> Iterator[Seen]:
     """The same in several threads: while MuJoCo steps in one, Python prepares and measures in another."""
     ended: SimpleQueue[list[Seen] | None] = SimpleQueue()  # None behind the last of a thread
     stop = Event()
 
     def work() -> None:
         try:
-            for measured in _work(queue, places):
+            for measured in _work(waiting, places):
                 ended.put([look(measured)])
                 if stop.is_set():
                     return
@@ -198,47 +163,6 @@ def _in_threads(threads: int, queue: _Queue, places: int, look: Callable[[Measur
                 worker.result()  # raises what stopped it
         finally:
             stop.set()
-
-
-class _Queue:
-    """Lots sorted by size as they are read, of a limited number of cases ahead; shared by several threads."""
-
-    def __init__(self, lots: Iterable[Lot]) -> None:
-        self._source = iter(lots)
-        self._waiting: dict[_Size, deque[Lot]] = {}
-        self._lock = Lock()
-
-    def fullest(self) -> tuple[_Size, Chain] | None:
-        """The size with the most cases waiting, and one of their structure; None when there is no case left."""
-        with self._lock:
-            if not self._waiting and not self._read():
-                return None
-            size = max(self._waiting, key=lambda size: sum(map(len, self._waiting[size])))
-            return size, self._waiting[size][0].chain
-
-    def take(self, size: _Size) -> Iterator[Lot]:
-        """Lots of one size, until too many others are waiting."""
-        while (lot := self._next(size)) is not None:
-            yield lot
-
-    def _next(self, size: _Size) -> Lot | None:
-        with self._lock:
-            while size not in self._waiting:
-                others = sum(len(lot) for line in self._waiting.values() for lot in line)
-                if others >= _LOOK_AHEAD or not self._read():
-                    return None
-            line = self._waiting[size]
-            lot = line.popleft()
-            if not line:
-                del self._waiting[size]
-            return lot
-
-    def _read(self) -> bool:
-        """Take one more lot from the source, if there is one."""
-        for lot in self._source:
-            self._waiting.setdefault(_Size.of(lot.chain), deque()).append(lot)
-            return True
-        return False
 
 
 class _Begun:
@@ -289,7 +213,7 @@ def _number(name: str) -> Callable[[Chain], Array]:
 class _Engine:
     """A batch of MuJoCo for cases of one size, stepped in the thread that calls it."""
 
-    def __init__(self, chain: Chain, size: _Size, places: int) -> None:
+    def __init__(self, chain: Chain, size: Size, places: int) -> None:
         self._within = steps_within(chain)
         self._n_ring = n_ring = _RING if self._within else _SHORT_RING
         self.layout = Layout.of(chain, size.n_value, n_ring, self._within)
