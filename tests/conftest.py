@@ -76,12 +76,12 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Python:
     return call
 
 
-def pytest_collectstart(collector: pytest.Collector) -> None:
-    if isinstance(collector, pytest.Session):
-        import hypothesis
+def pytest_collectstart() -> None:
+    """Before any module with tests is imported, and not where they are only handed out."""
+    import hypothesis
 
-        hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
-        hypothesis.settings.load_profile("any machine")
+    hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
+    hypothesis.settings.load_profile("any machine")
 
 
 def pytest_collection_finish() -> None:
