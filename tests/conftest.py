@@ -17,6 +17,7 @@ if TYPE_CHECKING:  # the process that only hands out tests starts them sooner wi
     from trainmj.collision.result import Result
     from trainmj.collision.summary import Summary
     from trainmj.scenario import Scenario
+    from trainmj.study.run import StudyResult
 
 gc.set_threshold(100_000)  # as in commands: looking for garbage among imports and tests takes an eighth of the time
 
@@ -55,6 +56,14 @@ def standard_summary(standard_result: Result) -> Summary:
     from trainmj.collision.summary import summarise
 
     return summarise(standard_result)
+
+
+@pytest.fixture(scope="session")
+def small_study(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
+    """A small study, finished; tests that change it work on copies of its folder."""
+    from studies import run, small
+
+    return run(small(), tmp_path_factory.mktemp("small") / "out")
 
 
 @pytest.fixture(scope="session")

@@ -194,7 +194,8 @@ def test_numbers_that_json_cannot_hold_are_null_everywhere(tmp_path):
     def refuse(word: str) -> None:
         raise AssertionError(f"{word} in JSON")
 
-    text = works("run", "b_type", "--set", "simulation.record_every_ms=10", *SHORT, "--json", "--out", str(tmp_path))
+    words = (*SHORT, "--json", "--out", str(tmp_path), "--figures", "none")
+    text = works("run", "b_type", "--set", "simulation.record_every_ms=10", *words)
     found = json.loads(text, parse_constant=refuse)
     assert found["vehicles"][0]["cfc60_peak_g"] is None
     json.loads((tmp_path / "summary.json").read_text(), parse_constant=refuse)
