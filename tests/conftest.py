@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # the process that only hands out tests starts them sooner wi
     from trainmj.scenario import Scenario
     from trainmj.study.run import StudyResult
 
-gc.set_threshold(100_000)  # as in commands: looking for garbage among imports and tests takes an eighth of the time
+gc.set_threshold(100_000)  # as in commands: looking for garbage takes a fifth of the time of imports
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, as nohup the end of a terminal, which what
 # they start would inherit.
