@@ -9,14 +9,17 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import hypothesis
 import pytest
 
-from trainmj.collision.result import Result
-from trainmj.collision.simulation import run
-from trainmj.collision.summary import Summary, summarise
-from trainmj.scenario import Scenario, load
+if TYPE_CHECKING:  # the process that only hands out tests starts them sooner without
+    from trainmj.collision.result import Result
+    from trainmj.collision.summary import Summary
+    from trainmj.scenario import Scenario
+    from trainmj.study.run import StudyResult
+
+gc.set_threshold(100_000)  # as in commands: looking for garbage takes a fifth of the time of imports
 
 # A shell that starts the tests in the background lets them ignore Ctrl-C, as nohup the end of a terminal, which what
 # they start would inherit.
@@ -31,25 +34,36 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 os.environ["LP_NUM_THREADS"] = "0"  # Mesa's own threads would be missing in processes that tests fork
 
-hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
-hypothesis.settings.load_profile("any machine")
-
 Python = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture(scope="session")
 def standard() -> Scenario:
+    from trainmj.scenario import load
+
     return load("b_type")
 
 
 @pytest.fixture(scope="session")
 def standard_result(standard: Scenario) -> Result:
+    from trainmj.collision.simulation import run
+
     return run(standard)
 
 
 @pytest.fixture(scope="session")
 def standard_summary(standard_result: Result) -> Summary:
+    from trainmj.collision.summary import summarise
+
     return summarise(standard_result)
+
+
+@pytest.fixture(scope="session")
+def small_study(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
+    """A small study, finished; tests that change it work on copies of its folder."""
+    from studies import run, small
+
+    return run(small(), tmp_path_factory.mktemp("small") / "out")
 
 
 @pytest.fixture(scope="session")
@@ -69,6 +83,14 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Python:
         )
 
     return call
+
+
+def pytest_collectstart() -> None:
+    """Before any module with tests is imported, and not where they are only handed out."""
+    import hypothesis
+
+    hypothesis.settings.register_profile("any machine", deadline=None)  # a busy one is slow, not wrong
+    hypothesis.settings.load_profile("any machine")
 
 
 def pytest_collection_finish() -> None:

@@ -64,7 +64,7 @@ def summary(result):
 @pytest.fixture(scope="module")
 def folder(result, summary, tmp_path_factory):
     out = tmp_path_factory.mktemp("bodies")
-    write_run(result, summary, out)
+    write_run(result, summary, out, formats=())
     return out
 
 

@@ -29,11 +29,13 @@ THOROUGH = {
     "order_of_convergence",
     "Brake that rises",
     "Brake after a delay, downhill",
+    "Draw gear",
     "Draw gear that breaks",
     "Gas buffer, no orifice",
     "Hysteresis, from zero force",
     "Rate factor, C 20 m/s, P 1",
     "Hydraulic buffer, constant orifice",
+    "Hydraulic buffer, preload",
     "Standing wagon on 5 per mille",
 }
 CASES = [

@@ -164,6 +164,7 @@ def test_at_its_edges_too():
         assert (-data.qfrc_passive[0], layout.element(data.userdata, Field.STATE_0)[0]) == (force, plastic)
 
 
+@pytest.mark.thorough
 def test_histories_of_that_test_reach_every_branch_of_the_law():
     """Guards the test above: its histories must press, hold, release, break and end every kind."""
     rng = np.random.default_rng(1)

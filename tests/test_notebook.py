@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders import values
-from studies import run as run_study
-from studies import small
 
 import trainmj
 from trainmj.collision.verdict import verdict as verdict_of
@@ -210,13 +208,13 @@ def test_the_report_of_a_result_in_memory(result, tmp_path, monkeypatch):
 
 
 @pytest.mark.thorough
-def test_what_long_work_found_is_shown_too(tmp_path):
+def test_what_long_work_found_is_shown_too(small_study, tmp_path):
     """Breaks if a study, an identification, a reliability run, an assessment or a verification shows as nothing."""
     plan = trainmj.load_reliability("b_type_as_built", {"simulation.step_ms": 0.5})
     plan = replace(plan, spec=plan.spec.model_copy(update={"runs": 8, "rare": None, "sensitivity": None}))
     sought = trainmj.targets_of(SOUGHT)
     found = {
-        "StudyResult": run_study(small(), tmp_path / "study"),
+        "StudyResult": small_study,
         "ReliabilityResult": trainmj.run_reliability(plan, tmp_path / "reliability", figures=()),
         "Found": trainmj.identify(sought, tmp_path / "found", figures=()),
         "Assessment": trainmj.assess("en15227_c1", "en15227", "C-I"),

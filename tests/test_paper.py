@@ -42,10 +42,10 @@ NEED_NOT_HOLD = (  # what the paper says of its own results, and ours may contra
 
 @pytest.fixture(scope="module")
 def paper() -> Reproduction:
-    """With every fifth stiffness and every tenth empty stroke of the pictures of the scatter: a fifth of the time."""
+    """With every tenth stiffness and empty stroke of the pictures of the scatter: a tenth of the time."""
     found = reproduce()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scatter, "STIFFNESSES", scatter.STIFFNESSES[::5])
+        patch.setattr(scatter, "STIFFNESSES", scatter.STIFFNESSES[5::10])  # 47 000 kN/mm is among them
         patch.setattr(scatter, "FINE_MM", 5.0)
         assert found.scatter, "computed here, once"
     return found

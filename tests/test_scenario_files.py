@@ -914,7 +914,7 @@ def test_saving_where_it_cannot_be_is_an_output_error(good, tmp_path):
         save(good, tmp_path / "missing" / "a.yaml")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=75, deadline=None)
 @given(st.text(max_size=200) | st.binary(max_size=200).map(lambda b: b.decode("latin-1")))
 def test_no_text_ends_in_anything_but_trainmjs_own_error(text):
     """A typing mistake must never end in a traceback of a library."""

@@ -8,8 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from studies import run as run_study
-from studies import small
 
 import trainmj
 from trainmj.assessment import screen as assessed
@@ -111,13 +109,12 @@ def test_tables_fit_every_terminal_with_whole_numbers_and_heads(name, screens, s
 
 
 @pytest.mark.thorough
-def test_tables_of_long_work_fit_every_terminal_too(seen, tmp_path, monkeypatch):
-    study = run_study(small(), tmp_path / "study")
+def test_tables_of_long_work_fit_every_terminal_too(seen, small_study, monkeypatch):
     monkeypatch.setattr(suite, "GROUPS", suite.GROUPS[:1])
     verified = trainmj.verify()
     paper = reproduce()
     for screen in (
-        lambda: studied.print_study(study),
+        lambda: studied.print_study(small_study),
         lambda: print_verification(verified),
         lambda: print_paper(paper),
     ):

@@ -151,7 +151,7 @@ def test_a_spring_is_pressed_again_on_a_plunger_that_stays(pressed_mm, swapped):
     left, right = ("oil", "spring") if swapped else ("spring", "oil")
     again = Alone(meet(devices[left], devices[right])[0])
     spring, oil = (1, 0) if swapped else (0, 1)
-    rate, step = 1e-3, 2e-5  # m/s, m
+    rate, step = 1e-3, 1e-4  # m/s, m
     for u in np.arange(step, pressed_mm / 1e3, step):
         again.to(u, rate, step / rate)
     for u in np.arange(again.stroke, 0.02, -step):
@@ -173,7 +173,7 @@ def test_two_draw_gears_that_break_lose_what_both_springs_held():
         far=tube | {"pull": {"stiffness_kN_per_mm": 30, "slack_mm": 3}},
     )
     drawn = Alone(meet(devices["near"], devices["far"])[1])
-    for u in np.arange(0.0, 0.025, 1e-6):
+    for u in np.arange(0.0, 0.025, 5e-6):
         drawn.to(-u)
     assert drawn.force == 0.0
     springs = [300e3**2 / 2 / k for k in (50e6, 30e6)]

@@ -63,11 +63,10 @@ def test_each_case_has_its_own_limits_and_all_outputs_name_the_one_that_governs(
     assert "TS is governed by" in page
 
 
-def test_a_design_that_is_best_for_one_case_and_fails_another_is_refused(tmp_path):
+def test_a_design_that_is_best_for_one_case_and_fails_another_is_refused(small_study, tmp_path):
     """Breaks if a study of several cases chooses a design that does not pass one of them."""
-    alone = run(small(), tmp_path / "alone").summary
     both = run(small(cases={"normal": {}} | FAST), tmp_path / "both")
-    best = {key: alone["decision"]["chosen"][key] for key in ("D_mm", "M_t")}
+    best = {key: small_study.summary["decision"]["chosen"][key] for key in ("D_mm", "M_t")}
     scenario = trainmj.load("b_type", {"simulation.step_ms": 0.5})
     values = {"empty_stroke_mm": best["D_mm"], "mass_t": best["M_t"]}
     normal, fast = (

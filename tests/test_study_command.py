@@ -40,18 +40,12 @@ def digests(folder):
     }
 
 
-@pytest.fixture(scope="module")
-def done(tmp_path_factory):
-    """A small study, finished; tests that change it work on copies of its simulations."""
-    return run(small(), tmp_path_factory.mktemp("small") / "out")
-
-
 @pytest.fixture
-def again(done, tmp_path):
+def again(small_study, tmp_path):
     """A copy of the finished study's folder."""
     folder = tmp_path / "copy"
     folder.mkdir()
-    for file in done.folder.iterdir():
+    for file in small_study.folder.iterdir():
         (folder / file.name).write_bytes(file.read_bytes())
     return folder
 
@@ -141,20 +135,20 @@ def test_the_shipped_study_is_found_by_name_and_by_path():
 # the numbers
 
 
-def test_the_api_gives_the_tables_that_are_in_the_folder(done):
-    table = pd.read_csv(done.folder / "02_simulations.csv")
+def test_the_api_gives_the_tables_that_are_in_the_folder(small_study):
+    table = pd.read_csv(small_study.folder / "02_simulations.csv")
     assert list(table.columns) == ["test", "D_mm", "M_t", "status", "reason", "TS_mm", "TAMA_g", "S_anti_mm"]
-    pd.testing.assert_series_equal(table["TS_mm"], done.tables["02_simulations"]["TS_mm"])
+    pd.testing.assert_series_equal(table["TS_mm"], small_study.tables["02_simulations"]["TS_mm"])
     cases = table[["D_mm", "M_t"]].set_axis(["empty_stroke_mm", "mass_t"], axis=1)
     plain = trainmj.run_cases(trainmj.load("b_type", {"simulation.step_ms": 0.5}), cases)
     np.testing.assert_array_equal(plain["TS_mm"], table["TS_mm"])
 
 
-def test_the_chosen_design_is_simulated_again(done):
-    chosen = done.summary["decision"]["chosen"]
+def test_the_chosen_design_is_simulated_again(small_study):
+    chosen = small_study.summary["decision"]["chosen"]
     changes = {"simulation.step_ms": 0.5, "empty_stroke_mm": chosen["D_mm"], "mass_t": chosen["M_t"]}
     alone = trainmj.summarise(trainmj.run(trainmj.load("b_type", changes)))
-    row = done.summary["check"]["rows"][0]
+    row = small_study.summary["check"]["rows"][0]
     assert row["simulated"] == pytest.approx(alone.TS_mm, rel=1e-9)
     assert abs(row["error_percent"]) < 1
 
@@ -178,12 +172,12 @@ def test_a_coarser_step_moves_TS_by_less_than_a_twentieth_of_a_per_cent():
 # what is done again
 
 
-def test_nothing_is_done_again_when_nothing_has_changed(done, again):
+def test_nothing_is_done_again_when_nothing_has_changed(small_study, again):
     second = run(small(), again)
     assert second.computed == ()
     assert second.simulated == 0
-    assert digests(again) == digests(done.folder)
-    assert second.summary == done.summary
+    assert digests(again) == digests(small_study.folder)
+    assert second.summary == small_study.summary
 
 
 @pytest.mark.parametrize(
@@ -245,13 +239,13 @@ def test_one_more_response_needs_no_new_simulations(again):
     assert "S12_mm" in second.tables["02_simulations"]
 
 
-def test_a_file_that_was_changed_or_lost_is_made_again(done, again):
+def test_a_file_that_was_changed_or_lost_is_made_again(small_study, again):
     (again / "03_correlation.csv").unlink()
     (again / "02_simulations.csv").write_text("test,D_mm\n1,2\n", encoding="utf-8")
     second = run(small(), again)
     assert set(second.computed) == {"simulations", "correlation"}
     assert second.simulated == 0
-    assert digests(again) == digests(done.folder)
+    assert digests(again) == digests(small_study.folder)
 
 
 @pytest.mark.thorough
@@ -272,11 +266,11 @@ def test_files_of_a_step_that_is_no_longer_wanted_are_taken_away(tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_damaged_record_of_steps_only_costs_time(again, done):
+def test_a_damaged_record_of_steps_only_costs_time(again, small_study):
     (again / "steps.json").write_text("[1, 2", encoding="utf-8")
     second = run(small(), again)
     assert second.simulated == 0
-    assert digests(again) == digests(done.folder)
+    assert digests(again) == digests(small_study.folder)
 
 
 @pytest.mark.thorough

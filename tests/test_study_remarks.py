@@ -20,9 +20,9 @@ from trainmj.study.remarks import of_plan, of_result
 from trainmj.study.screen import print_plan, print_study
 
 
-@pytest.fixture(scope="module")
-def good(tmp_path_factory):
-    return run(small(), tmp_path_factory.mktemp("good") / "out")
+@pytest.fixture
+def good(small_study):
+    return small_study
 
 
 @pytest.fixture(scope="module")

@@ -82,7 +82,7 @@ def test_its_exit_code_is_that_of_numbers_that_may_not_be_used():
 
 def test_json_and_files_say_it(tmp_path, summary):
     """Breaks if a file can be read on its own and its numbers be taken for valid ones."""
-    found = json.loads(command("run", EVERY_KIND, *SETS, "--json", "--out", tmp_path / "out", "--report"))
+    found = json.loads(command("run", EVERY_KIND, *SETS, "--json", "--out", tmp_path / "out", "--figures", "none"))
     assert (found["valid"], found["valid_until_s"]) == (False, summary.valid_until_s)
     assert {limit["valid"] for limit in found["limits"]} == {limit["kept"] for limit in found["limits"]} == {False}
     table = pd.read_csv(tmp_path / "out" / "histories.csv")
