@@ -427,11 +427,6 @@ def test_what_takes_another_way_where_it_is_asked_is_asked_alone():
     (lot,) = Lots(scenario)([cases])
     plain = [of(line_up(scenario.with_values(changes))) for changes in cases]
     assert lot.values(of).tolist() == plain
-    parts = list(Lots(scenario, [of])([cases]))
-    assert len(parts) == 2
-    assert {key: value for part in parts for key, value in zip(part.keys, part.values(of), strict=True)} == dict(
-        zip(cases.keys, plain, strict=True)
-    )
 
 
 def test_some_of_a_lot_are_a_lot():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
@@ -31,7 +31,6 @@ _FAILURES = 3  # to make one, after which cases are computed alone
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
-Asked = Sequence[Callable[[Chain], Any]]
 
 
 class Refused(NamedTuple):
@@ -44,16 +43,9 @@ class Refused(NamedTuple):
 class Lots:
     """What puts the cases of a scenario into lots; it keeps what it has found out about them from call to call."""
 
-    def __init__(self, scenario: Scenario, asked: Asked = (), size: int = SIZE) -> None:
-        """Take what the cases have in common.
-
-        Args:
-            scenario: which the cases change.
-            asked: functions of a chain of which the values of a lot will be asked, so that its cases take the same way
-                through these, too; for other functions, cases that do not are computed alone.
-            size: most cases of a lot.
-        """
-        self._scenario, self._asked, self._size = scenario, asked, size
+    def __init__(self, scenario: Scenario, size: int = SIZE) -> None:
+        """Take the scenario, which the cases change, and the most cases of a lot."""
+        self._scenario, self._size = scenario, size
         self._kinds: dict[Hashable, _Kind] = {}
         self._fixed: dict[Hashable, set[int]] = {}  # by names
 
@@ -70,7 +62,7 @@ class Lots:
                 fixed = _kept(self._fixed, names, _fixed(self._scenario, some))
             table = _Table(some, fixed)
             for stated, places in table.by_stated().items():
-                kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._asked, self._size)
+                kind = self._kinds.pop((names, stated), None) or _Kind(self._scenario, self._size)
                 yield from _kept(self._kinds, (names, stated), kind).lots(table, places)
 
 
@@ -180,9 +172,9 @@ def _laid_out(scenario: Scenario, name: str) -> bool:
 class _Kind:
     """Cases that differ in numbers only, as far as they state it: of one structure, or of a few."""
 
-    def __init__(self, scenario: Scenario, asked: Asked, size: int) -> None:
-        """Take the scenario, what will be asked, and the most cases of a lot."""
-        self._scenario, self._asked, self._size = scenario, asked, size
+    def __init__(self, scenario: Scenario, size: int) -> None:
+        """Take the scenario, and the most cases of a lot."""
+        self._scenario, self._size = scenario, size
         self._traces: list[Trace] = []  # the latest one last
         self._failed = 0  # attempts to make one
         self._alone = 0  # cases that were computed alone since the latest one
@@ -267,7 +259,7 @@ class _Kind:
         """A new trace, of a case and its chain; None if it cannot be made."""
         changes, numbers = partial(table.changes, place), table.numbers[:, place].tolist()
         try:
-            trace = Trace(self._scenario, chain, changes, numbers, self._asked)
+            trace = Trace(self._scenario, chain, changes, numbers)
         except RAISED as error:
             log.info("case %s cannot stand for others: %s", table.cases.keys[place], error)
             self._failed += 1

@@ -7,7 +7,7 @@ then played for all others.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from copy import copy
 from functools import partial
 from threading import Lock
@@ -51,7 +51,6 @@ class Trace:
         sample: Chain,
         changes: Callable[[Sequence[Any]], Mapping[str, Any]],
         numbers: Sequence[float],
-        asked: Iterable[Callable[[Chain], Any]] = (),
     ) -> None:
         """Make the chain of a case with symbols.
 
@@ -60,7 +59,6 @@ class Trace:
             sample: the chain of the case.
             changes: of the scenario, with so many numbers or symbols in place of what differs between the cases.
             numbers: which these are in the case.
-            asked: functions of a chain of which values will be asked: their ways through the code are guarded, too.
 
         Raises:
             TraceError: if somewhere only a plain number will do.
@@ -74,8 +72,6 @@ class Trace:
         self._structure = structure_of(sample)
         self._program: Program | None = None
         self._layout = Layout.of(sample)
-        for of in asked:
-            self.output(of)
         if self.output(self._numbers) is None:
             raise TraceError("what a simulation begins with")
 
