@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 import warnings
 from dataclasses import fields, replace
 from pathlib import Path
@@ -10,7 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from builders import by_xarray, scenario, values
+from builders import by_xarray, changed, scenario, values
+from scipy.io import netcdf_file
 
 from trainmj.collision import result as result_file
 from trainmj.collision.block import TALLY
@@ -20,6 +22,7 @@ from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError
 from trainmj.files.commas import as_csv, columns_of
+from trainmj.files.netcdf import unpacked
 from trainmj.output.style import encode, styled
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.single.figures import collision
@@ -31,6 +34,11 @@ def saved(standard_result, tmp_path_factory) -> Path:
     file = tmp_path_factory.mktemp("results") / "result.nc"
     standard_result.save(file)
     return file
+
+
+@pytest.fixture(scope="module")
+def short_result() -> Result:
+    return run(load("b_type_wall", {"simulation.time_limit_s": 0.02}))
 
 
 TITLES = {"title": "Zug, „ü“ und Ω"}
@@ -246,6 +254,91 @@ def test_a_result_that_lost_a_variable_is_refused(standard_result, tmp_path, los
     file.write_bytes(by_xarray(standard_result.dataset().drop_vars(lost)))
     with pytest.raises(InputError, match=f"is not a whole result: {lost} is missing"):
         load_result(file)
+
+
+def test_what_is_read_is_what_another_reader_finds(saved):
+    attributes, variables = unpacked(saved.read_bytes())
+    with netcdf_file(saved, mmap=False) as data:
+        assert {name: stored.values().tobytes() for name, stored in variables.items()} == {
+            name: variable.data.tobytes() for name, variable in data.variables.items()
+        }
+        assert {name: variable.shape for name, variable in data.variables.items()} == {
+            name: stored.shape for name, stored in variables.items()
+        }
+        assert attributes["scenario"].value() == data.scenario.decode()
+        assert attributes["step_ms"].value() == data.step_ms
+
+
+def test_a_variable_that_no_result_has_is_refused_and_not_decoded(short_result, tmp_path):
+    """Breaks if someone's file takes several times its size of memory."""
+    data = short_result.dataset()
+    file = tmp_path / "more.nc"
+    file.write_bytes(by_xarray(data.assign(more=("rows", np.zeros(2_000_000)))))
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match=r"more\.nc: has a variable 'more', which no result of its scenario has"):
+            load_result(file)
+        assert tracemalloc.get_traced_memory()[1] < 1.5 * file.stat().st_size
+    finally:
+        tracemalloc.stop()
+
+
+def test_attributes_that_no_result_has_are_not_decoded_and_long_ones_refused(short_result, tmp_path):
+    data, deep = short_result.dataset(), "[" * 3_000_000
+    file = tmp_path / "deep.nc"
+    file.write_bytes(by_xarray(data.assign_attrs(title=deep, more=deep)))
+    assert summarise(load_result(file)) == summarise(short_result)
+    for name in ("version_numpy", "format", "step_ms"):
+        file.write_bytes(by_xarray(data.assign_attrs({name: deep})))
+        with pytest.raises(InputError, match=f"{name} is too long"):
+            load_result(file)
+    file.write_bytes(by_xarray(data.assign_attrs({f"more{n}": 1 for n in range(1001)})))
+    with pytest.raises(InputError, match="has too many entries"):
+        load_result(file)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize(
+    ("name", "at", "place"),
+    [
+        ("force", (5, 3), "force is VALUE at time 5, interface 3"),
+        ("position", (0, 1), "position is VALUE at time 0, vehicle 1"),
+        ("tally_time", (), "tally_time is VALUE, and"),
+        ("tally_total_peak", (2,), "tally_total_peak is VALUE at vehicle 2"),
+        ("tally_steps", (), "tally_steps is VALUE, and"),
+    ],
+)
+def test_values_that_are_not_finite_are_refused(short_result, tmp_path, name, at, place, value):
+    """Breaks if such a file reaches figures and reports, which show no trace of it."""
+    data = short_result.dataset()
+    values = data[name].to_numpy().copy()
+    values[at] = value
+    file = tmp_path / "lost.nc"
+    file.write_bytes(by_xarray(data.assign({name: (data[name].dims, values)})))
+    with pytest.raises(InputError, match=rf"lost\.nc: {place.replace('VALUE', str(value))}.* must be finite"):
+        load_result(file)
+
+
+def test_a_run_that_became_unstable_is_read_and_says_so(short_result, tmp_path):
+    tally = changed(short_result.tally, stroke_max=short_result.tally.stroke_max * np.nan)
+    replace(short_result, tally=tally).save(tmp_path / "unstable.nc")
+    assert str(summarise(load_result(tmp_path / "unstable.nc")).status).startswith("unstable: a value is not finite")
+
+
+def test_forged_heads_whose_checksum_is_right_end_in_a_result_or_a_message(short_result, tmp_path):
+    """Breaks if one ends in a traceback: sizes, places, types and counts of all kinds are hit."""
+    file = tmp_path / "forged.nc"
+    short_result.save(file)
+    whole, refused = file.read_bytes(), 0
+    begin, end = whole.index(b"version_"), whole.rindex(b"_FillValue")
+    rng = np.random.default_rng(2)
+    for place in rng.integers(begin, end, 60).tolist():
+        file.write_bytes(result_file._signed(whole[:place] + rng.bytes(1) + whole[place + 1 :]))
+        try:
+            load_result(file)
+        except InputError:
+            refused += 1
+    assert 20 < refused < 60, "some hit texts that are not read"
 
 
 @pytest.mark.parametrize(

@@ -209,7 +209,7 @@ STUDY = {
     "factors": {
         "D": {"sets": "gap", "bounds": [20, 50], "unit": "mm"},
         "M": {"sets": ["mass_t"], "bounds": [30, 36], "kind": "integer"},
-        "device": {"sets": "trains.wagons.rear", "levels": ["link", "head"]},
+        "device": {"sets": "trains.wagons.front", "levels": ["link", "head"]},
     },
     "responses": {"TS": "TS_mm", "TAMA": "TAMA_g", "S": "stroke_M1_wall_mm"},
     "design": {"kind": "optimal_latin_hypercube", "n": 8, "seed": 1, "placement": "edge", "resolution": {"D": 1}},

@@ -121,7 +121,7 @@ def test_a_sweep_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
 
 MIXED = {
     "scenario": "base.yaml",
-    "together": {"gap": [20, 30.5, 40], "trains.wagons.rear": ["link", None, "head"]},
+    "together": {"gap": [20, 30.5, 40], "trains.wagons.drawing": ["wagon", None, "coach"]},
     "vary": {"collision.partner": ["wagons", "rigid_wall"], "mass_t": [30, 36]},
 }
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from trainmj.cases.effect import idle, refuse
 from trainmj.cases.engine import Local
 from trainmj.cases.rows import STATUS, Rows
 from trainmj.collision.cases import Cases
@@ -66,6 +67,8 @@ def run_cases(
     columns: dict[str, Column] = {}
     lists = (cases.iloc[:, k].tolist() for k in range(cases.shape[1]))  # plain Python values
     values = [[math.nan if value is None else value for value in plain] for plain in lists]
+    if len(cases):
+        refuse(idle([scenario], [dict(zip(map(str, cases.columns), values, strict=True))]))
     made = Cases(range(len(cases)), [(str(name),) for name in cases.columns], values)
     for some in Local(scenario, threads)([made]):
         found.append(some)

@@ -18,6 +18,7 @@ from trainmj.cli.options import (
     takes_json,
     takes_scenario,
     takes_time,
+    with_set,
 )
 from trainmj.cli.report import takes_report
 from trainmj.errors import InputError
@@ -94,7 +95,7 @@ def run(
 
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)
-    loaded = trainmj.load(scenario, changes) if before is None else before.scenario
+    loaded = with_set(scenario, changes) if before is None else before.scenario
     from trainmj.collision.status import PAST_LIMITS
     from trainmj.single import screen
     from trainmj.single.beside import Beside

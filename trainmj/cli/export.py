@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import trainmj
-from trainmj.cli.options import say, takes_scenario, takes_time
+from trainmj.cli.options import say, takes_scenario, takes_time, with_set
 from trainmj.errors import InputError
 from trainmj.files.folder import spare
 
@@ -150,7 +150,7 @@ def export(
     saved = find_result(scenario)
     if kind in _MODELS:
         if saved is None:
-            loaded = trainmj.load(scenario, changes)
+            loaded = with_set(scenario, changes)
         else:
             loaded = trainmj.load_result(saved).scenario.with_values(changes)
         _write_model(loaded, kind, out, {*loaded.files, *([saved] if saved else [])})
@@ -158,7 +158,7 @@ def export(
     if saved is not None and changes:
         raise InputError(f"--set: {scenario} is a result, which has no other values: export the scenario beside it")
     place = _place(kind, out, saved)
-    result = trainmj.run(trainmj.load(scenario, changes)) if saved is None else trainmj.load_result(saved)
+    result = trainmj.run(with_set(scenario, changes)) if saved is None else trainmj.load_result(saved)
     summary = trainmj.summarise(result)
     inputs = {*result.scenario.files, *([saved] if saved else [])}
     if kind not in _FOLDERS:

@@ -10,7 +10,7 @@ import click
 
 import trainmj
 from trainmj.cli.completing import offers
-from trainmj.cli.options import kind_of_input, say, takes_changes, takes_time
+from trainmj.cli.options import kind_of_input, say, takes_changes, takes_time, with_set
 from trainmj.errors import InputError
 from trainmj.files.kinds import KINDS
 
@@ -55,7 +55,7 @@ def check(file: str, changes: dict[str, Any]) -> None:
 
     kind = kind_of_input(file)
     if kind is SCENARIO:
-        loaded = trainmj.load(file, changes)
+        loaded = with_set(file, changes)
     elif kind is SWEEP:
         from trainmj.sweep import screen as of_sweep
 

@@ -20,6 +20,7 @@ from trainmj.files.text import allowed, allowing, printable
 
 if TYPE_CHECKING:
     from trainmj.files.kinds import Kind
+    from trainmj.scenario import Scenario
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -50,6 +51,22 @@ def _changes(context: click.Context, parameter: click.Parameter, texts: tuple[st
             raise InputError(f"--set {text}: {path} is set twice")
         changes[path] = read_value(value, f"--set {text}")
     return changes
+
+
+def with_set(scenario: str, changes: Mapping[str, Any]) -> Scenario:
+    """The scenario of a file with the values of --set, each of which has an effect.
+
+    Raises:
+        InputError: if the file or a value breaks a rule, or what would change is stated by another value.
+    """
+    from trainmj.scenario import load
+
+    found = load(scenario, changes)
+    if changes:
+        from trainmj.cases.effect import idle_held, refuse
+
+        refuse(idle_held([found], changes))
+    return found
 
 
 def set_again(changes: Mapping[str, Any]) -> list[str]:

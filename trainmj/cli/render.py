@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-import trainmj
-from trainmj.cli.options import say, takes_scenario, takes_time
+from trainmj.cli.options import say, takes_scenario, takes_time, with_set
 from trainmj.errors import InputError
 
 if TYPE_CHECKING:
@@ -81,7 +80,7 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
     """
     from trainmj.view import viewer
 
-    viewer.view(trainmj.load(scenario, changes), slow)
+    viewer.view(with_set(scenario, changes), slow)
 
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:
@@ -92,7 +91,7 @@ def _result(scenario: str, changes: dict[str, Any]) -> Result:
     if file is None:
         from trainmj.collision.simulation import run
 
-        return run(trainmj.load(scenario, changes))
+        return run(with_set(scenario, changes))
     if changes:
         raise InputError(f"--set {next(iter(changes))}: {scenario} is a result, which cannot be changed")
     return load_result(file)

@@ -25,6 +25,12 @@ Said = tuple[str, str]
 """Where something is, and that with its numbers."""
 
 
+@np.errstate(all="ignore")
+def all_finite(measured: Measured) -> BoolArray:
+    """(n_case,) whether the values that decide how a case ended are finite; it is unstable if not."""
+    return np.asarray(np.isfinite(measured.energy_error) & np.isfinite(measured.tally.stroke_max).all(axis=-1))
+
+
 class Endings:
     """How the cases of a lot ended."""
 
@@ -149,8 +155,7 @@ class Endings:
     @cached_property
     def _finite(self) -> BoolArray:
         """(n_case,) whether the values that decide are finite."""
-        measured = self._measured
-        return np.asarray(np.isfinite(measured.energy_error) & np.isfinite(measured.tally.stroke_max).all(axis=-1))
+        return all_finite(self._measured)
 
     @cached_property
     def _judged(self) -> tuple[list[int], list[int]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from types import NoneType
 from typing import Any, Protocol, Self
@@ -82,29 +82,40 @@ def structure_of(chain: Chain) -> Hashable:
 
     Step and time limit count as well, and free flights, by which responses are called.
     """
-    return chain.step, chain.time_limit, chain.free_flights, _structure(chain, {})
+    return chain.step, chain.time_limit, chain.free_flights, _structure(chain, {}, numbers=False)
 
 
-def _structure(thing: Any, known: dict[int, Hashable]) -> Hashable:
-    """The same of a part of a chain; known are parts that have been seen, which several others may have."""
+def contents_of(chain: Chain) -> Hashable:
+    """All that a collision follows from: chains of which it is the same have the same numbers.
+
+    Where values come from, and whether some act in the vertical plane only, is not among it.
+    """
+    return _structure(replace(chain, sources={}, flattened=False), {}, numbers=True)
+
+
+def _structure(thing: Any, known: dict[int, Hashable], numbers: bool) -> Hashable:
+    """The same of a part of a chain, with its numbers or without.
+
+    Known are parts that have been seen, which several others may have.
+    """
     if isinstance(thing, float):
-        return "number" if math.isfinite(thing) else str(thing)
+        return thing if numbers else "number" if math.isfinite(thing) else str(thing)
     if isinstance(thing, str | int | NoneType):
         return thing
     if isinstance(thing, tuple):
-        return tuple([_structure(part, known) for part in thing])
+        return tuple([_structure(part, known, numbers) for part in thing])
     if isinstance(thing, np.ndarray):
-        return ("array", *thing.shape)
+        return ("array", *thing.shape, thing.tobytes() if numbers else b"")
     if isinstance(thing, Kind):
         return thing.name
     if is_dataclass(thing):
         if id(thing) not in known:
             kind: Any = type(thing)
-            known[id(thing)] = tuple([_structure(getattr(thing, name), known) for name in _names(kind)])
+            known[id(thing)] = tuple([_structure(getattr(thing, name), known, numbers) for name in _names(kind)])
         return known[id(thing)]
     if isinstance(thing, Mapping):
-        return tuple((key, _structure(part, known)) for key, part in thing.items())
-    assert callable(thing)  # there is nothing else in a chain
+        return tuple((key, _structure(part, known, numbers)) for key, part in thing.items())
+    assert callable(thing)  # there is nothing else in a chain; what it gives, elements have
     return "function"
 
 

@@ -6,7 +6,7 @@ others for good ones; here a checksum covers every byte.
 
 from __future__ import annotations
 
-import io
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -28,10 +28,11 @@ from trainmj.collision.quantities import names_of_parts
 from trainmj.collision.status import not_valid
 from trainmj.errors import InputError
 from trainmj.files.arguments import given, path_given
-from trainmj.files.netcdf import Variable, packed
+from trainmj.files.netcdf import Stored, Variable, packed, unpacked
 from trainmj.files.shown import Drawn
 from trainmj.files.text import printable, read_bytes
 from trainmj.files.written import write_bytes
+from trainmj.files.yaml import MOST_BYTES
 from trainmj.scenario import Scenario, from_yaml, shipped, to_yaml
 from trainmj.units import KJ, KM_H, KN, MM, MRAD, G, head
 
@@ -279,7 +280,7 @@ class Result(Drawn):
             "step_ms": self.step_ms,
             "refined": int(self.chain.refined),
             **({"valid_until_s": self.tally.valid_until} if self.not_valid else {}),
-            **{f"version_{name}": version for name, version in self.versions.items()},
+            **{f"{_VERSION}{name}": version for name, version in self.versions.items()},
         }
 
     def save(self, file: str | Path) -> None:
@@ -399,18 +400,17 @@ def load_result(file: str | Path) -> Result:
         raise InputError(f"{file}: there is no such file")
     try:
         content = read_bytes(Path(file), _MOST_BYTES)
-        attributes, arrays = _unpacked(content)
-        scenario, step_ms = _scenario_in(attributes, arrays, str(file))
+        attributes, variables = _unpacked(content)
+        scenario, step_ms = _scenario_in(attributes, variables, str(file))
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(str(file)) else f"{file}: {text}") from None
     chain = line_up(scenario)
-    _check_sizes(arrays, chain, str(file))
+    numbers = _numbers_of(variables, chain, str(file))
     if scenario.simulation.step_ms != step_ms:  # the default was another one
         scenario = scenario.with_values({"simulation.step_ms": step_ms})
         chain = line_up(scenario)
     chain = replace(chain, refined=attributes.get("refined") == 1)
-    numbers = {name: arrays[name].astype(np.float64) for name in _dimensions(chain)}
     if not chain.members:  # each vehicle is a point
         numbers |= {f"point_{name}": numbers[name] for name in ("position", "velocity", "acceleration")}
         numbers |= {"tally_point_speed": numbers["tally_speed"], "tally_point_peak": np.zeros(len(chain.vehicles))}
@@ -423,67 +423,74 @@ def load_result(file: str | Path) -> Result:
     tally |= {t.name: tally[t.name].item() for t in TALLY if not t.over}
     tally["over"] = bool(tally["over"])
     versions = {
-        name.removeprefix("version_"): printable(str(text))
+        printable(name.removeprefix(_VERSION)): printable(str(text))
         for name, text in attributes.items()
-        if name.startswith("version_")
+        if name.startswith(_VERSION)
     }
     histories = {name: numbers[name] for name in ("time", *HISTORIES)}
-    return Result(scenario, chain, Tally(**tally), **histories, versions=versions)
+    result = Result(scenario, chain, Tally(**tally), **histories, versions=versions)
+    _check_finite(result, str(file))
+    return result
 
 
 def _signed(content: bytes) -> bytes:
     """A file with the checksum of all its bytes in the place for it, which itself counts as zeros."""
-    zeroed = _PLACE.sub(lambda found: found[1] + _ZEROS, content, count=1)
-    checksum = sha256(zeroed).hexdigest().encode()
-    return _PLACE.sub(lambda found: found[1] + checksum, content, count=1)
+    begin, end = _place_of_checksum(content)
+    return b"".join([content[:begin], _checksum_of(content), content[end:]])
 
 
-def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Attributes and variables of a NetCDF 3 file, by name.
+def _checksum_of(content: bytes) -> bytes:
+    """The checksum that belongs into a file; nothing of it is copied."""
+    (begin, end), whole = _place_of_checksum(content), memoryview(content)
+    found = sha256(whole[:begin])
+    found.update(_ZEROS)
+    found.update(whole[end:])
+    return found.hexdigest().encode()
+
+
+def _place_of_checksum(content: bytes) -> tuple[int, int]:
+    """Where the checksum of a file begins and ends.
+
+    Raises:
+        InputError: if it has none.
+    """
+    found = _PLACE.search(content)
+    if not found:
+        raise InputError("is not a result of this trainmj: it has no checksum")
+    return found.end() - len(_ZEROS), found.end()
+
+
+def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Stored]]:
+    """Those attributes of a NetCDF 3 file that results have, and all its variables, not decoded, by name.
 
     Raises:
         InputError: if it is none, has no checksum, or is not as it was written.
     """
-    from scipy.io import netcdf_file
-
     if content.startswith(b"\x89HDF"):
         raise InputError("is an HDF5 file; results are NetCDF 3: compute it again from the scenario.yaml beside it")
     if not content.startswith(b"CDF"):
         raise InputError("is not a readable NetCDF file")
-    if not _PLACE.search(content):
-        raise InputError("is not a result of this trainmj: it has no checksum")
-    if _signed(content) != content:
+    begin, end = _place_of_checksum(content)
+    if content[begin:end] != _checksum_of(content):
         raise InputError("is damaged, or was changed: its checksum is not that of its content")
     try:
-        with netcdf_file(_Bounded(content), mmap=False) as data:
-            attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in data._attributes.items()}
-            return attributes, {name: variable.data for name, variable in data.variables.items()}
-    except _UNREADABLE as error:
-        raise InputError(f"is not a readable NetCDF file ({type(error).__name__})") from None
+        attributes, variables = unpacked(content)
+        wanted = {name: stored for name, stored in attributes.items() if name in _READ or name.startswith(_VERSION)}
+        for name, stored in wanted.items():
+            if math.prod(stored.shape) > (MOST_BYTES if name == "scenario" else _LONGEST_TEXT):
+                raise ValueError(f"{name} is too long")
+        return {name: stored.value() for name, stored in wanted.items()}, variables
+    except ValueError as error:
+        raise InputError(f"is not a readable NetCDF file ({error})") from None
 
 
-class _Bounded(io.BytesIO):
-    """A file that gives no more bytes than it has, whatever its header claims of them."""
-
-    def __init__(self, content: bytes) -> None:
-        super().__init__(content)
-        self._left = 2 * len(content)
-
-    def read(self, size: int | None = -1) -> bytes:
-        content = super().read(size)
-        self._left -= len(content)
-        if self._left < 0:
-            raise ValueError("claims more than it holds")
-        return content
-
-
-def _scenario_in(attributes: Mapping[str, Any], arrays: Mapping[str, Array], file: str) -> tuple[Scenario, float]:
+def _scenario_in(attributes: Mapping[str, Any], variables: Mapping[str, Stored], file: str) -> tuple[Scenario, float]:
     """The scenario in a file and the step it was computed with."""
     if attributes.get("format") != _FORMAT:
         said = ascii(str(attributes.get("format"))[:60])
         raise InputError(f"is not a result of this trainmj (format {said}, not {_FORMAT!r})")
     for name in ("scenario", "time"):
-        if name not in (attributes if name == "scenario" else arrays):
+        if name not in (attributes if name == "scenario" else variables):
             raise InputError(f"is not a whole result: {name} is missing")
     scenario = from_yaml(str(attributes["scenario"]), file)
     try:
@@ -492,8 +499,12 @@ def _scenario_in(attributes: Mapping[str, Any], arrays: Mapping[str, Array], fil
         raise InputError("is not a whole result: step_ms is no number") from None
 
 
-def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
-    """Refuse a file whose numbers are not those of its scenario."""
+def _numbers_of(variables: Mapping[str, Stored], chain: Chain, file: str) -> dict[str, Array]:
+    """The numbers of a file by name: nothing is decoded before all of it is known to be what its scenario has.
+
+    Raises:
+        InputError: if something is missing, is of another size, or is there and belongs to no result of its scenario.
+    """
     sizes = {
         "vehicle": len(chain.vehicles),
         "interface": len(chain.interfaces),
@@ -506,21 +517,55 @@ def _check_sizes(arrays: Mapping[str, Array], chain: Chain, file: str) -> None:
         "wheelset": len(chain.wheelsets),
         "line": len(chain.lines),
         "degree": chain.first_dof[-1],
-        "time": arrays["time"].size,
+        "time": math.prod(variables["time"].shape),
     }
     if not 0 < sizes["time"] <= chain.n_records:
         raise InputError(f"{file}: has {sizes['time']} records and not 1 to {chain.n_records}, as its scenario would")
-    for name, over in _dimensions(chain).items():
-        if name not in arrays:
+    dimensions = _dimensions(chain)
+    for name, over in dimensions.items():
+        if name not in variables:
             raise InputError(f"{file}: is not a whole result: {name} is missing")
         shape = tuple(sizes[dimension] for dimension in over)
-        if arrays[name].shape != shape or arrays[name].dtype.kind not in "fbiu":
+        if variables[name].shape != shape or not variables[name].is_number:
             raise InputError(
                 f"{file}: {name} is not {' x '.join(map(str, shape)) or 'one'} numbers as its scenario has"
             )
-    time = arrays["time"]
+    if more := sorted(variables.keys() - dimensions.keys() - _NAMES):
+        raise InputError(
+            f"{file}: has a variable {printable(more[0])!r}, which no result of its scenario has: compute it again"
+        )
+    try:
+        numbers = {name: variables[name].values().astype(np.float64) for name in dimensions}
+    except ValueError as error:
+        raise InputError(f"{file}: is not a readable NetCDF file ({error})") from None
+    time = numbers["time"]
     if not (time[0] == 0 and np.all(np.diff(time) > 0) and time[-1] <= chain.time_limit + _LONGEST_INTERVAL):
         raise InputError(f"{file}: time does not grow from 0 s to the time limit of its scenario")
+    return numbers
+
+
+def _check_finite(result: Result, file: str) -> None:
+    """Refuse values that are not finite, but for a tally, less its counts, whose status says so: of an unstable run.
+
+    Raises:
+        InputError: with file, variable and place.
+    """
+    lost = {name: values for name, values in result.numbers().items() if not np.isfinite(values).all()}
+    if not lost:
+        return
+    measures = {f"tally_{t.name}" for t in TALLY if t.unit != "1"}
+    if lost.keys() <= measures:
+        from trainmj.collision.ending import all_finite
+        from trainmj.collision.measured import Measured
+
+        measured = Measured.of_one(result.chain, result.tally, result.time, result.velocity)
+        if not all_finite(measured).all():
+            return
+    name, values = next(iter(lost.items()))  # histories first
+    at = np.argwhere(~np.isfinite(values))[0].tolist()
+    where = ", ".join(f"{over} {n}" for over, n in zip(_dimensions(result.chain)[name], at, strict=True))
+    place = f" at {where}, counted from 0" if where else ""
+    raise InputError(f"{file}: {name} is {values[tuple(at)]}{place}, and must be finite: compute it again")
 
 
 def _histories(chain: Chain) -> dict[str, History]:
@@ -553,8 +598,13 @@ _OF_PLANE = ("frame", "wheelset", "ends", "line", "degree")
 _LONGEST_INTERVAL = 0.1
 """Between two records [s]."""
 
-_UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, TypeError, ValueError)
-"""What a reader raises on a file that is not what it says."""
+_NAMES = {"vehicle", "interface", "point", "member", "wheelset", "degree"}
+"""Variables that say what there are values for; they follow from the scenario and are not read."""
+
+_READ = {"scenario", "format", "step_ms", "refined"}
+_VERSION = "version_"
+_LONGEST_TEXT = 10_000
+"""Of an attribute, but for the scenario."""
 
 _MOST_BYTES = 300_000_000
 """More than the largest result that the limits of a scenario allow."""

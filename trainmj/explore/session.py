@@ -10,6 +10,7 @@ from functools import cached_property
 from threading import Lock
 from typing import Any, NamedTuple
 
+from trainmj.cases.effect import OF_MANY, idle, idle_held, refuse
 from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import TRAIN
 from trainmj.collision.result import HISTORIES, Result
@@ -78,6 +79,7 @@ class Session:
         self._kept: dict[str, Seen] = {}
         self._lock = Lock()
         self.start = self._changed({})
+        refuse(idle_held([self.start], self.given))
 
     @cached_property
     def values(self) -> dict[str, Any]:
@@ -107,6 +109,8 @@ class Session:
             ``{"shown": {...}}``, or ``{"wrong": {name: message}}`` with the name empty where it belongs to none.
         """
         try:
+            if last in changes:
+                self._check_effect(last, changes)
             return f'{{"shown":{self.told(self.computed(changes), changes, wanted)}}}'
         except TrainmjError as error:
             return json.dumps({"wrong": self._wrong(error, changes, last)})
@@ -121,6 +125,15 @@ class Session:
     def _changed(self, changes: Values) -> Scenario:
         every = {**self.given, **changes}
         return self.base.with_values(every) if every else self.base
+
+    def _check_effect(self, name: str, changes: Values) -> None:
+        """Refuse a value that has no effect beside the others.
+
+        Raises:
+            InputError: with its name, and what takes its place.
+        """
+        others = {other: [value] for other, value in changes.items() if other != name}
+        refuse(idle([self._changed(changes)], [{name: [changes[name]]}, others], [[name]], OF_MANY))
 
     def _wrong(self, error: TrainmjError, changes: Values, last: str) -> dict[str, str]:
         """The lines of a message, each at the value that it names."""

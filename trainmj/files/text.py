@@ -90,8 +90,11 @@ def read_bytes(path: Path, most_bytes: int, follow: bool = True) -> bytes:
             there = "is a pipe or a device, not a file" if path.exists() else "cannot be read (No such file)"
             raise InputError("is a folder, not a file" if path.is_dir() else there)
         with path.open("rb") as file:
-            larger = os.fstat(file.fileno()).st_size > most_bytes
-            content = b"" if larger else file.read(most_bytes + 1)
+            size = os.fstat(file.fileno()).st_size
+            larger = size > most_bytes
+            content = b"" if larger else file.read(size + 1)  # as much memory as it needs
+            if len(content) > size:  # it grows, or has no size
+                content += file.read(most_bytes + 1 - len(content))
     except InputError:
         raise
     except OSError as error:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from trainmj.cases.effect import idle_held, spared, why_idle
 from trainmj.collision.chain import Chain
 from trainmj.collision.channels import Trace
 from trainmj.collision.channels import channels_of as channels_of_chain
@@ -264,9 +265,28 @@ def _checked(source: Source) -> Identification:
     read = [place if isinstance(place, str) else place.file for place in places]
     told = list(dict.fromkeys([*told, *new, *also]))
     plan = Identification(spec, scenario, unknowns, targets, *samples, source.reading(*read, told=told))
+    _check_effect(plan)
     _check_times(plan, start)
     _check_steps(spec, targets, samples[0], start, source)
     return plan
+
+
+def _check_effect(plan: Identification) -> None:
+    """Refuse parameters, and values that are set, which have no effect in any case."""
+    unknowns, start = plan.unknowns, plan.unknowns.start().value
+    cases = [*plan.fitted.cases, *plan.held_out.cases]
+    if all(case.keys() == cases[0].keys() for case in cases):
+        together = {name: [case[name] for case in cases] for name in cases[0]}
+        for name, rule in idle_held([plan.scenario], plan.spec.set, [together] if together else []):
+            raise plan.source.error(rule, "set", name)
+    for k, parameter in enumerate(unknowns.parameters):
+        names = [setting.path for setting in parameter.settings]
+        if not names or spared([plan.scenario], names):
+            continue
+        values = [np.where(np.arange(len(start)) == k, x, start) for x in (start[k], parameter.lower, parameter.upper)]
+        trials = map(unknowns.changes, values)
+        if rule := why_idle([plan.scenario], names, trials, cases):
+            raise plan.source.error(rule, "parameters", parameter.name)
 
 
 def at_step(scenario: Scenario, step: float) -> dict[str, float]:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from trainmj.cases.effect import idle_held, refuse, why_idle
 from trainmj.cases.load_cases import scenarios_of, with_tolerances, within
 from trainmj.cases.rows import STATUS
 from trainmj.cases.scatter import Together, scatter_of, together
@@ -33,6 +34,8 @@ from trainmj.scenario import Scenario, load
 
 CHUNK = 2048
 """Draws made at a time."""
+
+_SPREAD = (-1.0, 1.0, 0.0, -2.0, 2.0, -8.0, 8.0)  # normal scores at which a tolerance is looked at for its effect
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +78,19 @@ class Reliability(Shown):
         object.__setattr__(self, "chains", chains)
         for pattern in self.patterns:
             self._check(pattern)
+        self._check_effect()
+
+    def _check_effect(self) -> None:
+        """Refuse a tolerance whose draws have no effect in any load case."""
+        for part in dict.fromkeys(self.scatter.parts):
+            z = np.outer(_SPREAD, [float(name == part) for name in self.scatter.parts])
+            rules = []
+            for case, scenario in self.scenarios.items():
+                if part in scenario.tolerances:
+                    bare = scenario.with_values({"tolerances": None})
+                    rules.append(why_idle([bare], scenario.tolerances[part].targets, self.scatter.cases(case, z)))
+            if all(rules):
+                raise InputError(f"tolerances.{part}: {rules[0]}")
 
     @property
     def title(self) -> str:
@@ -164,7 +180,9 @@ def load_reliability(
     name = str(file)
     with allowing(allow_folder):
         if not name.endswith(RELIABILITY.ending) and kind_at(name) is SCENARIO:
-            return reliability_of_scenario(load(file, changes), name)
+            scenario = load(file, changes)
+            refuse(idle_held([scenario], changes or {}))
+            return reliability_of_scenario(scenario, name)
         return _checked(read_yaml(find_file(file, RELIABILITY.ending, "reliability")), changes or {})
 
 
@@ -203,6 +221,10 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Reliability:
     if changes:
         scenarios = {name: scenario.with_values(changes) for name, scenario in scenarios.items()}
     try:
+        refuse(idle_held(scenarios.values(), {**spec.set, **changes}))
+        for name, case in (spec.cases or {}).items():
+            with within(name):
+                refuse(idle_held([scenarios[name]], case.set))
         return Reliability(spec, scenarios, source.files)
     except InputError as error:
         if () not in source.origins:

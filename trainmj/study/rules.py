@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
+from trainmj.cases.effect import idle, idle_held
 from trainmj.cases.load_cases import in_case, in_vain
 from trainmj.collision.chain import Chain
 from trainmj.collision.lineup import line_up
@@ -64,6 +65,8 @@ def broken_rules(spec: StudyFile, scenarios: Mapping[str, Scenario], chains: Map
             if problem.path not in said:
                 yield problem
             said.add(problem.path)
+    if not said:
+        yield from _idle(spec, scenarios)
     yield from _heads(spec, {case: columns_of(chain) for case, chain in chains.items()})
     yield from _design(spec)
     yield from _surrogates(spec)
@@ -132,6 +135,22 @@ def _factors(spec: StudyFile, case: str, scenario: Scenario) -> Iterator[Problem
             for group, stated in fixed_in.items():
                 if any(scenario.overlap(target, fixed) for fixed in stated):
                     yield Problem(sets, f"is fixed under {dotted(group)}: leave it out there")
+
+
+def _idle(spec: StudyFile, scenarios: Mapping[str, Scenario]) -> Iterator[Problem]:
+    """Factors, and values that are set, which have no effect in any design."""
+    blocks: list[dict[str, list[Any]]] = []
+    for part in spec.factors.values():
+        values: list[Any] = list(part.levels if isinstance(part, ChoiceFactor) else part.bounds)
+        blocks.append(dict.fromkeys(part.targets, values))
+    factors = {part.targets: name for name, part in spec.factors.items()}
+    for targets, rule in idle(scenarios.values(), blocks, [*factors], ["tolerances"] if spec.robust else ()):
+        yield Problem(("factors", factors[tuple(targets)], "sets"), rule)
+    for name, rule in idle_held(scenarios.values(), spec.set, blocks):
+        yield Problem(("set", name), rule)
+    for case, of in (spec.cases or {}).items():
+        for name, rule in idle_held([scenarios[case]], of.set, blocks):
+            yield Problem(("cases", case, "set", name), rule)
 
 
 def _check(spec: StudyFile, scenario: Scenario) -> Iterator[Problem]:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trainmj.cases.effect import idle, idle_held, refuse
 from trainmj.cases.load_cases import LoadCase, in_case, scenarios_of, within
 from trainmj.cases.rows import STATUS
 from trainmj.collision.cases import AT_ONCE, Cases
@@ -102,6 +103,7 @@ class Sweep(Shown):
         late = [n for n in self.histories if n >= len(self)]
         if late:
             raise InputError(f"histories: there is no case {late[0]}; the last is {len(self) - 1}")
+        refuse(idle(self.scenarios.values(), self.blocks))
 
     def __repr__(self) -> str:
         """How many cases, of what, and what varies."""
@@ -210,12 +212,12 @@ def grid_of(
     return _fixed(Sweep(scenario, blocks, listed(responses), tuple(histories)), changes or {}, {})
 
 
-def _fixed(sweep: Sweep, fixed: Iterable[str], cases: Mapping[str, LoadCase]) -> Sweep:
-    """The same sweep, if it varies nothing that is set for all its cases or a load case: what is set would be in none.
+def _fixed(sweep: Sweep, fixed: Mapping[str, Any], cases: Mapping[str, LoadCase]) -> Sweep:
+    """The same sweep, if what is set for all its cases or a load case is not varied, too, and has an effect.
 
     Args:
         sweep: to be checked.
-        fixed: names of what is set for every case.
+        fixed: what is set for every case.
         cases: its load cases.
     """
     for case, scenario in sweep.scenarios.items():
@@ -226,6 +228,9 @@ def _fixed(sweep: Sweep, fixed: Iterable[str], cases: Mapping[str, LoadCase]) ->
             if lost is not None:
                 same = "" if name == lost else f", as {lost},"
                 raise InputError(f"{name}: is varied, and set{same} {places[lost]}: leave one of them out")
+        with within(case):
+            refuse(idle_held([scenario], cases[case].set if case else {}, sweep.blocks))
+    refuse(idle_held(sweep.scenarios.values(), fixed, sweep.blocks))
     return sweep
 
 
@@ -311,7 +316,7 @@ def _checked(source: Source, changes: Mapping[str, Any]) -> Sweep:
             source.files,
             source.told,
         )
-        return _fixed(sweep, [*spec.set, *changes], cases)
+        return _fixed(sweep, {**spec.set, **changes}, cases)
     except InputError as error:
         if () not in source.origins:
             raise
