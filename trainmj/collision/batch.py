@@ -180,8 +180,8 @@ def _in_threads(threads: int, queue: _Queue, places: int, wanted: Wanted) -> Ite
             ended.put(None)
 
     with ThreadPoolExecutor(threads, "trainmj") as pool:
-        workers = [pool.submit(work) for _ in range(threads)]
         try:
+            workers = [pool.submit(work) for _ in range(threads)]  # raises where no thread can be had
             while threads:
                 found = ended.get()
                 if found is None:

@@ -458,6 +458,8 @@ def _unpacked(content: bytes) -> tuple[dict[str, Any], dict[str, Array]]:
         with netcdf_file(_Bounded(content), mmap=False) as data:
             attributes = {k: v.decode() if isinstance(v, bytes) else v for k, v in data._attributes.items()}
             return attributes, {name: variable.data for name, variable in data.variables.items()}
+    except MemoryError:
+        raise InputError("takes more memory than there is") from None
     except _UNREADABLE as error:
         raise InputError(f"is not a readable NetCDF file ({type(error).__name__})") from None
 
@@ -553,7 +555,7 @@ _OF_PLANE = ("frame", "wheelset", "ends", "line", "degree")
 _LONGEST_INTERVAL = 0.1
 """Between two records [s]."""
 
-_UNREADABLE = (ArithmeticError, AttributeError, LookupError, MemoryError, OSError, TypeError, ValueError)
+_UNREADABLE = (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
 """What a reader raises on a file that is not what it says."""
 
 _MOST_BYTES = 300_000_000

@@ -90,17 +90,20 @@ def read_bytes(path: Path, most_bytes: int, follow: bool = True) -> bytes:
             there = "is a pipe or a device, not a file" if path.exists() else "cannot be read (No such file)"
             raise InputError("is a folder, not a file" if path.is_dir() else there)
         with path.open("rb") as file:
-            larger = os.fstat(file.fileno()).st_size > most_bytes
-            content = b"" if larger else file.read(most_bytes + 1)
+            size, left = os.fstat(file.fileno()).st_size, most_bytes + 1
+            larger, pieces = size > most_bytes, list[bytes]()
+            while not larger and (piece := file.read(min(size + 4096, left))):  # it takes the memory that is asked for
+                pieces.append(piece)
+                left -= len(piece)
     except InputError:
         raise
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})") from None
     except ValueError:
         raise InputError("cannot be read (not a usable file name)") from None
-    if larger or len(content) > most_bytes:
+    if larger or left == 0:
         raise InputError(f"is larger than {most_bytes / 1e6:g} MB")
-    return content
+    return b"".join(pieces)
 
 
 def from_json(text: str | bytes) -> Any:
