@@ -50,9 +50,8 @@ _INTEGRATORS = {
     "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
 }
 
-_NEEDED = 256
-"""For a model [MB]: where a thread gets no heap of its own (128 MB), MuJoCo's reader finds fault with the file, or ends
-the process."""
+_NEEDED = 64
+"""For a model [MB]; without, MuJoCo's reader finds fault with the file, or ends the process."""
 
 _NEVER = 1e3  # a tendon this far below its rest length pulls; nothing comes so far apart [m]
 

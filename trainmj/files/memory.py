@@ -9,6 +9,7 @@ from __future__ import annotations
 import mmap
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import wraps
 from typing import Any
 
@@ -16,6 +17,8 @@ from trainmj.errors import EngineError
 
 NEEDED = 1000
 """What a command that computes finds at least when it begins [MB of address space]: libraries, and room to work."""
+
+_M_ARENA_MAX = -8
 
 
 def room(megabytes: int) -> None:
@@ -65,16 +68,26 @@ def checked(command: Callable[..., Any]) -> Callable[..., Any]:
             try:
                 room(NEEDED)
             except MemoryError:
-                raise EngineError(f"not enough memory within {found}: {NEEDED} MB are needed; raise this limit") from None
+                said = f"not enough memory within {found}: {NEEDED} MB are needed; raise this limit"
+                raise EngineError(said) from None
+            _spare()
             _load()
         return command(*args, **options)
 
     return begun
 
 
+def _spare() -> None:
+    """Let threads take less: no heap of their own, and none of OpenBLAS's, which come with the cores of a machine."""
+    import ctypes
+
+    with suppress(AttributeError):  # of the GNU C library; where a heap is refused, errno confuses MuJoCo's reader
+        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 def _load() -> None:
     """Load both copies of OpenBLAS, each with the memory that it works in."""
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # each takes memory, and there is one for each core
     import numpy as np
     from scipy.linalg.blas import dgemm
 
