@@ -27,7 +27,7 @@ from trainmj.cli.new import new
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
-from trainmj.errors import TrainmjError, out_of_memory
+from trainmj.errors import InputError, TrainmjError, out_of_memory
 from trainmj.files import memory
 from trainmj.files.text import printable
 
@@ -110,7 +110,15 @@ class _Group(click.Group):
 
         without_settings()
         with _ends_as_interrupted(self._alone), _told():
+            _check_place()
             return super().invoke(ctx)
+
+
+def _check_place() -> None:
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise InputError(f"the current folder cannot be used ({error.strerror}): change to another one") from None
 
 
 @contextmanager
