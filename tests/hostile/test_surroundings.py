@@ -272,7 +272,6 @@ import resource, sys
 most = int(sys.argv.pop(1)) << 20
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
 from trainmj.cli import main
-from trainmj.collision import batch
 main()
 """
 
