@@ -8,6 +8,7 @@ import os
 import re
 import sqlite3
 import sys
+import tracemalloc
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -28,6 +29,8 @@ from mutations import document
 import trainmj
 from trainmj.cli import main
 from trainmj.collision import batch
+from trainmj.errors import InputError
+from trainmj.files.text import read_bytes
 from trainmj.output import style
 from trainmj.output.page import Page
 from trainmj.paper import scatter
@@ -332,6 +335,19 @@ def test_memory_that_runs_out_loses_nothing_that_was_computed(tmp_path, monkeypa
     assert kept > 0
     assert CliRunner().invoke(main, args).exit_code == 0
     assert len(trainmj.read_table(tmp_path / "out")) == 3
+
+
+def test_a_file_is_read_with_the_memory_that_it_needs(tmp_path):
+    (tmp_path / "small").write_bytes(b"x" * 10_000)
+    tracemalloc.start()
+    content = read_bytes(tmp_path / "small", 300_000_000)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert (len(content), most < 1_000_000) == (10_000, True)
+    for most_bytes in (9_999, 5_000):
+        with pytest.raises(InputError, match="is larger than"):
+            read_bytes(tmp_path / "small", most_bytes)
+    assert read_bytes(tmp_path / "small", 10_000) == content
 
 
 def test_no_other_error_is_taken_for_a_lack_of_memory(monkeypatch):

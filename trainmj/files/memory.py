@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import wraps
@@ -64,7 +65,7 @@ def checked(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(command)
     def begun(*args: Any, **options: Any) -> Any:
-        if found := limit():
+        if (found := limit()) and "mujoco" not in sys.modules:  # a session may have loaded all of it before
             try:
                 room(NEEDED)
             except MemoryError:
