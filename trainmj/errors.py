@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import errno
 from collections.abc import Iterable
 
 _LONGEST = 100  # characters of a word for which near ones are looked for
@@ -48,3 +49,17 @@ def close_match(word: str, known: Iterable[str]) -> str:
         return f"; did you mean {near!r}?"
     more = f" and {len(names) - _MOST_SAID} more" if len(names) > _MOST_SAID else ""
     return f"; known: {', '.join(names[:_MOST_SAID])}{more}" if names else ""
+
+
+_SAID_OF_MEMORY = ("allocate memory", "out of memory", "bad_alloc", "failed to map segment", "start new thread")
+
+
+def out_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or what it came of, is a lack of memory; libraries raise many kinds then."""
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        if any(words in str(error).lower() for words in _SAID_OF_MEMORY):
+            return True
+        error = error.__cause__ or error.__context__
+    return False

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
 import sqlite3
 import sys
+import tracemalloc
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +28,9 @@ from mutations import document
 
 import trainmj
 from trainmj.cli import main
+from trainmj.collision import batch
+from trainmj.errors import InputError
+from trainmj.files.text import read_bytes
 from trainmj.output import style
 from trainmj.output.page import Page
 from trainmj.paper import scatter
@@ -259,6 +265,101 @@ os.execv(sys.executable, [sys.executable, *words])
 """
     assert python("-c", code, cwd=tmp_path).returncode == 0
     assert list(trainmj.read_table(tmp_path / "out").status) == ["over", "over"]
+
+
+# memory
+
+
+LITTLE = """
+import resource, sys
+most = int(sys.argv.pop(1)) << 20
+resource.setrlimit(resource.RLIMIT_AS, (most, most))
+from trainmj.cli import main
+main()
+"""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("megabytes", [150, 250, 300, 500, 900])
+@pytest.mark.parametrize(
+    "args", [("run", "b_type"), ("sweep", "b_type", "--vary", "mass_t=30,33"), ("check", "b_type")]
+)
+def test_too_little_memory_is_said_before_a_library_meets_it(python, tmp_path, megabytes, args):
+    """Breaks if a command hangs, as OpenBLAS does, or ends in a traceback."""
+    out = () if args[0] == "check" else ("--out", str(tmp_path / "out"))
+    done = python("-c", LITTLE, str(megabytes), *args, *out)
+    said = f"Error: not enough memory within ulimit -v {megabytes * 1024}: 1000 MB are needed; raise this limit\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
+
+
+@pytest.mark.thorough
+def test_commands_work_with_the_memory_that_is_asked_for(python, tmp_path):
+    for args in (("run", "b_type"), ("sweep", "b_type", "--vary", "mass_t=30,33,36")):
+        done = python("-c", LITTLE, "1050", *args, "--out", str(tmp_path / args[0]), "--report")
+        assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert list(trainmj.read_table(tmp_path / "sweep").status) == ["over"] * 3
+
+
+LACKS = [
+    MemoryError(),
+    OSError(errno.ENOMEM, "Cannot allocate memory"),
+    ImportError("x.so: failed to map segment from shared object"),
+    RuntimeError("can't start new thread"),
+    RuntimeError("Could not allocate memory"),
+]
+
+
+@pytest.mark.parametrize("lack", LACKS)
+def test_a_lack_of_memory_is_known_whatever_a_library_makes_of_it(monkeypatch, lack):
+    def fails(*_: object) -> None:
+        raise ValueError("found fault with a file") from lack
+
+    monkeypatch.setattr(trainmj, "load", fails)
+    done = CliRunner().invoke(main, ("check", "b_type"))
+    assert (done.exit_code, done.stderr[:25]) == (2, "Error: not enough memory:"), done.output
+
+
+def test_memory_that_runs_out_loses_nothing_that_was_computed(tmp_path, monkeypatch):
+    args = ("sweep", "b_type", "--vary", "mass_t=30,33,36", *SHORT, "--out", str(tmp_path / "out"))
+
+    def some(*given: Any, **more: Any) -> Iterator[Any]:
+        yield from islice(computed(*given, **more), 1)
+        raise MemoryError
+
+    computed = batch.run_lots
+    monkeypatch.setattr(batch, "run_lots", some)
+    done = CliRunner().invoke(main, args)
+    assert (done.exit_code, done.stderr[:25]) == (2, "Error: not enough memory:"), done.output
+    kept = len(trainmj.read_table(tmp_path / "out"))
+    monkeypatch.setattr(batch, "run_lots", computed)
+    assert kept > 0
+    assert CliRunner().invoke(main, args).exit_code == 0
+    assert len(trainmj.read_table(tmp_path / "out")) == 3
+
+
+def test_a_file_is_read_with_the_memory_that_it_needs(tmp_path):
+    (tmp_path / "small").write_bytes(b"x" * 10_000)
+    tracemalloc.start()
+    content = read_bytes(tmp_path / "small", 300_000_000)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert (len(content), most < 1_000_000) == (10_000, True)
+    for most_bytes in (9_999, 5_000):
+        with pytest.raises(InputError, match="is larger than"):
+            read_bytes(tmp_path / "small", most_bytes)
+    assert read_bytes(tmp_path / "small", 10_000) == content
+
+
+def test_no_other_error_is_taken_for_a_lack_of_memory(monkeypatch):
+    monkeypatch.setattr(trainmj, "load", lambda *_: 1 / 0)
+    assert isinstance(CliRunner().invoke(main, ("check", "b_type")).exception, ZeroDivisionError)
+
+
+def test_a_current_folder_that_is_gone_is_said(tmp_path):
+    (tmp_path / "gone").mkdir()
+    ended = forked(tmp_path / "gone", "export", "b_type", "--out", "x.xml", prepare=(tmp_path / "gone").rmdir)
+    said = "Error: the current folder cannot be used (No such file or directory): change to another one\n"
+    assert ended == Ended(2, "", said)
 
 
 def test_the_end_of_a_file_is_not_taken_for_ctrl_c(monkeypatch):

@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
@@ -27,7 +27,8 @@ from trainmj.cli.new import new
 from trainmj.cli.reliability import reliability
 from trainmj.cli.render import render, view
 from trainmj.cli.report import report
-from trainmj.errors import TrainmjError
+from trainmj.errors import InputError, TrainmjError, out_of_memory
+from trainmj.files import memory
 from trainmj.files.text import printable
 
 PATIENCE = 10.0
@@ -109,7 +110,15 @@ class _Group(click.Group):
 
         without_settings()
         with _ends_as_interrupted(self._alone), _told():
+            _check_place()
             return super().invoke(ctx)
+
+
+def _check_place() -> None:
+    try:
+        os.getcwd()
+    except OSError as error:
+        raise InputError(f"the current folder cannot be used ({error.strerror}): change to another one") from None
 
 
 @contextmanager
@@ -118,15 +127,24 @@ def _told() -> Iterator[None]:
     try:
         yield
     except TrainmjError as error:
-        coloured = not os.environ.get("NO_COLOR")  # and only on a terminal
-        click.echo(click.style("Error:", fg="red", bold=True) if coloured else "Error:", err=True, nl=False)
-        click.echo(f" {printable(str(error))}", err=True)
-        sys.exit(2)
+        _end(str(error))
     except KeyboardInterrupt:
         click.echo("Stopped.", err=True)
         sys.exit(130)
     except EOFError as error:
         raise RuntimeError(f"EOFError: {error}") from error  # click would take it for Ctrl-C
+    except Exception as error:
+        if not out_of_memory(error):
+            raise
+        _end(memory.lacking())
+
+
+def _end(message: str) -> NoReturn:
+    """End with an error."""
+    coloured = not os.environ.get("NO_COLOR")  # and only on a terminal
+    click.echo(click.style("Error:", fg="red", bold=True) if coloured else "Error:", err=True, nl=False)
+    click.echo(f" {printable(message)}", err=True)
+    sys.exit(2)
 
 
 @click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
@@ -159,4 +177,6 @@ for command in (
     references.paper,
     completion,
 ):
+    if command.callback and command not in (inputs.scenarios, completion):  # which load no library of numbers
+        command.callback = memory.checked(command.callback)
     main.add_command(command)

@@ -151,8 +151,8 @@ def _in_threads(threads: int, waiting: Waiting, places: int, look: Callable[[Mea
             ended.put(None)
 
     with ThreadPoolExecutor(threads, "trainmj") as pool:
-        workers = [pool.submit(work) for _ in range(threads)]
         try:
+            workers = [pool.submit(work) for _ in range(threads)]  # raises where no thread can be had
             while threads:
                 seen = ended.get()
                 if seen is None:

@@ -23,6 +23,7 @@ from trainmj.collision.model_plane import add_rails_and_stops, add_vehicle, enab
 from trainmj.collision.model_plane import numbers_of as numbers_in_plane
 from trainmj.collision.press import press
 from trainmj.errors import EngineError
+from trainmj.files.memory import room
 from trainmj.files.resources import shipped_folder
 
 OF_DEVICES = ("force", "energy", "left stroke", "right stroke", "left energy", "right energy")
@@ -48,6 +49,9 @@ _INTEGRATORS = {
     "implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
     "implicit": mujoco.mjtIntegrator.mjINT_IMPLICIT,
 }
+
+_NEEDED = 64
+"""For a model [MB]; without, MuJoCo's reader finds fault with the file, or ends the process."""
 
 _NEVER = 1e3  # a tendon this far below its rest length pulls; nothing comes so far apart [m]
 
@@ -96,6 +100,7 @@ def spec(
         stand_in: with elasto-plastic tendons in place of the device law, and no room for its block; in the vertical
             plane it stands on the rails of the base scene.
     """
+    room(_NEEDED)
     base = mujoco.MjSpec.from_file(str(shipped_folder("mjcf") / "base.xml"))
     if not scene:
         base = _options_of(base)

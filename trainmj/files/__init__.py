@@ -16,5 +16,6 @@ Nothing here knows what is in them.
     written     files replaced whole, folders that one process holds, values as JSON holds them
     arguments   what a public function takes for what it needs
     folder      folders that a command fills: its own files there, its inputs, what an earlier one left
+    memory      whether there is enough, where it is limited
     resources   what ships with trainmj
 """

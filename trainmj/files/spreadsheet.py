@@ -160,7 +160,7 @@ def read_workbook(content: bytes) -> list[Sheet]:
         if not formulas:
             return [_sheet(sheet, {}) for sheet in sheets]
         asked = [_cells(sheet) for sheet in _loaded(content, values=False)]
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # noqa: BLE001 - openpyxl lets any kind out, of what damaged files hold
         raise InputError(f"is damaged: openpyxl cannot read it ({type(error).__name__}): {_SAVE} again") from None
@@ -193,7 +193,7 @@ def _checked(content: bytes) -> bool:
                     formulas = formulas or _FORMULA.search(text) is not None
                     cells += len(_CELL.findall(text))
                     spanned += sum(_spanned(found[1].decode("ascii", "replace")) for found in _SPANS.finditer(text))
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception:  # noqa: BLE001 - zipfile and zlib let any kind out, of what damaged files hold
         raise InputError(f"is damaged, or has a password: {_SAVE} again, without a password") from None

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from trainmj.collision.envelope import Array
 from trainmj.collision.mj import mujoco
-from trainmj.errors import EngineError
+from trainmj.errors import EngineError, out_of_memory
 
 Picture = NDArray[np.uint8]
 """(height, width, 3) red, green and blue, the top row first."""
@@ -111,7 +111,9 @@ def new_context(width: int, height: int) -> Any:
     try:
         context = import_module(f"mujoco.{platform}").GLContext(width, height)
         context.make_current()
-    except (ImportError, AttributeError, OSError):  # PyOpenGL's ways to miss a library
+    except (ImportError, AttributeError, OSError) as error:  # PyOpenGL's ways to miss a library
+        if out_of_memory(error):
+            raise
         raise EngineError(
             f"pictures are drawn in memory by {name}, which is not installed; on Debian and Ubuntu: "
             f"apt install {packages}"

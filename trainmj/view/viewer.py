@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from trainmj.collision import kernel
 from trainmj.collision.block import Layout
 from trainmj.collision.fields import Head
+from trainmj.collision.interrupts import held_back
 from trainmj.collision.lineup import line_up
 from trainmj.collision.mj import mujoco
 from trainmj.collision.model import split_sensors
@@ -22,6 +26,7 @@ from trainmj.view.shapes import Shapes, largest_energy
 
 _FRAME = 1 / 30  # of the screen [s]
 _PAUSE = 1.5  # before the collision begins, and before it begins again [s]
+_CLOSING = 5.0  # at most, for the window to close [s]
 
 
 def view(scenario: Scenario, slow: float = 0.1) -> None:
@@ -33,8 +38,6 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
     """
     check_pace(slow)
     _check_screen()
-    import mujoco.viewer
-
     chain = line_up(scenario)
     layout = Layout.of(chain)
     full = largest_energy(run(scenario))
@@ -43,7 +46,7 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
         data = start(model, chain, layout)
         shapes = Shapes(model, chain, full)
         steps = max(1, round(_FRAME * slow / chain.step))
-        with mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False) as window:
+        with _window(model, data) as window:
             window.cam.lookat[:], window.cam.distance = (0.0, 0.0, 1.6), 40.0
             window.cam.azimuth, window.cam.elevation = 60.0, -10.0
             while window.is_running():
@@ -64,6 +67,27 @@ def view(scenario: Scenario, slow: float = 0.1) -> None:
                     _show(window, shapes, wear)
                     time.sleep(max(0.0, steps * chain.step / slow - (time.monotonic() - began)))
                 _wait(window, 2 * _PAUSE)
+
+
+@contextmanager
+def _window(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[mujoco.viewer.Handle]:
+    """The viewer's window. The thread that draws in it has ended after the block: at the end of the process it crashes.
+
+    Ctrl-C waits while the window opens and closes.
+    """
+    import mujoco.viewer
+
+    others, window = set(threading.enumerate()), None
+    try:
+        with held_back():
+            window = mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
+        yield window
+    finally:
+        with held_back():
+            if window is not None:
+                window.close()
+            for thread in set(threading.enumerate()) - others:
+                thread.join(_CLOSING)
 
 
 def _show(window: mujoco.viewer.Handle, shapes: Shapes, wear: Wear) -> None:
