@@ -314,7 +314,7 @@ def test_a_lack_of_memory_is_known_whatever_a_library_makes_of_it(monkeypatch, l
     def fails(*_: object) -> None:
         raise ValueError("found fault with a file") from lack
 
-    monkeypatch.setattr(trainmj, "load", fails)
+    monkeypatch.setattr(trainmj.scenario, "load", fails)
     done = CliRunner().invoke(main, ("check", "b_type"))
     assert (done.exit_code, done.stderr[:25]) == (2, "Error: not enough memory:"), done.output
 
@@ -351,7 +351,7 @@ def test_a_file_is_read_with_the_memory_that_it_needs(tmp_path):
 
 
 def test_no_other_error_is_taken_for_a_lack_of_memory(monkeypatch):
-    monkeypatch.setattr(trainmj, "load", lambda *_: 1 / 0)
+    monkeypatch.setattr(trainmj.scenario, "load", lambda *_: 1 / 0)
     assert isinstance(CliRunner().invoke(main, ("check", "b_type")).exception, ZeroDivisionError)
 
 
@@ -366,7 +366,7 @@ def test_the_end_of_a_file_is_not_taken_for_ctrl_c(monkeypatch):
     def torn(*_: object) -> None:
         raise EOFError("Ran out of input")
 
-    monkeypatch.setattr(trainmj, "load", torn)
+    monkeypatch.setattr(trainmj.scenario, "load", torn)
     done = CliRunner().invoke(main, ("check", "b_type"))
     assert isinstance(done.exception, RuntimeError)
     assert "Aborted" not in done.output
