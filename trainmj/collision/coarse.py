@@ -15,21 +15,18 @@ import numpy as np
 from trainmj.collision.chain import names_in_runs, order_of_vehicles
 from trainmj.collision.elementwise import lesser
 from trainmj.collision.envelope import Array, BoolArray
-from trainmj.collision.measured import UNSEEN, Measured
+from trainmj.collision.measured import Measured
+from trainmj.collision.status import COARSE
 from trainmj.units import MS
-
-COARSE = "coarse step"
-"""What a status says first of a case with such peaks."""
 
 SHARP = 0.05
 """Least part of a peak by which it stands out of both neighbours and counts as sharp."""
 
-LATE = 0.9
+LATE = 0.5
 """Least angle by which the swings before a peak may be late, and it counts as such [rad]."""
 
 _COUNTS = 0.02  # peaks to speak of, relative to the largest of their kind
 _ONE_SIDED = 10.0  # a change on one side of a peak that is so many times that on the other is a jump and no swing
-_LEAST = 1e-4  # curvature of a peak in a step, relative to it, below which it is flat
 _WANTED = 0.01  # of a peak that is sharp
 
 
@@ -48,12 +45,11 @@ class Coarse:
         """Look at the peaks of a lot."""
         tally, self._chain = measured.tally, measured.chain
         force, net = tally.force_max, tally.device_peak * measured.mass
-        known = tally.unseen_force >= (1.0 - UNSEEN) * force, tally.unseen_peak >= (1.0 - UNSEEN) * tally.device_peak
-        self.forces = _sharp(force, tally.force_rise, tally.force_fall, known[0], _counts(force))
+        self.forces = _sharp(force, tally.force_rise, tally.force_fall, _counts(force))
         counts = _counts(tally.device_peak)
-        self.peaks = _sharp(net, tally.peak_rise, tally.peak_fall, known[1], counts)
+        self.peaks = _sharp(net, tally.peak_rise, tally.peak_fall, counts)
         once = lesser(tally.peak_rise, tally.peak_fall) / net
-        bend = lesser((tally.peak_rise + tally.peak_fall) / net, _ONE_SIDED * once + _LEAST)  # (frequency times step)^2
+        bend = lesser((tally.peak_rise + tally.peak_fall) / net, _ONE_SIDED * once)  # (frequency times step)^2
         angle = tally.peak_swung / net * np.sqrt(bend)
         self.late = np.where(counts & (self.peaks == 0.0) & (angle > LATE), angle, 0.0)
 
@@ -99,7 +95,7 @@ def _counts(peaks: Array) -> BoolArray:
     return np.asarray(peaks >= _COUNTS * peaks.max(axis=-1, keepdims=True, initial=0.0))
 
 
-def _sharp(peak: Array, rise: Array, fall: Array, known: BoolArray, counts: BoolArray) -> Array:
-    """(n_case, n) by how much sharp peaks stand out of both neighbours, relative; 0 of others, and of known ones."""
+def _sharp(peak: Array, rise: Array, fall: Array, counts: BoolArray) -> Array:
+    """(n_case, n) by how much sharp peaks stand out of both neighbours, relative; 0 of others."""
     share = lesser(rise, fall) / peak
-    return np.where(counts & ~known & (share > SHARP), share, 0.0)
+    return np.where(counts & (share > SHARP), share, 0.0)
