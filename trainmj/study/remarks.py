@@ -300,8 +300,9 @@ def _coarse(simulated: Designs, facts: Facts) -> Iterator[Remark]:
     tests = f"{count} of {len(simulated)} tests{' and the chosen design' if chosen else ''} have"
     text = (
         f"{tests if count else 'The chosen design has'} a {COARSE}, for the peaks in the reason: where responses are "
+        "peaks, set a smaller simulation.step_ms."
     )
-    yield Remark("warn", "step", f"{text}peaks, set a smaller simulation.step_ms.")
+    yield Remark("warn", "step", text)
 
 
 def _held(facts: Facts) -> Iterator[Remark]:
