@@ -17,8 +17,10 @@ from trainmj.collision.simulation import run
 from trainmj.collision.status import COARSE
 from trainmj.collision.summary import Summary, summarise
 from trainmj.scenario import Scenario, load
+from trainmj.sweep.page import page_of_folder
 from trainmj.sweep.plan import grid_of
 from trainmj.sweep.run import run_sweep
+from trainmj.sweep.screen import said_of_result
 
 
 def on_a_wall(device: dict[str, Any], mass_t: float, speed_m_s: float, **more: Any) -> Scenario:
@@ -177,6 +179,8 @@ def test_a_batch_and_a_sweep_say_the_same(tmp_path):
     assert result.coarse == 1
     assert [COARSE in str(reason) for reason in table["reason"]] == [False, True]
     assert table["reason"][1] == found[0].status.reason
+    assert any(f"1 of 2 cases have a {COARSE}" in line for line in said_of_result(result))
+    assert f"1 of 2 cases have a {COARSE}" in page_of_folder(tmp_path).html()
 
 
 def test_in_the_vertical_plane_it_is_said_too():

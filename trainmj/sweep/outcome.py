@@ -240,9 +240,7 @@ def verdict(counts: Mapping[str, int], planned: int, first: str, outcome: Outcom
 
 def say_coarse(count: int, cases: int) -> str:
     """That cases have peaks for which their step is coarse."""
-    return (
-        f"{count} of {cases} cases say {COARSE}, and for which peaks, in their reason: set a smaller simulation.step_ms"
-    )
+    return f"{count} of {cases} cases have a {COARSE}, for the peaks in their reason: set a smaller simulation.step_ms"
 
 
 def first_of(cases: Iterable[tuple[int, str, str]]) -> str:
