@@ -63,7 +63,7 @@ class Endings:
         status = self._ended_as(case)
         if status.kind in _WITHOUT_PEAKS or not self._coarse_cases[case]:
             return status
-        return replace(status, detail="; ".join(filter(None, (status.detail, self._coarse.said(case)))))
+        return replace(status, detail="; ".join(filter(None, (status.detail, self.coarse.said(case)))))
 
     def _ended_as(self, case: int) -> Status:
         """How one of them ended."""
@@ -158,14 +158,14 @@ class Endings:
                 yield where, f"{where} (a member shortened by its whole length)"
 
     @cached_property
-    def _coarse(self) -> Coarse:
+    def coarse(self) -> Coarse:
         """The peaks for which the step may be too coarse."""
         return Coarse(self._measured)
 
     @cached_property
     def _coarse_cases(self) -> list[bool]:
         """(n_case,) whether there are any."""
-        cases: list[bool] = self._coarse.cases.tolist()
+        cases: list[bool] = self.coarse.cases.tolist()
         return cases
 
     @cached_property

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 
 from trainmj.collision.chain import Chain, names_in_runs, order_of_vehicles
-from trainmj.collision.coarse import Coarse
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.fields import KEPT
 from trainmj.collision.gear import BOGIES, SUSPENDED
@@ -97,7 +96,7 @@ def _of_gear(chain: Chain) -> Iterator[str]:
 
 def remarks_of(measured: Measured) -> tuple[str, ...]:
     """What the collision of a lot of one adds to the remarks of its chain."""
-    return (*_set_free(measured), *_refined(measured), *Coarse(measured).remarks(0), *_contacts(measured))
+    return (*_set_free(measured), *_refined(measured), *_contacts(measured))
 
 
 def _set_free(measured: Measured) -> Iterator[str]:
