@@ -23,6 +23,7 @@ from trainmj.cases.rows import Rows
 from trainmj.cli import main
 from trainmj.collision.limits import Limited
 from trainmj.errors import InputError
+from trainmj.reliability.screen import remarks
 
 SMALL = {
     "title": "Two cars on crush tubes",
@@ -84,8 +85,8 @@ def files_of(out):
 class Linear:
     """Computes nothing: a limit is passed where y, the normal score of the only quantity, the gap, is above beta."""
 
-    def __init__(self, beta=1.0, fails=lambda y: False):
-        self.beta, self.fails = beta, fails
+    def __init__(self, beta=1.0, fails=lambda y: False, reason=""):
+        self.beta, self.fails, self.reason = beta, fails, reason
         self.identity = {"code": "none"}
 
     def of(self, scenario, responses=("*",)):
@@ -104,7 +105,7 @@ class Linear:
                 found = np.array([c.limit * (1.0 + (y[key] - self.beta) / 10.0) for key in there])
                 same = (c.name, c.title, c.unit, c.digits, c.of_scenario, c.source)
                 limited = Limited(*same, [c.where] * n, found, np.full(n, c.limit), np.full(n, True))
-                facts = {"status": np.where(limited.kept, "over", "limit passed").tolist(), "reason": [""] * n}
+                facts = {"status": np.where(limited.kept, "over", "limit passed").tolist(), "reason": [self.reason] * n}
                 yield Rows(there, facts, self.columns, found[:, None], (limited,))
 
 
@@ -166,6 +167,13 @@ def test_what_has_no_usable_number_is_never_counted_as_safe(folder):
     assert "unstable: made so" in found.first_unusable
     (quantiles,) = [s for s in found.scattered if s.name == "TS_mm"]
     assert quantiles.quantiles[-1][1].upper == math.inf  # it may have been any of those that failed
+
+
+def test_draws_whose_step_is_coarse_for_their_peaks_are_counted(folder):
+    found = run("out", engine=Linear(reason="coarse step for the peak forces of M1"), **GAP)
+    assert found.coarse == found.collisions == 64
+    assert any("64 of 64 collisions have a coarse step" in said for said in remarks(found))
+    assert not any("coarse step" in said for said in remarks(run("other", engine=Linear(), **GAP)))
 
 
 def test_what_passes_in_one_load_case_passes_whatever_becomes_of_it_in_another(folder):

@@ -229,3 +229,16 @@ def test_pictures_and_page_show_the_chosen_design_where_it_was_simulated(blind):
     (star,) = (trace for trace in plot["data"] if trace["name"] == "the same, simulated")
     assert [*star["x"], *star["y"]] == pytest.approx(simulated.tolist(), rel=1e-3)
     assert star["x"] != pytest.approx(predicted[:1].tolist(), rel=1e-2)
+
+
+def test_tests_whose_step_is_coarse_for_their_peaks_are_counted(good):
+    assert not any("coarse step" in text for text in found(good).values())
+    table = good.tables["02_simulations"].copy()
+    table["reason"] = table["reason"].astype(object)
+    table.loc[[0, 2], "reason"] = "coarse step for the peak forces of M1"
+    said = found(good, tables={"02_simulations": table})["warn", "step"]
+    assert said.startswith(f"2 of {len(table)} tests have a coarse step")
+    check = {"check__reason": "coarse step for the peak forces of M1"}
+    both = found(good, tables={"02_simulations": table}, **check)["warn", "step"]
+    assert f"2 of {len(table)} tests and the chosen design have a coarse step" in both
+    assert found(good, **check)["warn", "step"].startswith("The chosen design has a coarse step")

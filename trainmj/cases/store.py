@@ -139,6 +139,11 @@ class Store:
         query = f'SELECT status, count(*), min("{self._key}"), reason FROM results GROUP BY status'  # that of the first
         return {status: (count, first, reason) for status, count, first, reason in self._select(query)}
 
+    def saying(self, words: str) -> int:
+        """How many cases have some words in their reason."""
+        ((count,),) = self._select("SELECT count(*) FROM results WHERE instr(reason, ?) > 0", (words,))
+        return int(count)
+
     def column(self, name: str, before: Key) -> Iterator[Any]:
         """The values of a column in the order of the keys, of those before a key; None where a case has none."""
         name = _quoted(name) if name in self._names else "NULL"

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from trainmj.collision.chain import order_of_vehicles
+from trainmj.collision.coarse import Coarse
 from trainmj.collision.device import CAR_BODY
 from trainmj.collision.envelope import Array, BoolArray
 from trainmj.collision.limits import Limited
@@ -20,6 +22,8 @@ from trainmj.collision.status import Kind, Status, not_valid
 from trainmj.units import KJ, MM, beyond
 
 _WITHOUT_WORDS = (Kind.OVER, Kind.TIME_LIMIT)
+
+_WITHOUT_PEAKS = (Kind.UNSTABLE, Kind.NO_CONTACT)
 
 Said = tuple[str, str]
 """Where something is, and that with its numbers."""
@@ -61,7 +65,14 @@ class Endings:
         return [names[k] for k in first.tolist()]
 
     def of(self, case: int) -> Status:
-        """How one of them ended, in words."""
+        """How one of them ended, in words, and whether the step is too coarse for its peaks."""
+        status = self._ended_as(case)
+        if status.kind in _WITHOUT_PEAKS or not self._coarse_cases[case]:
+            return status
+        return replace(status, detail="; ".join(filter(None, (status.detail, self.coarse.said(case)))))
+
+    def _ended_as(self, case: int) -> Status:
+        """How one of them ended."""
         kind = self.kinds[case]
         if kind in _WITHOUT_WORDS:
             return Status(kind)
@@ -151,6 +162,17 @@ class Endings:
             if self._measured.used_up[case, i]:
                 where = f"body of {self._chain.vehicles[i].name}"
                 yield where, f"{where} (a member shortened by its whole length)"
+
+    @cached_property
+    def coarse(self) -> Coarse:
+        """The peaks for which the step may be too coarse."""
+        return Coarse(self._measured)
+
+    @cached_property
+    def _coarse_cases(self) -> list[bool]:
+        """(n_case,) whether there are any."""
+        cases: list[bool] = self.coarse.cases.tolist()
+        return cases
 
     @cached_property
     def _finite(self) -> BoolArray:

@@ -104,6 +104,10 @@ class Car(_Field):
     DEVICE_PEAK = "m/s2", "largest |acceleration| by the devices alone", True
     TOTAL_PEAK = "m/s2", "largest |acceleration|, rail friction, brake and grade included", True
     UNSEEN_PEAK = "m/s2", "largest |acceleration| by the devices at a peak of a curve between two steps", True
+    PEAK_RISE = "N", "by how much the largest |force| by the devices is above that of the step before", True
+    PEAK_FALL = "N", "by how much it is above that of the step behind", True
+    SWUNG = "N", "sum of |changes| of the force by the devices so far"
+    PEAK_SWUNG = "N", "the same when the force was largest", True
     WINDOW_IMPULSE = "N s", "impulse of the devices in the present window of means", True
     WINDOW_PEAK = "m/s2", "largest |mean acceleration| by the devices over one of the windows before", True
     SPEED_FIRST = "m/s", "speed at the first force at the front", True
@@ -180,6 +184,8 @@ class Joint(_Field):
     STROKE_MAX = "m", "largest stroke", True
     STROKE_MAX_TIME = "s", "time of the largest stroke", True
     FORCE_MAX = "N", "largest force", True
+    FORCE_RISE = "N", "by how much that is above the force of the step before", True
+    FORCE_FALL = "N", "by how much it is above the force of the step behind", True
     PULL_MAX = "N", "largest pull", True
     ABOVE = "N", "what the force was larger on the way from the evaluation before"
     LATE = "N s", "impulse by which it fell short in the step before the last evaluation"

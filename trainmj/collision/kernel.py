@@ -60,7 +60,7 @@ from trainmj.collision.jitable import inlined, jitable
 from trainmj.collision.jitable import integer_at as _size
 from trainmj.collision.jitable import place_at as _in
 from trainmj.collision.jitable import stored_at as _at
-from trainmj.collision.joint import APPROACH_SPEED, count, peaks, press
+from trainmj.collision.joint import APPROACH_SPEED, count, peaks, press, swing
 from trainmj.collision.law import SERIES
 from trainmj.collision.mj import Shared, mujoco, put, undisturbed
 from trainmj.collision.offsets import Offsets, field_offsets
@@ -439,6 +439,7 @@ def _vehicles(
             i += 1
         mass = s[c + CAR.MASS]
         speed = v if count == 1 else momentum / mass
+        swing(s, c, net)
         contact.follow(s, c, car, net, elapsed, time)
         s[c + CAR.NET], s[c + CAR.RAIL], s[c + CAR.SLOPE] = net, rail, slope
         s[c + CAR.SPEED] = speed
@@ -449,9 +450,6 @@ def _vehicles(
             s[c + CAR.SPEED_LAST] = speed
             if first:
                 s[c + CAR.SPEED_FIRST] = speed
-        if abs(net) > s[c + CAR.DEVICE_FORCE]:
-            s[c + CAR.DEVICE_FORCE] = abs(net)
-            s[c + CAR.DEVICE_PEAK] = abs(net) / mass
         if abs(whole) > s[c + CAR.TOTAL_FORCE]:
             s[c + CAR.TOTAL_FORCE] = abs(whole)
             s[c + CAR.TOTAL_PEAK] = abs(whole) / mass

@@ -609,7 +609,7 @@ _LONGEST_TEXT = 10_000
 _MOST_BYTES = 300_000_000
 """More than the largest result that the limits of a scenario allow."""
 
-_FORMAT = "trainmj result 5"
+_FORMAT = "trainmj result 6"
 _CHECKSUM = "sha256"
 _ZEROS = b"0" * 64
 _PLACE = re.compile(rb"(sha256\0\0\0\0\0\x02\0\0\0\x40)[0-9a-f]{64}")  # the attribute: name, type, length, text

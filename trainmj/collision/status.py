@@ -46,6 +46,9 @@ PAST_LIMITS = (Kind.EXHAUSTED, Kind.LIMIT)
 """Kinds of cases with valid numbers that a design does not pass."""
 
 
+COARSE = "coarse step"
+"""How a reason begins to say that there are peaks for which the step may be too coarse."""
+
 WHY_NOT_VALID = "a curve ended behind which nothing is stated, or one vehicle overrode another"
 """How numbers come to be not valid, in words."""
 

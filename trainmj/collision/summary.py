@@ -186,7 +186,7 @@ def summary_of(found: Found, case: int = 0) -> Summary:
     balance = Numbers(_numbers(found, of_balance(chain)))
     whole = _numbers(found, (*of_train(chain), *COLLISION))
     partner = [said for _, said in found.endings.spent(0, False)]
-    said = (*remarks(chain), *remarks_of(measured), *_of_partner(partner))
+    said = (*remarks(chain), *remarks_of(measured), *found.endings.coarse.remarks(0), *_of_partner(partner))
     return Summary(
         whole,
         found.endings.of(0),

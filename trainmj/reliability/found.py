@@ -178,6 +178,7 @@ class ReliabilityResult(Drawn):
         scattered: by load case.
         endings: how the draws ended, by load case: how many of each kind.
         first_unusable: the first without usable numbers, in words; empty if there is none.
+        coarse: collisions of the draws whose step is coarse for their peaks.
         searched: small probabilities that were searched for.
         indices: Sobol' indices.
         computed: collisions that were computed now; the others were there.
@@ -191,6 +192,7 @@ class ReliabilityResult(Drawn):
     scattered: tuple[Scattered, ...]
     endings: Mapping[str, Counter[str]]
     first_unusable: str
+    coarse: int
     searched: tuple[Searched, ...]
     indices: tuple[Index, ...]
     computed: int
@@ -238,6 +240,7 @@ class ReliabilityResult(Drawn):
                 "probabilities": [_plain(one) for one in self.passed],
                 "quantiles": [asdict(one) for one in self.scattered],
                 "endings": {case: dict(of) for case, of in self.endings.items()},
+                "coarse": self.coarse,
                 "rare": [_searched(one) for one in self.searched],
                 "indices": [asdict(one) for one in self.indices],
             }

@@ -19,7 +19,7 @@ from trainmj.cases.store import KEY, Store
 from trainmj.collision.cases import Cases, gathered
 from trainmj.collision.limits import Criterion
 from trainmj.collision.quantities import Column
-from trainmj.collision.status import FAILED
+from trainmj.collision.status import COARSE, FAILED
 from trainmj.errors import InputError
 from trainmj.files.folder import filling, remove_own, staged
 from trainmj.output.style import ENDINGS, Format, Width, formats_given, save, styled
@@ -89,9 +89,8 @@ def run_reliability(
             passed, scattered = tuple(draws.passed()), tuple(draws.scattered())
             done = plan.spec.runs * len(plan.cases)
             searches = Searches(plan, searched, engine, designed, lambda n: progress(done + n))
-            result = ReliabilityResult(
-                plan, folder, passed, scattered, draws.endings, draws.first_unusable, (), (), 0, 0.0, engine.identity
-            )
+            ended = draws.endings, draws.first_unusable, store.saying(COARSE)
+            result = ReliabilityResult(plan, folder, passed, scattered, *ended, (), (), 0, 0.0, engine.identity)
             result = replace(
                 result,
                 searched=tuple(searches.search(passed)),

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from trainmj.collision.status import UNUSABLE, Kind
+from trainmj.collision.status import COARSE, UNUSABLE, Kind
 from trainmj.files.text import printable
 from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.reliability import tables
@@ -63,6 +63,11 @@ def remarks(result: ReliabilityResult) -> Iterator[str]:
         yield (
             f"{cut} collisions were cut off by the time limit and are judged by what came before: state a longer "
             "simulation.time_limit_s."
+        )
+    if result.coarse:
+        yield (
+            f"{result.coarse} of {result.collisions} collisions have a {COARSE}, for the peaks in their reason: where "
+            "limits are on peaks, set a smaller simulation.step_ms."
         )
     missed = sum(of[Kind.NO_CONTACT] for of in result.endings.values())
     if missed:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from trainmj.collision.status import PAST_LIMITS, UNUSABLE
+from trainmj.collision.status import COARSE, PAST_LIMITS, UNUSABLE
 from trainmj.doe import parse_terms
 from trainmj.files.source import Path
 from trainmj.scenario import Scenario
@@ -73,6 +73,7 @@ def of_result(study: Study, facts: Facts, tables: Tables) -> tuple[Remark, ...]:
         _left_out(study, simulated, chosen),
         _few_draws(study),
         _held(facts),
+        _coarse(simulated, facts),
     )
     return tuple(sorted((remark for part in found for remark in part), key=lambda remark: remark.kind != "fail"))
 
@@ -288,6 +289,20 @@ def _few_draws(study: Study) -> Iterator[Remark]:
                 f"which does not tell so small a share. Ask for {math.ceil(10 / share - 1e-6)} draws or a larger share."
             )
             yield Remark("warn", name, text)
+
+
+def _coarse(simulated: Designs, facts: Facts) -> Iterator[Remark]:
+    """Simulations whose step is coarse for their peaks."""
+    count = sum(COARSE in str(reason) for reason in simulated.reason)
+    chosen = COARSE in str(facts["check"]["reason"])
+    if not (count or chosen):
+        return
+    tests = f"{count} of {len(simulated)} tests{' and the chosen design' if chosen else ''} have"
+    text = (
+        f"{tests if count else 'The chosen design has'} a {COARSE}, for the peaks in the reason: where responses are "
+        "peaks, set a smaller simulation.step_ms."
+    )
+    yield Remark("warn", "step", text)
 
 
 def _held(facts: Facts) -> Iterator[Remark]:

@@ -140,7 +140,7 @@ def ending_of(rows: Mapping[str, Row]) -> tuple[str, str]:
     said = (
         f"{case}: {row['reason'] if row['status'] == worst else ' '.join((row['status'], row['reason']))}".rstrip(": ")
         for case, row in ended
-        if row["status"] != Kind.OVER
+        if row["status"] != Kind.OVER or row["reason"]
     )
     return worst, "; ".join(said)
 

@@ -17,7 +17,7 @@ import numpy as np
 from trainmj.cases.rows import Rows
 from trainmj.collision.limits import Limited
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
+from trainmj.collision.status import COARSE, FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.files.text import printable
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.sweep.plan import LOAD_CASE
@@ -236,6 +236,11 @@ def verdict(counts: Mapping[str, int], planned: int, first: str, outcome: Outcom
     if n == sum(counts.get(kind, 0) for kind in (*UNUSABLE, *PAST_LIMITS)):
         return failed(said)
     return (warned if stopped or n < planned else passed)(said)
+
+
+def say_coarse(count: int, cases: int) -> str:
+    """That cases have peaks for which their step is coarse."""
+    return f"{count} of {cases} cases have a {COARSE}, for the peaks in their reason: set a smaller simulation.step_ms"
 
 
 def first_of(cases: Iterable[tuple[int, str, str]]) -> str:

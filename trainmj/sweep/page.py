@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
@@ -13,14 +13,14 @@ from trainmj.cases.origin import scenario_of, versions_in
 from trainmj.cases.reader import read_sweep
 from trainmj.cases.store import FILE
 from trainmj.collision.quantities import Column as Response
-from trainmj.collision.status import FAILED, MEANING, NOT_VALID, PAST_LIMITS, UNUSABLE, WHY_NOT_VALID, Kind
+from trainmj.collision.status import COARSE, FAILED, MEANING, NOT_VALID, PAST_LIMITS, UNUSABLE, WHY_NOT_VALID, Kind
 from trainmj.errors import InputError
 from trainmj.files.text import from_json
 from trainmj.output.blocks import Card, Section
 from trainmj.output.page import Page
 from trainmj.output.table import Column, Table, Verdict, failed, judged, passed, warned, worded
 from trainmj.scenario import Scenario, from_yaml
-from trainmj.sweep.outcome import first_of, outcome_of, passing, tables_of, verdict
+from trainmj.sweep.outcome import first_of, outcome_of, passing, say_coarse, tables_of, verdict
 from trainmj.sweep.page_limits import limits_of
 from trainmj.sweep.page_responses import Factor, add_effects, add_map, add_responses, chosen_responses, factors_of
 from trainmj.sweep.plan import LOAD_CASE, LOAD_CASES
@@ -187,6 +187,10 @@ def _ended(status: str) -> Verdict:
 
 def _add_failures(section: Section, sweep: Swept) -> None:
     """How the cases ended over what was varied, and the reasons with their cases."""
+    coarse = sweep.table[sweep.table["reason"].fillna("").str.contains(COARSE, regex=False)]
+    if len(coarse):
+        section.text(f"{say_coarse(len(coarse), len(sweep.table))}.")
+        _add_reasons(section, sweep, coarse, warned, "Coarse steps")
     if (sweep.table["status"] == Kind.OVER).all():
         section.text("Every case came to its end within all limits.")
         return
@@ -200,9 +204,14 @@ def _add_failures(section: Section, sweep: Swept) -> None:
     ):
         rows = sweep.table[sweep.table["status"].isin(kinds)]
         if len(rows):
-            said = rows.assign(status=rows["status"].map(say), reason=rows["reason"].fillna(""))
-            note = f"The first {_MOST_ROWS} of {len(rows)}; results.csv has all." if len(rows) > _MOST_ROWS else ""
-            section.table(_cases(sweep, said, {"reason": Column("reason", text=True)}, title, note))
+            _add_reasons(section, sweep, rows, say, title)
+
+
+def _add_reasons(section: Section, sweep: Swept, rows: pd.DataFrame, say: Callable[[str], Verdict], title: str) -> None:
+    """The first of some cases with their reasons."""
+    said = rows.assign(status=rows["status"].map(say), reason=rows["reason"].fillna(""))
+    note = f"The first {_MOST_ROWS} of {len(rows)}; results.csv has all." if len(rows) > _MOST_ROWS else ""
+    section.table(_cases(sweep, said, {"reason": Column("reason", text=True)}, title, note))
 
 
 def _add_cases(section: Section, sweep: Swept) -> None:

@@ -23,7 +23,7 @@ from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number
 from trainmj.collision.result import load_result
 from trainmj.collision.simulation import run
-from trainmj.collision.status import FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
+from trainmj.collision.status import COARSE, FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.errors import InputError
 from trainmj.files.arguments import given
 from trainmj.files.folder import filling, own_files, remove_own
@@ -62,6 +62,7 @@ class SweepResult(Shown):
         verdict: how the cases ended, in one sentence.
         seconds: wall time [s].
         outcome: of each load case, and which of them governs; None if the sweep has none.
+        coarse: how many of all say that their step is coarse for their peaks.
     """
 
     folder: Path
@@ -76,6 +77,7 @@ class SweepResult(Shown):
     verdict: Verdict
     seconds: float
     outcome: Outcome | None = None
+    coarse: int = 0
 
     def __repr__(self) -> str:
         """How the cases ended, and where they are."""
@@ -146,12 +148,15 @@ def run_sweep(
             endings = store.endings()
             failed, invalid, past = (_said(endings, kinds) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
             _, first = _said(endings, (*UNUSABLE, *PAST_LIMITS))
+            coarse = store.saying(COARSE)
         _write_histories(sweep, histories, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
     outcome = outcome_of(read_sweep(folder, says_use)[0], titles, len(sweep)) if titles else None
     whole = verdict({kind: count for kind, (count, *_) in endings.items()}, len(sweep), first, outcome)
-    return SweepResult(folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, whole, seconds, outcome)
+    return SweepResult(
+        folder, len(sweep), len(sweep) - there, *failed, *invalid, *past, whole, seconds, outcome, coarse
+    )
 
 
 def _said(endings: Mapping[str, tuple[int, int, str]], kinds: Sequence[Kind]) -> tuple[int, str]:

@@ -16,7 +16,7 @@ from trainmj.errors import InputError
 from trainmj.output.console import new_console, print_table, print_verdict
 from trainmj.output.table import Column, Table, worded
 from trainmj.scenario import from_yaml
-from trainmj.sweep.outcome import tables_of, where_kept
+from trainmj.sweep.outcome import say_coarse, tables_of, where_kept
 from trainmj.sweep.plan import Sweep
 from trainmj.sweep.run import SweepResult, check_responses
 
@@ -121,6 +121,8 @@ def said_of_result(result: SweepResult) -> Iterator[str]:
         "passed a limit": result.first_past_limits,
     }
     yield from (f"The first that {k}: {v}" for k, v in firsts.items() if v and v not in result.verdict.text)
+    if result.coarse:
+        yield say_coarse(result.coarse, result.cases)
 
 
 def tables_of_result(result: SweepResult) -> list[Table]:

@@ -42,12 +42,15 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
         return 0.0, plastic, 0.0, 0.0, 0.0
     before = int(s[e + ELEMENT.SEGMENT])
     k = follow(s, curve, e + ELEMENT.SEGMENT, stroke)
-    return pressed(s, e, stroke, rate, value(s, curve, k, stroke), before, k)
+    crush = value(s, curve, k, stroke)
+    return pressed(s, e, stroke, rate, crush, crush, before, k)
 
 
 @inlined
-def pressed(s: Block, e: int, stroke: float, rate: float, crush: float, before: int, k: int) -> Response:
-    """The law where u > u_p, F_env(u) given, when the last stroke was in one segment of the curve and this is in k."""
+def pressed(s: Block, e: int, stroke: float, rate: float, crush: float, own: float, before: int, k: int) -> Response:
+    """The law where u > u_p, F_env(u) given, as it is and at rest, when the last stroke was in one segment of the curve
+    and this is in k.
+    """
     plastic, stiffness = s[e + PLASTIC], s[e + STIFFNESS]
     now = plastic
     elastic = stiffness * (stroke - plastic)
@@ -56,7 +59,7 @@ def pressed(s: Block, e: int, stroke: float, rate: float, crush: float, before: 
     else:
         force = min(crush, max(0.0, elastic + s[e + DAMPING] * rate))
     if k > before:
-        s[e + ELEMENT.PEAK] = _passed(s, e, before, k)
+        s[e + ELEMENT.PEAK] = _passed(s, e, rate, crush / own if own > 0.0 else 1.0, before, k)
     # lost: mean force over plastic travel, and what the dashpot adds to the spring over the whole
     spring = max(0.0, stiffness * (stroke - now))
     viscous = (force - spring) * (stroke - s[e + ELEMENT.STROKE])
@@ -64,18 +67,21 @@ def pressed(s: Block, e: int, stroke: float, rate: float, crush: float, before: 
 
 
 @jitable
-def _passed(s: Block, e: int, before: int, k: int) -> float:
-    """Largest force at the points of the curve that were passed between two strokes, climbing along K to each."""
+def _passed(s: Block, e: int, rate: float, faster: float, before: int, k: int) -> float:
+    """Largest force at the points of the curve that were passed between two strokes, climbing along K to each.
+
+    The dashpot adds to the climb as it does at a step; the curve is so many times higher at the rate than at rest.
+    """
     curve = int(s[e + ELEMENT.CURVE])
     plastic, stiffness = s[e + PLASTIC], s[e + STIFFNESS]
     peak = 0.0
     for point in range(before + 1, k + 1):
         at = curve + 3 * point
-        crush = s[at + 1]
+        crush = s[at + 1] * faster
         climbed = stiffness * (s[at] - plastic)
         if climbed >= crush:
             plastic = s[at] - crush / stiffness
-        peak = max(peak, min(climbed, crush))
+        peak = max(peak, min(climbed + s[e + DAMPING] * rate, crush))
     return peak
 
 

@@ -44,10 +44,7 @@ def respond(s: Block, e: int, stroke: float, rate: float, elapsed: float) -> Res
     crushing = own
     if rate > 0.0 and stroke <= s[e + UNTIL]:
         crushing = _faster(s, e, own, stroke, rate)
-    found = pressed(s, e, stroke, rate, crushing, before, k)
-    if k > before and own > 0.0:
-        s[e + ELEMENT.PEAK] *= crushing / own
-    return found
+    return pressed(s, e, stroke, rate, crushing, own, before, k)
 
 
 @jitable
