@@ -146,6 +146,7 @@ def run_sweep(
             endings = store.endings()
             failed, invalid, past = (_said(endings, kinds) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
             _, first = _said(endings, (*UNUSABLE, *PAST_LIMITS))
+            store.finish()
         _write_histories(sweep, histories, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
