@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from hashlib import sha256
 from pathlib import Path
 
@@ -204,8 +205,31 @@ def test_a_study_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
     assert len(names) > 8
     for name in names:
         assert (base / "1" / name).read_bytes() == (base / "2" / name).read_bytes(), name
+    assert bytes_of(base / "1") == bytes_of(base / "2")
+    (base / "2" / "04_anova.csv").unlink()
+    trainmj.run_study(base / "my.study.yaml", base / "2", threads=1, figures=())
+    assert bytes_of(base / "1") == bytes_of(base / "2"), "a step that is done again leaves what it left"
     assert summaries[0] == summaries[1]
     assert set(summaries[0]["versions"]) == VERSIONS
     assert summaries[0]["study"]["design"]["seed"] == 1
     assert "step_ms: 0.2" in summaries[0]["scenario"]
     assert len(pd.read_csv(base / "1" / "02_simulations.csv")) == 8
+
+
+def test_a_folder_in_which_nothing_was_finished_leaves_no_trace_in_another_sweep(base: Path) -> None:
+    """Breaks if columns, or what is said of cases, stay there without a case."""
+    scenario = trainmj.load(base / "base.yaml")
+    with pytest.raises(KeyboardInterrupt):
+        trainmj.run_sweep(trainmj.grid_of(scenario, {"gap": [20, 30]}), base / "out", engine=Stopped(scenario))
+    with closing(sqlite3.connect(base / "out" / "results.sqlite")) as db:
+        assert ("gap",) in list(db.execute("SELECT name FROM pragma_table_info('results')"))
+    for folder in ("out", "new"):
+        trainmj.run_sweep(trainmj.grid_of(scenario, {"mass_t": [30, 36]}), base / folder, threads=1)
+    assert bytes_of(base / "out") == bytes_of(base / "new")
+
+
+class Stopped(Backwards):
+    """Is stopped before the first case."""
+
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
+        raise KeyboardInterrupt

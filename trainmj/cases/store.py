@@ -82,7 +82,7 @@ class Store:
         with self._transaction() as db:
             if not db.execute("SELECT 1 FROM sqlite_schema").fetchone():
                 self._make_tables("main", {})
-        self._names: dict[str, str] = {name: kind for _, name, kind, *_ in self._select("PRAGMA table_info(results)")}
+        self._names = self._kinds()
         self._known = read_columns(self.about(), file)
         with self._troubles():
             for _ in responses_in(self._db, file):
@@ -113,13 +113,15 @@ class Store:
             intact.sign(db)
 
     def agree(self, origin: Origin) -> None:
-        """State the origin, with its words as they are now; in a file that has cases, check that they are of it.
+        """State the origin, with its words as they are now, in place of any other if there are no cases of that.
 
         Raises:
             InputError: naming what has changed.
         """
         there = self.about()
-        if there and len(self) and (changed := origin.new_identity(there) + origin.new_input(there)):
+        if not len(self):
+            self.clear()  # of columns and words that were stated for other cases
+        elif there and (changed := origin.new_identity(there) + origin.new_input(there)):
             raise InputError(
                 f"{self.file}: holds other results: {in_words(changed)}: run it as it was, take another folder, "
                 "or start over with --fresh"
@@ -222,8 +224,10 @@ class Store:
     def clear(self) -> None:
         """Take all cases out, and what is said of them."""
         with self._transaction() as db:
-            db.execute("DELETE FROM results")
-            db.execute("DELETE FROM about")
+            db.execute("DROP TABLE about")
+            db.execute("DROP TABLE results")
+            self._make_tables("main", {})
+        self._names = self._kinds()
         self._known = {}
 
     def write_csv(self, file: Path, before: Key | None = None) -> None:
@@ -265,6 +269,10 @@ class Store:
         columns += [f"{_quoted(name)} {kind}".rstrip() for name, kind in kinds.items()]
         self._db.execute(f"CREATE TABLE {schema}.about (key TEXT PRIMARY KEY, value TEXT)")
         self._db.execute(f"CREATE TABLE {schema}.results ({', '.join(columns)})")
+
+    def _kinds(self) -> dict[str, str]:
+        """The types of all columns by name."""
+        return {name: kind for _, name, kind, *_ in self._select("PRAGMA table_info(results)")}
 
     def _kind(self, value: Any) -> str:
         """The type of a column: none where only trainmj reads it, so that -0.0 stays what it is."""
@@ -333,7 +341,7 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
             if not (_TABLE.fullmatch(str(made)) or (made is None and str(name).startswith("sqlite_autoindex_"))):
                 said = printable(f"{kind} {name}")[:60]
                 raise OutputError(f"{file}: is not a file of trainmj: it has the {said}, which trainmj did not make")
-        ((found,),) = db.execute("PRAGMA quick_check(1)")
+        ((found,),) = db.execute("PRAGMA integrity_check(1)")  # that rows are found by their keys, too
         if found != "ok":
             raise sqlite3.DatabaseError(f"malformed: {printable(str(found)).splitlines()[-1][:100]}")
         db.execute("BEGIN")  # all from one moment
