@@ -501,6 +501,10 @@ def test_the_summary_of_another_run_is_not_shown_beside_a_result(place: Path) ->
     code, said = command("report", "run")
     assert code == 2
     assert "is not the summary of result.nc" in said
+    (place / "run" / "summary.json").unlink()
+    assert command("report", "run")[0] == 0
+    (place / "run" / "summary.json").symlink_to("nowhere")
+    assert command("report", "run")[0] == 2
 
 
 def test_a_database_whose_pages_are_used_twice_is_refused(place: Path) -> None:

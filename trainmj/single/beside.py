@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -69,7 +70,7 @@ def beside_of(file: Path, result: Result, own: Summary) -> Beside:
             another result.
     """
     summary = file.with_name(SUMMARY)
-    if file.name != FILE or not summary.is_file():
+    if file.name != FILE or not os.path.lexists(summary):
         return Beside()
     found = unsealed(read_bytes(summary, _MOST_BYTES))
     if result.versions == identity() and {**found, **own.as_dict()} != found:
