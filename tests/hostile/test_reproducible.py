@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -122,7 +123,7 @@ def test_a_sweep_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
     assert "step_ms: 0.2" in about["scenario"]
 
 
-MIXED = {
+MIXED: dict[str, Any] = {
     "scenario": "base.yaml",
     "together": {"gap": [20, 30.5, 40], "trains.wagons.rear": ["link", None, "head"]},
     "vary": {"collision.partner": ["wagons", "rigid_wall"], "mass_t": [30, 36]},
@@ -175,6 +176,22 @@ def test_what_a_store_says_of_a_column_does_not_depend_on_the_chain_that_came_fi
             store.write_csv(tmp_path / name / "results.csv")
             store.finish()
     assert bytes_of(tmp_path / "one") == bytes_of(tmp_path / "other")
+
+
+@pytest.mark.thorough
+def test_a_sweep_leaves_the_same_bytes_twelve_times(base: Path) -> None:
+    from trainmj.cases.cluster import LOCAL, connected
+
+    plan = trainmj.sweep_of({**MIXED, "vary": {**MIXED["vary"], "mass_t": "30:36:40"}, "histories": [0, 7]}, base)
+    for n in range(3):
+        for threads in (1, 2, 8):
+            trainmj.run_sweep(plan, base / f"{n} {threads}", threads=threads)
+        with connected(LOCAL, plan.scenario) as engine:
+            trainmj.run_sweep(plan, base / f"{n} dask", engine=engine)
+    first, *others = (bytes_of(folder) for folder in base.iterdir() if folder.is_dir())
+    assert set(first) == {"results.csv", "results.sqlite", "case_0.nc", "case_7.nc"}
+    assert len(others) == 11
+    assert all(other == first for other in others)
 
 
 class Backwards:
