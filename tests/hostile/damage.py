@@ -110,6 +110,7 @@ def judged(place: Path, files: dict[Path, bytes], trial: Trial, damage: Callable
     alone = not list(damaged.parent.glob(f"{damaged.name}-*"))
     if alone and damaged.is_file() and damaged.stat().st_size < 10**8 and damaged.read_bytes() == files[trial.file]:
         return None
+    empty = damaged.is_file() and not damaged.stat().st_size  # for SQLite a new database
 
     def bound() -> None:
         size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
@@ -127,7 +128,7 @@ def judged(place: Path, files: dict[Path, bytes], trial: Trial, damage: Callable
         return "" if ended.stderr.startswith("Error: ") else f"exit 2: {ended.stderr[:200]}"
     if trial.words[0] in ("check", "report") or "--out" not in trial.words:
         return "taken for sound" if trial.reads and not _same(damaged, place / trial.file) else ""
-    told = "is computed again" in ended.stderr  # then what a study says of itself is other, but no table
+    told = empty or "is computed again" in ended.stderr  # then what a study says of itself is other, but no table
     compared = {file: content for file, content in files.items() if not told or file.suffix == ".csv"}
     others = [str(file) for file, content in compared.items() if not _is(copy / file, content)]
     return f"other content in {', '.join(others)}" if others else ""
