@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from test_sweep import CASES, _finished, csv_of, said_no, trainmj_sweep, undisturbed  # noqa: F401 the last is a fixture
@@ -268,6 +269,40 @@ def test_ctrl_c_at_the_terminal_reaches_no_local_worker(tmp_path):
     _, said = sweep.communicate(timeout=60)
     assert sweep.returncode == 130
     assert said == f"Stopped. What was finished is in {tmp_path}; the same command goes on.\n"
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(not Path("/proc/self/net/tcp").exists(), reason="asks Linux")
+def test_nothing_listens_while_a_local_worker_computes(tmp_path):
+    """Breaks if another user of the machine can hand it code, or look at a dashboard."""
+    with socket.create_server(("127.0.0.1", 0)):
+        assert listening(os.getpid()), "what listens is seen"
+    words = ["sweep", "b_type", "--vary", "mass_t=30:36:300", "--out", tmp_path, "--dask", "local"]
+    sweep = subprocess.Popen([sys.executable, "-m", "trainmj", *words], stderr=subprocess.PIPE, text=True)
+    found, looks = set(), 0
+    while sweep.poll() is None:
+        with contextlib.suppress(OSError):  # it is gone, or closes a file
+            found |= listening(sweep.pid)
+            looks += bool(_finished(tmp_path / "results.sqlite"))
+        time.sleep(0.002)
+    assert sweep.returncode == 0, sweep.stderr.read()
+    assert looks > 2, "it was looked at while it computed"
+    assert not found
+
+
+def listening(process):
+    """The ports at which a process listens, by what Linux says of its sockets."""
+    folder = Path(f"/proc/{process}")
+    own = set()
+    for file in os.listdir(folder / "fd"):
+        with contextlib.suppress(OSError):  # closed meanwhile
+            own.add(os.readlink(folder / "fd" / file))
+    lines = [line.split() for name in ("tcp", "tcp6") for line in (folder / "net" / name).read_text().splitlines()[1:]]
+    return {
+        int(at.split(":")[1], 16)
+        for _, at, _, state, *_, node in (line[:10] for line in lines)
+        if state == "0A" and f"socket:[{node}]" in own
+    }
 
 
 def wait_for(there):

@@ -596,8 +596,10 @@ def compilations(monkeypatch) -> list[object]:
         lambda file: file.write_bytes(os.urandom(5000)),
         lambda file: file.write_bytes(bytes([file.read_bytes()[0]]) + b"x" + file.read_bytes()[2:]),
         lambda file: (file.unlink(), os.mkfifo(file)),
+        lambda file: (file.unlink(), file.symlink_to("/dev/zero")),
+        lambda file: os.truncate(file, 13_000_000_000),
     ],
-    ids=["empty", "cut", "a byte short", "zeros", "garbage", "a byte changed", "a pipe"],
+    ids=["empty", "cut", "a byte short", "zeros", "garbage", "a byte changed", "a pipe", "an endless link", "huge"],
 )
 def test_a_damaged_cache_is_said_compiled_afresh_and_mended(cache, monkeypatch, harm):
     """Breaks if a torn file stops every later start, costs every later start some seconds, or is run."""
@@ -607,6 +609,30 @@ def test_a_damaged_cache_is_said_compiled_afresh_and_mended(cache, monkeypatch, 
     assert len(made) == 1
     assert law_again() == ""
     assert len(made) == 1, "mended: the next start is fast again"
+
+
+@pytest.mark.parametrize("harm", [lambda file: file.chmod(0o666), lambda file: os.chown(file, 65534, 65534)])
+def test_code_that_another_user_may_have_written_is_not_run(cache, monkeypatch, harm):
+    """Breaks if somebody who can write to a cache that users share runs code as each of them."""
+    try:
+        harm(cache)
+    except PermissionError:
+        pytest.skip("only root gives files away")
+    made = compilations(monkeypatch)
+    assert law_again() == f"the compiled law on disk is open to other users ({cache}): it is compiled afresh"
+    assert law_again() == ""
+    assert len(made) == 1
+    assert (cache.stat().st_uid, cache.stat().st_mode & 0o022) == (os.geteuid(), 0)
+
+
+def test_what_is_kept_is_open_to_nobody_else_whatever_a_process_allows(cache):
+    cache.unlink()
+    before = os.umask(0)
+    try:
+        assert law_again() == ""
+    finally:
+        os.umask(before)
+    assert cache.stat().st_mode & 0o777 == 0o644
 
 
 def test_a_cache_that_is_gone_or_old_is_filled_again_without_a_word(cache, monkeypatch):
@@ -695,7 +721,7 @@ def test_what_is_wrong_with_the_cache_is_said_once_for_the_whole_law(monkeypatch
     assert "NUMBA_CACHE_DIR" in said
 
 
-def refuse(file: Path, content: bytes) -> None:
+def refuse(file: Path, content: bytes, mode: int) -> None:
     raise OutputError(f"{file}: cannot be written (Read-only file system)")
 
 

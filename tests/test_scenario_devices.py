@@ -400,6 +400,34 @@ BAD = [
 ]  # fmt: skip
 
 
+NOTHING = "{stroke_mm: [0, 90], force_kN: [0, 0]}"
+
+
+@pytest.mark.parametrize(
+    "device",
+    [
+        f"curve: {NOTHING}",
+        f"curve: {NOTHING}, beyond: hold",
+        f"curve: {NOTHING}, damping_kN_s_per_m: 10",  # a dashpot goes no higher than the curve
+        f"curve: {NOTHING}, rate: {{C_m_per_s: 20, P: 5}}",
+        f"stages: {{x: {{curve: {NOTHING}}}, y: {{curve: {NOTHING}, empty_stroke_mm: 20}}}}",
+        f"kind: hysteresis, loading: {NOTHING}, unloading: {NOTHING}, transition_",
+        f"kind: hysteresis, loading: {NOTHING}, unloading: {NOTHING}, beyond: hold, transition_",
+    ],
+)
+def test_a_device_without_force_is_refused_unless_something_is_behind_it(device):
+    """Breaks if vehicles pass through each other, and that is called no contact."""
+    comma = "" if device.endswith("transition_") else ", "
+    text = GOOD.replace("{curve: tube, stiffness_kN_per_mm: 100}", f"{{{device}{comma}stiffness_kN_per_mm: 100}}")
+    with pytest.raises(
+        InputError, match=r":\d+:3: devices\.f: has no force at any stroke: it would be pressed without"
+    ):
+        from_yaml(text, "my.yaml")
+    bounded = device.replace("beyond: hold, ", "").replace(", beyond: hold", "")
+    found = from_yaml(text.replace(device, f"beyond: {{kind: stop, stiffness_kN_per_mm: 100}}, {bounded}"), "my.yaml")
+    assert found.devices["f"].end().kind == "stop"
+
+
 @pytest.mark.parametrize(("old", "new", "said"), BAD)
 def test_bad_devices_trains_and_obstacles_are_refused_with_line_key_value_and_rule(tmp_path, old, new, said):
     assert GOOD.count(old) >= 1

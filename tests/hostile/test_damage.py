@@ -1,9 +1,10 @@
-"""Damaged state files: a sample of what ``python tests/hostile/damage.py 2000`` does."""
+"""Damaged state files and caches: samples of what ``damage.py 2000`` and ``caches.py 200`` in this folder do."""
 
 from __future__ import annotations
 
+import caches
+import damage
 import pytest
-from damage import main
 
 pytestmark = pytest.mark.thorough
 
@@ -12,4 +13,8 @@ pytestmark = pytest.mark.thorough
 def test_damaged_state_files_end_in_a_message_or_in_the_same_numbers(
     seed: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(16, seed) == 0, capsys.readouterr().out
+    assert damage.main(16, seed) == 0, capsys.readouterr().out
+
+
+def test_commands_work_to_the_same_bytes_with_damaged_caches(capsys: pytest.CaptureFixture[str]) -> None:
+    assert caches.main(16, 2) == 0, capsys.readouterr().out

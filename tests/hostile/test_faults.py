@@ -526,6 +526,14 @@ def test_further_interruptions_do_not_disturb_the_end_of_a_sweep(place: Path, ti
     whole_sweep(place / "out")
 
 
+def test_an_interruption_after_the_end_disturbs_nothing(place: Path) -> None:
+    """Breaks if Python, which takes a moment to go, ends in a traceback or with another exit code."""
+    code = "import atexit, os, signal, sys; from trainmj.cli import main; sys.argv = ['trainmj', 'scenarios']; "
+    code += "atexit.register(os.kill, os.getpid(), signal.SIGINT); main()"
+    ended = subprocess.run([sys.executable, "-c", code], cwd=place, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
 def test_an_interruption_that_a_package_loses_may_be_given_again(place: Path) -> None:
     """As some do that come while it is imported."""
 

@@ -469,6 +469,47 @@ def test_a_study_in_which_a_digit_was_changed_has_no_report_until_it_is_made_aga
     assert command("report", "study")[0] == 0
 
 
+def test_a_row_that_its_key_does_not_lead_to_is_found(place: Path) -> None:
+    """Breaks if a bit of an index makes a command compute a trial again, and keep it twice."""
+    file = place / "identify" / "trials.sqlite"
+    with closing(sqlite3.connect(file)) as db:
+        ((key,),) = db.execute("SELECT key FROM results LIMIT 1")
+    content = file.read_bytes()
+    assert content.count(key.encode()) == 2, "in the table and in its index"
+    for at in (content.index(key.encode()), content.rindex(key.encode())):
+        file.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+        code, said = command(*bare("identify"), "--out", "identify")
+        assert code == 2, said
+        assert "trials.sqlite: is damaged" in said
+
+
+def test_a_database_of_another_command_is_not_gone_on_with(place: Path) -> None:
+    """A study and an identification of one scenario state the same but for what they are."""
+    study, trials = place / "study" / "simulations.sqlite", place / "identify" / "trials.sqlite"
+    before = trials.read_bytes()
+    shutil.copy(study, trials)
+    code, said = command(*bare("identify"), "--out", "identify")
+    assert code == 2
+    assert "format trainmj study 2 then, trainmj identification 2 now" in said
+    study.write_bytes(before)
+    code, said = command(*bare("study"), "--out", "study")
+    assert code == 0
+    assert "every collision is computed again" in said
+
+
+def test_the_summary_of_another_run_is_not_shown_beside_a_result(place: Path) -> None:
+    """What was computed beside it, with other ties, is in there."""
+    assert command("run", "base.yaml", "--figures", "none", "--set", "mass_t=31", "--out", "other")[0] == 0
+    shutil.copy(place / "other" / "summary.json", place / "run")
+    code, said = command("report", "run")
+    assert code == 2
+    assert "is not the summary of result.nc" in said
+    (place / "run" / "summary.json").unlink()
+    assert command("report", "run")[0] == 0
+    (place / "run" / "summary.json").symlink_to("nowhere")
+    assert command("report", "run")[0] == 2
+
+
 def test_a_database_whose_pages_are_used_twice_is_refused(place: Path) -> None:
     """A few pages that point to each other can stand for a table without end."""
     file = place / "sweep" / "results.sqlite"

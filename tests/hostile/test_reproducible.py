@@ -6,9 +6,11 @@ import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
@@ -19,8 +21,10 @@ from mutations import document
 import trainmj
 from trainmj.cases.engine import Local
 from trainmj.cases.rows import Rows
+from trainmj.cases.store import Store
 from trainmj.collision.cases import Cases
 from trainmj.collision.identity import identity
+from trainmj.collision.quantities import Column
 from trainmj.collision.repeated import repeated
 
 SHORT = ("--set", "simulation.time_limit_s=0.05", "--set", "simulation.step_ms=0.2")
@@ -119,7 +123,7 @@ def test_a_sweep_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
     assert "step_ms: 0.2" in about["scenario"]
 
 
-MIXED = {
+MIXED: dict[str, Any] = {
     "scenario": "base.yaml",
     "together": {"gap": [20, 30.5, 40], "trains.wagons.drawing": ["wagon", None, "coach"]},
     "vary": {"collision.partner": ["wagons", "rigid_wall"], "mass_t": [30, 36]},
@@ -138,7 +142,8 @@ def test_the_files_of_a_sweep_are_the_same_whichever_case_ends_first(base: Path)
     for threads, folder in zip((2, 8), folders[2:], strict=True):
         trainmj.run_sweep(plan, folder, threads=threads)
     trainmj.run_sweep(plan, folders[2])  # computes nothing
-    first, *others = (((folder / "results.csv").read_bytes(), content(folder / "results.sqlite")) for folder in folders)
+    first, *others = map(bytes_of, folders)
+    assert set(first) == {"results.csv", "results.sqlite"}
     assert all(other == first for other in others)
     table = trainmj.read_table(folders[1])
     assert table["gap"].tolist()[::4] == [20, 30.5, 40]
@@ -146,13 +151,47 @@ def test_the_files_of_a_sweep_are_the_same_whichever_case_ends_first(base: Path)
     assert {"stroke_M1_wall_mm", "stroke_S1_M1_mm"} <= set(table), "the columns of a case depend on what it varies"
 
 
-def content(file: Path) -> tuple[Any, ...]:
-    """What a store says of its cases with its digests, the types of its columns, its rows by column name."""
-    with closing(sqlite3.connect(file)) as db:
-        about = sorted(db.execute("SELECT key, value FROM about"))
-        kinds = sorted((name, kind) for _, name, kind, *_ in db.execute("PRAGMA table_info(results)"))
-        heads = ", ".join(f'"{name}"' for name, _ in kinds)
-        return about, kinds, db.execute(f'SELECT {heads} FROM results ORDER BY "case"').fetchall()
+def bytes_of(folder: Path) -> dict[str, str]:
+    """A digest of each file of a folder, by its name."""
+    return {file.name: sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
+
+
+def test_what_a_store_says_of_a_column_does_not_depend_on_the_chain_that_came_first(tmp_path: Path) -> None:
+    """Chains of other vehicles and stages have the same column at other places of the table."""
+    wall, wagons = (
+        Column(name, "mm", 1, name, "A stroke.", "stroke_mm", place)
+        for name, place in (("stroke_A_mm", (1, 4)), ("stroke_A_mm", (1, 0)))
+    )
+    other = Column("stroke_B_mm", "mm", 1, "stroke B", "A stroke.", "stroke_mm", (1, 2))
+    rows = [
+        Rows([case], {"status": ["over"], "reason": [""]}, {c.name: c for c in columns}, np.ones((1, 2)) * case)
+        for case, columns in enumerate([(wall, other), (other, wagons)])
+    ]
+    for name, order in (("one", rows), ("other", rows[::-1])):
+        (tmp_path / name).mkdir()
+        with Store(tmp_path / name / "results.sqlite") as store:
+            store.prepare({"status": "", "reason": ""})
+            for some in order:
+                store.add([some])
+            store.write_csv(tmp_path / name / "results.csv")
+            store.finish()
+    assert bytes_of(tmp_path / "one") == bytes_of(tmp_path / "other")
+
+
+@pytest.mark.thorough
+def test_a_sweep_leaves_the_same_bytes_twelve_times(base: Path) -> None:
+    from trainmj.cases.cluster import LOCAL, connected
+
+    plan = trainmj.sweep_of({**MIXED, "vary": {**MIXED["vary"], "mass_t": "30:36:40"}, "histories": [0, 7]}, base)
+    for n in range(3):
+        for threads in (1, 2, 8):
+            trainmj.run_sweep(plan, base / f"{n} {threads}", threads=threads)
+        with connected(LOCAL, plan.scenario) as engine:
+            trainmj.run_sweep(plan, base / f"{n} dask", engine=engine)
+    first, *others = (bytes_of(folder) for folder in base.iterdir() if folder.is_dir())
+    assert set(first) == {"results.csv", "results.sqlite", "case_0.nc", "case_7.nc"}
+    assert len(others) == 11
+    assert all(other == first for other in others)
 
 
 class Backwards:
@@ -183,8 +222,31 @@ def test_a_study_is_the_same_for_any_threads_and_says_what_made_it(base: Path) -
     assert len(names) > 8
     for name in names:
         assert (base / "1" / name).read_bytes() == (base / "2" / name).read_bytes(), name
+    assert bytes_of(base / "1") == bytes_of(base / "2")
+    (base / "2" / "04_anova.csv").unlink()
+    trainmj.run_study(base / "my.study.yaml", base / "2", threads=1, figures=())
+    assert bytes_of(base / "1") == bytes_of(base / "2"), "a step that is done again leaves what it left"
     assert summaries[0] == summaries[1]
     assert set(summaries[0]["versions"]) == VERSIONS
     assert summaries[0]["study"]["design"]["seed"] == 1
     assert "step_ms: 0.2" in summaries[0]["scenario"]
     assert len(pd.read_csv(base / "1" / "02_simulations.csv")) == 8
+
+
+def test_a_folder_in_which_nothing_was_finished_leaves_no_trace_in_another_sweep(base: Path) -> None:
+    """Breaks if columns, or what is said of cases, stay there without a case."""
+    scenario = trainmj.load(base / "base.yaml")
+    with pytest.raises(KeyboardInterrupt):
+        trainmj.run_sweep(trainmj.grid_of(scenario, {"gap": [20, 30]}), base / "out", engine=Stopped(scenario))
+    with closing(sqlite3.connect(base / "out" / "results.sqlite")) as db:
+        assert ("gap",) in list(db.execute("SELECT name FROM pragma_table_info('results')"))
+    for folder in ("out", "new"):
+        trainmj.run_sweep(trainmj.grid_of(scenario, {"mass_t": [30, 36]}), base / folder, threads=1)
+    assert bytes_of(base / "out") == bytes_of(base / "new")
+
+
+class Stopped(Backwards):
+    """Is stopped before the first case."""
+
+    def __call__(self, cases: Iterable[Cases]) -> Iterator[Rows]:
+        raise KeyboardInterrupt

@@ -25,9 +25,10 @@ from trainmj.files.text import printable
 from trainmj.scenario import Scenario, from_yaml, to_yaml
 
 try:
-    from dask.distributed import Client, LocalCluster, Security, as_completed
+    from dask.distributed import Client, Scheduler, Security, SpecCluster, Worker, as_completed
     from dask.system import CPU_COUNT
     from distributed.comm.core import connect
+    from distributed.node import ServerNode
 except ImportError:
     raise InputError("--dask needs the package dask: pip install 'trainmj[dask]'") from None
 
@@ -38,7 +39,6 @@ CASES_PER_TASK = 32
 _MOST_PER_TASK = 512
 _TASK_TIME = 0.25  # that a task shall take [s]: what is finished is kept soon
 _TASKS_PER_THREAD = 3  # handed out ahead, so that no worker waits
-_HERE = "127.0.0.1:0"
 _PATIENCE = 10.0  # with a scheduler that does not answer [s]
 _LONGER = 30.0  # with workers, which may have to read trainmj from a slow disk, or to be started again [s]
 _PAUSE = 0.01  # from one look for results to the next [s]
@@ -70,16 +70,26 @@ def connected(address: str, scenario: Scenario) -> Iterator[Engine]:
 @contextmanager
 def _local_client() -> Iterator[Client]:
     """A client of a worker in this process, with a thread for each core; nothing listens: nobody else hands it work."""
-    at = {"dashboard_address": _HERE, "worker_dashboard_address": _HERE}
-    with LocalCluster(n_workers=1, threads_per_worker=CPU_COUNT, processes=False, **at) as cluster:
+    here = {"protocol": "inproc://", "dashboard": False}
+    scheduler = {"cls": _Scheduler, "options": here}
+    worker = {"cls": _Worker, "options": {**here, "nthreads": CPU_COUNT}}
+    with SpecCluster(scheduler=scheduler, workers={0: worker}) as cluster, Client(cluster) as client:
+        yield client
 
-        async def close() -> None:
-            for server in (cluster.scheduler, *cluster.workers.values()):
-                server.http_server.stop()  # Dask starts them even where no dashboard is asked for
 
-        cluster.sync(close)
-        with Client(cluster) as client:
-            yield client
+class _Silent(ServerNode):
+    """A part of a cluster without the HTTP server that Dask starts even where no dashboard is asked for."""
+
+    def start_http_server(self, *_: object, **__: object) -> None:
+        """Start none."""
+
+
+class _Scheduler(_Silent, Scheduler):
+    """The scheduler in this process."""
+
+
+class _Worker(_Silent, Worker):
+    """The worker in this process."""
 
 
 def _client(address: str) -> Client:

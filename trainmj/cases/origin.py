@@ -14,6 +14,7 @@ from trainmj.files.yaml import parse
 from trainmj.scenario import Scenario, to_yaml
 from trainmj.scenario.scenario import without_words
 
+_FORMAT = "format"
 _VERSION = "version_"
 _SCENARIO = "scenario"
 _MOST_SAID = 4  # differences in one message
@@ -39,7 +40,7 @@ class Origin:
     def about(self) -> dict[str, str]:
         """As a store keeps it."""
         return {
-            "format": f"trainmj {self.task} 2",
+            _FORMAT: f"trainmj {self.task} 2",
             **{name: to_yaml(scenario) for name, scenario in self._scenarios().items()},
             **{name: json.dumps(value, default=str) for name, value in self.inputs.items()},
             **{f"{_VERSION}{name}": text for name, text in self.identity.items()},
@@ -51,8 +52,9 @@ class Origin:
         return {scenario_of(name): scenario for name, scenario in named.items()}
 
     def new_identity(self, about: Mapping[str, str]) -> list[str]:
-        """What has changed in the identity: ``numba 0.60.0 then, 0.61.2 now``."""
-        return identity.changes(versions_in(about), self.identity)
+        """What has changed in the identity: ``numba 0.60.0 then, 0.61.2 now``; or in what the store is made for."""
+        formats = _differences(about.get(_FORMAT), self.about()[_FORMAT], _FORMAT)
+        return [*formats, *identity.changes(versions_in(about), self.identity)]
 
     def new_input(self, about: Mapping[str, str]) -> list[str]:
         """What has changed in the input: ``collision.speed_km_h 25 then, 30 now``.

@@ -80,10 +80,9 @@ class Store:
             self._db = connected(file, "rwc")
             self._db.execute("PRAGMA synchronous = NORMAL")
         with self._transaction() as db:
-            db.execute("CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT)")
-            kind = "INTEGER" if self._numbered else "TEXT"
-            db.execute(f'CREATE TABLE IF NOT EXISTS results ("{key}" {kind} PRIMARY KEY)')
-        self._names: dict[str, str] = {name: kind for _, name, kind, *_ in self._select("PRAGMA table_info(results)")}
+            if not db.execute("SELECT 1 FROM sqlite_schema").fetchone():
+                self._make_tables("main", {})
+        self._names = self._kinds()
         self._known = read_columns(self.about(), file)
         with self._troubles():
             for _ in responses_in(self._db, file):
@@ -114,13 +113,15 @@ class Store:
             intact.sign(db)
 
     def agree(self, origin: Origin) -> None:
-        """State the origin, with its words as they are now; in a file that has cases, check that they are of it.
+        """State the origin, with its words as they are now, in place of any other if there are no cases of that.
 
         Raises:
             InputError: naming what has changed.
         """
         there = self.about()
-        if there and len(self) and (changed := origin.new_identity(there) + origin.new_input(there)):
+        if not len(self):
+            self.clear()  # of columns and words that were stated for other cases
+        elif there and (changed := origin.new_identity(there) + origin.new_input(there)):
             raise InputError(
                 f"{self.file}: holds other results: {in_words(changed)}: run it as it was, take another folder, "
                 "or start over with --fresh"
@@ -186,7 +187,7 @@ class Store:
         columns: dict[str, Column] = {}
         for first, *_ in alike.values():
             values |= {name: column for name, column in first.facts.items() if name not in values}
-            columns |= first.columns
+            columns = _merged(columns, first.columns)
         with self._widened(values, columns) as kinds:
             digest = 0
             for facts, responses in alike:
@@ -204,7 +205,7 @@ class Store:
     @contextmanager
     def _widened(self, values: Mapping[str, Values], columns: Mapping[str, Column]) -> Iterator[dict[str, str]]:
         """A transaction in which the table has these columns; yields the types of all by name."""
-        known = {**self._known, **columns}
+        known = _merged(self._known, columns)
         new = in_order((name for name in (*values, *columns) if name not in self._names), known)
         if len(self._names) + len(new) > MOST_COLUMNS:
             raise InputError(
@@ -215,7 +216,7 @@ class Store:
         with self._transaction() as db:
             for name, kind in kinds.items():
                 db.execute(f"ALTER TABLE results ADD COLUMN {_quoted(name)} {kind}".rstrip())
-            if said_more := len(known) > len(self._known):
+            if said_more := known != self._known:
                 known = {name: known[name] for name in in_order(known, known)}
                 said = json.dumps({name: column._asdict() for name, column in known.items()})
                 db.execute(intact.STATE, (intact.RESPONSES, said))
@@ -228,8 +229,10 @@ class Store:
     def clear(self) -> None:
         """Take all cases out, and what is said of them."""
         with self._transaction() as db:
-            db.execute("DELETE FROM results")
-            db.execute("DELETE FROM about")
+            db.execute("DROP TABLE about")
+            db.execute("DROP TABLE results")
+            self._make_tables("main", {})
+        self._names = self._kinds()
         self._known = {}
 
     def write_csv(self, file: Path, before: Key | None = None) -> None:
@@ -251,6 +254,30 @@ class Store:
                         out.write(lines_of(rows, n))
         except OutputError as error:
             raise OutputError(f"{error}; the results are in {self.file}") from None
+
+    def finish(self) -> None:
+        """Put a file in place that has the same in one order, and so the same bytes however it came about; close it."""
+        names = in_order(self._names, self._known)
+        with replacing(self.file) as part, self._troubles():
+            self._db.execute("ATTACH ? AS new", (str(part),))
+            self._db.execute("PRAGMA new.journal_mode = OFF")  # nobody knows this file before it is finished
+            self._db.execute("PRAGMA new.synchronous = OFF")
+            with self._transaction() as db:
+                self._make_tables("new", {name: self._names[name] for name in names[1:]})
+                db.execute("INSERT INTO new.about SELECT * FROM main.about ORDER BY key")
+                db.execute(f"INSERT INTO new.results {selected(names, self._key)}")
+            self._db.close()
+
+    def _make_tables(self, schema: str, kinds: Mapping[str, str]) -> None:
+        """Make both tables in a file that is main or attached, with columns of these types behind the key."""
+        columns = [f'"{self._key}" {"INTEGER" if self._numbered else "TEXT"} PRIMARY KEY']
+        columns += [f"{_quoted(name)} {kind}".rstrip() for name, kind in kinds.items()]
+        self._db.execute(f"CREATE TABLE {schema}.about (key TEXT PRIMARY KEY, value TEXT)")
+        self._db.execute(f"CREATE TABLE {schema}.results ({', '.join(columns)})")
+
+    def _kinds(self) -> dict[str, str]:
+        """The types of all columns by name."""
+        return {name: kind for _, name, kind, *_ in self._select("PRAGMA table_info(results)")}
 
     def _kind(self, value: Any) -> str:
         """The type of a column: none where only trainmj reads it, so that -0.0 stays what it is."""
@@ -319,7 +346,7 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
             if not (_TABLE.fullmatch(str(made)) or (made is None and str(name).startswith("sqlite_autoindex_"))):
                 said = printable(f"{kind} {name}")[:60]
                 raise OutputError(f"{file}: is not a file of trainmj: it has the {said}, which trainmj did not make")
-        ((found,),) = db.execute("PRAGMA quick_check(1)")
+        ((found,),) = db.execute("PRAGMA integrity_check(1)")  # that rows are found by their keys, too
         if found != "ok":
             raise sqlite3.DatabaseError(f"malformed: {printable(str(found)).splitlines()[-1][:100]}")
         db.execute("BEGIN")  # all from one moment
@@ -377,6 +404,11 @@ def in_order(names: Iterable[str], columns: Mapping[str, Column]) -> list[str]:
 def selected(names: Iterable[str], key: str, where: str = "") -> str:
     """The query for some columns in the order of the keys."""
     return f'SELECT {", ".join(map(_quoted, names))} FROM results {where} ORDER BY "{key}"'
+
+
+def _merged(known: Mapping[str, Column], more: Mapping[str, Column]) -> dict[str, Column]:
+    """What responses are; one that two chains have at two places has the first of these, whichever chain came first."""
+    return {**known, **{name: min(column, known.get(name, column)) for name, column in more.items()}}
 
 
 def _quoted(name: str) -> str:

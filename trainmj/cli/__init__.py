@@ -78,7 +78,8 @@ def _ends_as_interrupted(alone: bool) -> Iterator[None]:
         raise SystemExit(128 + came[0][0]) from None
     finally:
         for number, before in changed.items():
-            signal.signal(number, signal.SIG_IGN if came and alone else before)
+            over = alone and (came or number == signal.SIGINT)  # a late Ctrl-C would be a traceback of Python's
+            signal.signal(number, signal.SIG_IGN if over else before)
 
 
 class _Group(click.Group):

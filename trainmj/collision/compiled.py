@@ -1,14 +1,15 @@
 """Compiled functions, kept on disk as machine code.
 
 A file begins with a digest of all that its code depends on: the law, what compiled it, the processor, and the places of
-MuJoCo's fields. It ends with a digest of what is before that. What is damaged, or was written by a process with another
-law, is compiled afresh and replaced; what cannot be written stays in this process. LLVM alone loads the code. numba,
-whose import takes as long as many collisions, is asked only for what is not there.
+MuJoCo's fields. It ends with a digest of what is before that. What is damaged, what another user may have written, and
+what a process with another law has, is compiled afresh and replaced; what cannot be written stays in this process. LLVM
+alone loads the code. numba, whose import takes as long as many collisions, is asked only for what is not there.
 """
 
 from __future__ import annotations
 
 import os
+import stat
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -28,6 +29,7 @@ from trainmj.errors import OutputError
 from trainmj.files.written import remove, write_bytes
 
 _DIGEST = 32
+_MOST_BYTES = 10_000_000  # of a file; they have some 70 kB
 _NOT_KEPT = "the compiled law is not kept between processes"
 _kept: dict[int, Any] = {}  # what is at an address lives as long as the process: MuJoCo holds bare pointers
 _number = count()  # no two libraries in a process may have one name
@@ -58,7 +60,7 @@ def address_of(factory: Callable[[Offsets], Callable[..., Any]], signature: str,
         if trouble:
             remove(file)
         content = wanted + code
-        write_bytes(file, content + sha256(content).digest())
+        write_bytes(file, content + sha256(content).digest(), 0o644)
     except OutputError as error:
         trouble = f"{_NOT_KEPT} ({error}); set NUMBA_CACHE_DIR to a writable folder"
     return address, trouble
@@ -159,10 +161,22 @@ def _read(file: Path) -> tuple[bytes, str]:
     """What a file holds, without the digest at its end, and what is wrong with it; nothing is run that is damaged."""
     if not os.path.lexists(file):
         return b"", ""
-    try:
-        content = file.read_bytes() if file.is_file() else b""
-    except OSError:
-        content = b""
-    if sha256(content[:-_DIGEST]).digest() == content[-_DIGEST:]:
-        return content[:-_DIGEST], ""
-    return b"", f"the compiled law on disk was damaged ({file}): it is compiled afresh"
+    content = b""
+    with suppress(OSError):
+        if file.is_file():
+            with file.open("rb") as opened:
+                there = os.fstat(opened.fileno())
+                content = opened.read(_MOST_BYTES)
+    if sha256(content[:-_DIGEST]).digest() != content[-_DIGEST:]:
+        return b"", f"the compiled law on disk was damaged ({file}): {_AFRESH}"
+    if os.name == "posix" and (there.st_uid not in _trusted() or there.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        return b"", f"the compiled law on disk is open to other users ({file}): {_AFRESH}"
+    return content[:-_DIGEST], ""
+
+
+def _trusted() -> set[int]:
+    """Users whose code runs here in any case: this one, root, and the owner of this very file."""
+    return {os.geteuid(), 0, os.stat(__file__).st_uid}
+
+
+_AFRESH = "it is compiled afresh"

@@ -22,12 +22,13 @@ _STREAM = re.compile(r"/dev/[^/]+|/dev/fd/\d+|/proc/[^/]+/fd/\d+")
 
 
 @contextmanager
-def replacing(file: str | Path) -> Iterator[Path]:
+def replacing(file: str | Path, mode: int = 0o666) -> Iterator[Path]:
     """A path to write to, which replaces the file when the block ends without an error, and is removed otherwise.
 
     Args:
         file: what is made or replaced. A link is replaced, never followed. Streams such as /dev/stdout are written to
             directly; other pipes and devices are refused.
+        mode: who may read and write it, less what the process allows nobody.
 
     Raises:
         OutputError: if it cannot be written, for example because the disk is full.
@@ -39,7 +40,7 @@ def replacing(file: str | Path) -> Iterator[Path]:
         if not stream:
             if what := special(file):
                 raise OutputError(f"{file}: cannot be written ({what}): remove it, or choose another place")
-            os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # follows no link that lies there
+            os.close(os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode))  # follows no link that lies there
         yield part
         if stream:
             return
@@ -78,13 +79,13 @@ def special(file: Path) -> str:
     return "is a folder" if stat.S_ISDIR(mode) else "is a pipe or a device"
 
 
-def write_bytes(file: str | Path, content: bytes) -> None:
-    """Make or replace a file with this content.
+def write_bytes(file: str | Path, content: bytes, mode: int = 0o666) -> None:
+    """Make or replace a file with this content; mode as of :func:`replacing`.
 
     Raises:
         OutputError: if it cannot be written.
     """
-    with replacing(file) as part:
+    with replacing(file, mode) as part:
         part.write_bytes(content)
 
 

@@ -95,6 +95,7 @@ def identify(
                 apart = Trials(plan.scenario, plan.held_out.cases, plan.columns, store, threads, plan.channels)
                 samples["held out"] = (plan.held_out, plan.found(plan.held_out, apart([changes]), [point])[0])
             simulated = trials.simulated
+            store.finish()
         seconds = time.monotonic() - began
         result = Found(plan, point, known, samples, tuple(way), folder, simulated, there, seconds)
         _write(result, formats, figure_width)

@@ -100,6 +100,8 @@ def run_reliability(
             )
             with staged(folder, _MADE, SUMMARY) as stage:
                 _write(result, store, stage, formats, figure_width)
+            store.finish()
+            searched.finish()
     return result
 
 

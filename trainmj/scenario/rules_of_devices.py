@@ -171,9 +171,7 @@ def _crush(path: Path, device: CrushDevice, parts: Parts, whole: bool, size: flo
     if whole:
         at_rate = [parts.curve_points(at_rate.curve)[1] for at_rate in device.rate_curves()]
         yield from _units(path, length, most, size)
-        end = device.end()
-        if most == 0.0 and device.damping_kN_s_per_m == 0.0 and (end is None or end.kind == "hold"):
-            yield Problem(path, "has no force at any stroke: it would be pressed without an end")
+        yield from _nothing(path, device, most)
         yield from _collapse(path, device, largest([most, *(largest(force) for force in at_rate)]))
 
 
@@ -209,6 +207,7 @@ def _hysteresis(path: Path, device: HysteresisDevice, parts: Parts, size: float)
     end, most = loading[0][-1], largest(loading[1])
     stiffness = device.transition_stiffness_kN_per_mm
     yield from _units(path, end, most, size)
+    yield from _nothing(path, device, most)
     yield from _limit(path, device.stroke_limit_mm, end, "the loading curve")
     if unloading[0][-1] < end - _LEAST_WIDTH:
         rule = (
@@ -306,6 +305,13 @@ def _collapse(path: Path, device: AnyDevice, most: float, when: str = "") -> Ite
         own = f"collapses at {force:.12g} kN if nothing else is stated, and " if isinstance(device.beyond, str) else ""
         rule = f"{own}must be at least the {most:.12g} kN that the device {when}reaches before its end"
         yield Problem(at, f"{rule}: state a larger collapse_force_kN, or check the curve")
+
+
+def _nothing(path: Path, device: AnyDevice, most: float) -> Iterator[Problem]:
+    """A device without force, which is limited to its curve with its dashpot, needs something behind it."""
+    end = device.end()
+    if most == 0.0 and (end is None or end.kind == "hold"):
+        yield Problem(path, "has no force at any stroke: it would be pressed without an end")
 
 
 def _limit(path: Path, limit: float | None, end: float, what: str) -> Iterator[Problem]:

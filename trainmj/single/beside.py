@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from trainmj.collision.chain import Chain
+from trainmj.collision.identity import identity
 from trainmj.collision.margin import Margin
-from trainmj.collision.result import FILE
+from trainmj.collision.result import FILE, Result
 from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
+from trainmj.collision.summary import Summary
 from trainmj.files.sealed import unsealed
 from trainmj.files.text import read_bytes
 from trainmj.output.table import Table
@@ -59,16 +62,19 @@ class Beside:
         return any(Kind(row["status"]) in (*PAST_LIMITS, *UNUSABLE) for row in self.bracket)
 
 
-def beside_of(file: Path) -> Beside:
-    """What the folder of a run has beside its result; nothing for other results.
+def beside_of(file: Path, result: Result, own: Summary) -> Beside:
+    """What the folder of a run has beside its result, with this summary; nothing for other results.
 
     Raises:
-        ArithmeticError, LookupError, OSError, TypeError, ValueError: if a file there is not as it was written.
+        ArithmeticError, LookupError, OSError, TypeError, ValueError: if a file there is not as it was written, or is of
+            another result.
     """
     summary = file.with_name(SUMMARY)
-    if file.name != FILE or not summary.is_file():
+    if file.name != FILE or not os.path.lexists(summary):
         return Beside()
     found = unsealed(read_bytes(summary, _MOST_BYTES))
+    if result.versions == identity() and {**found, **own.as_dict()} != found:
+        raise ValueError(f"is not the summary of {FILE}")
     rows = (
         {name: None if row[name] is None else kind(row[name]) for name, kind in _ROW.items()}
         for row in found.get("bracket", ())

@@ -43,7 +43,8 @@ def page_of_file(file: Path) -> Page:
         InputError: if the file cannot be read.
     """
     result = load_result(file)
-    return page_of_run(result, summarise(result), file, beside_of(file))
+    summary = summarise(result)
+    return page_of_run(result, summary, file, beside_of(file, result, summary))
 
 
 def page_of_run(result: Result, summary: Summary, file: Path | None = None, beside: Beside | None = None) -> Page:

@@ -147,9 +147,13 @@ class Folder:
             self._forget(name)
 
     def finish(self) -> None:
-        """Remove the files of steps that the study no longer has, except those that somebody has changed."""
+        """Put the record in order, and remove the files of steps that the study no longer has.
+
+        Those that somebody has changed stay.
+        """
         for name in self._state.keys() - set(self._all):
             self._forget(name)
+        self._state = {name: self._state[name] for name in self._all}
         self._write_state()
 
     def tables(self) -> Tables:

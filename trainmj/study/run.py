@@ -135,6 +135,7 @@ def run_study(
             if failed:
                 raise InputError(f"{failed}; the nominal study is finished: see its summary and report")
             simulator.finish()
+            store.finish()
         further = list(robust[1]) if robust else []
         tables = tables_of(files.steps) | {f"{ROBUST_FILES}{name}": of for name, of in tables_of(further).items()}
         named = [(step.name, step) for step in files.steps] + [(f"{_ROBUST}{step.name}", step) for step in further]

@@ -149,6 +149,7 @@ def run_sweep(
             failed, invalid, past = (_said(endings, kinds) for kinds in (FAILED, NOT_VALID, PAST_LIMITS))
             _, first = _said(endings, (*UNUSABLE, *PAST_LIMITS))
             coarse = store.saying(COARSE)
+            store.finish()
         _write_histories(sweep, histories, folder)
     seconds = time.monotonic() - began
     titles = _titles(sweep)
