@@ -253,7 +253,8 @@ def test_the_folder_has_all_of_the_plane(ran):
 def test_a_report_made_later_has_the_bracket_and_margins(ran):
     """A report from the folder would leave out what only the command had computed."""
     folder, printed = ran
-    beside = beside_of(folder / "result.nc")
+    result = trainmj.load_result(folder / "result.nc")
+    beside = beside_of(folder / "result.nc", result, trainmj.summarise(result))
     assert json.loads(json.dumps(beside.rows())) == {name: printed[name] for name in ("bracket", "margins")}
     first = (folder / "report.html").read_bytes()
     assert trainmj.write_report(folder).read_bytes() == first
