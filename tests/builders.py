@@ -58,7 +58,7 @@ __all__ = [
     "values",
 ]
 
-_VARIANTS = {"b_type_ends", "b_type_scenario_1", "b_type_scenario_2", "b_type_two_formations"}
+_VARIANTS = {"b_type_ends", "b_type_s08", "b_type_scenario_1", "b_type_scenario_2", "b_type_two_formations"}
 _VARIANTS |= {"emu_vertical", "fra_cem_single", "fra_cem_two", "fra_conventional_single", "fra_conventional_train"}
 SHIPPED = [pytest.param(name, marks=[pytest.mark.thorough] * (name in _VARIANTS)) for name in sorted(shipped())]
 """Shipped scenarios, each to be simulated; those that differ little from others only in thorough runs."""

@@ -109,7 +109,7 @@ def test_energy_is_the_integral_of_the_force(stroke: float):
     assert STEPPED.energy(stroke) == pytest.approx(total, rel=1e-9, abs=1e-6)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.lists(st.floats(-20.0, 400.0), min_size=1, max_size=60), st.floats(0, 20))
 def test_quasi_static_work_is_never_negative_on_a_closed_history(strokes: list[float], stiffness_more: float):
     """A device that gave back more than it took would make energy out of nothing."""

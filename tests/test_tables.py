@@ -120,7 +120,7 @@ COUNTRIES = {
 values = st.integers(0, 2_000_000) | st.integers(0, 2_000_000_000).map(lambda n: n / 1000) | st.integers(0, 999)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     st.sampled_from(sorted(COUNTRIES)),
     st.sampled_from([";", "\t"]),

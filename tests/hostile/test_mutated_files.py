@@ -27,7 +27,7 @@ from trainmj.errors import InputError
 from trainmj.files.text import HIDDEN
 
 SHARES = {"study": 2, "study of given points": 1, "study folder": 2, "sweep folder": 3, "result": 2}
-OTHERS = 3  # of each other kind; TRAINMJ_MUTATIONS=1000 makes as many of each
+OTHERS = 2  # of each other kind; TRAINMJ_MUTATIONS=1000 makes as many of each
 LONGEST = 10.0  # of this process's own time [s]; the machine may be busy with others
 LONGEST_WAIT = 600.0  # of any time [s]: something waits for what never comes
 MEMORY = 1_500_000_000  # more than at the start [bytes]
