@@ -12,7 +12,7 @@ import xarray as xr
 
 from trainmj.cases import intact
 from trainmj.cases.rows import Rows
-from trainmj.collision import kernel, result
+from trainmj.collision import kernel
 from trainmj.collision.block import Tally, alone
 from trainmj.collision.chain import Chain, Element, Interface, meet
 from trainmj.collision.device import Device
@@ -21,6 +21,7 @@ from trainmj.collision.envelope import Array, Envelope
 from trainmj.collision.fields import ELEMENT, N_ELEMENT
 from trainmj.collision.law import KINDS
 from trainmj.collision.simulation import start
+from trainmj.files import signed as checksums
 from trainmj.scenario import Scenario, shipped
 from trainmj.verification.systems import (
     FACE,
@@ -217,7 +218,8 @@ def changed(tally: Tally, **fields: Any) -> Tally:
 
 def by_xarray(data: xr.Dataset) -> bytes:
     """What is in a result as the bytes of its file, by way of xarray and scipy, its checksum right."""
-    return result._signed(bytes(data.assign_attrs({result._CHECKSUM: "0" * 64}).to_netcdf(engine="scipy")))
+    sound = {checksums.CHECKSUM: checksums.UNSIGNED}
+    return checksums.signed(bytes(data.assign_attrs(sound).to_netcdf(engine="scipy")))
 
 
 def few(values: Iterable[Any], n: int) -> list[Any]:

@@ -12,7 +12,7 @@ from trainmj.collision.batch import run_chains
 from trainmj.collision.body import Body, Bogies, plastic_over
 from trainmj.collision.lineup import line_up
 from trainmj.collision.remarks import remarks
-from trainmj.collision.result import load_result
+from trainmj.collision.saved import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.stability import is_stable, largest_step
 from trainmj.collision.summary import summarise

@@ -12,7 +12,7 @@ from builders import few
 from PIL import Image
 
 from trainmj.collision.body import yielded
-from trainmj.collision.result import load_result
+from trainmj.collision.saved import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.collision.wear import Wear, seen_at

@@ -18,7 +18,7 @@ from jsonschema import Draft202012Validator
 from pages import ROOT
 
 from trainmj.cli import main
-from trainmj.collision.result import load_result
+from trainmj.collision.saved import load_result
 from trainmj.collision.summary import Summary
 from trainmj.files.sealed import unsealed
 from trainmj.files.yaml import read_yaml

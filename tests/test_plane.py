@@ -10,7 +10,7 @@ from builders import planar
 
 from trainmj.collision.batch import run_chains
 from trainmj.collision.lineup import line_up
-from trainmj.collision.result import load_result
+from trainmj.collision.saved import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.stability import largest_step
 from trainmj.collision.status import Kind

@@ -14,15 +14,16 @@ import xarray as xr
 from builders import by_xarray, changed, scenario, values
 from scipy.io import netcdf_file
 
-from trainmj.collision import result as result_file
 from trainmj.collision.block import TALLY
 from trainmj.collision.fields import KEPT
-from trainmj.collision.result import Result, load_result
+from trainmj.collision.result import Result
+from trainmj.collision.saved import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.summary import summarise
 from trainmj.errors import InputError, OutputError
 from trainmj.files.commas import as_csv, columns_of
 from trainmj.files.netcdf import unpacked
+from trainmj.files.signed import signed
 from trainmj.output.style import encode, styled
 from trainmj.scenario import Scenario, load, to_yaml
 from trainmj.single.figures import collision
@@ -231,7 +232,7 @@ def test_a_file_that_claims_more_than_it_has_is_refused_though_its_checksum_is_r
     whole = saved.read_bytes()
     at = whole.index(len(name).to_bytes(4, "big") + name) + 4 + len(name)
     file = tmp_path / "claims.nc"
-    file.write_bytes(result_file._signed(whole[:at] + count.to_bytes(4, "big") + whole[at + 4 :]))
+    file.write_bytes(signed(whole[:at] + count.to_bytes(4, "big") + whole[at + 4 :]))
     with pytest.raises(InputError, match=r"claims\.nc: "):
         load_result(file)
 
@@ -333,7 +334,7 @@ def test_forged_heads_whose_checksum_is_right_end_in_a_result_or_a_message(short
     begin, end = whole.index(b"version_"), whole.rindex(b"_FillValue")
     rng = np.random.default_rng(2)
     for place in rng.integers(begin, end, 60).tolist():
-        file.write_bytes(result_file._signed(whole[:place] + rng.bytes(1) + whole[place + 1 :]))
+        file.write_bytes(signed(whole[:place] + rng.bytes(1) + whole[place + 1 :]))
         try:
             load_result(file)
         except InputError:

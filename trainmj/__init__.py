@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from trainmj.collision.repeated import Repeated as Repeated
     from trainmj.collision.repeated import repeated as repeated
     from trainmj.collision.result import Result as Result
-    from trainmj.collision.result import load_result as load_result
+    from trainmj.collision.saved import load_result as load_result
     from trainmj.collision.simulation import run as run
     from trainmj.collision.status import Status as Status
     from trainmj.collision.summary import Summary as Summary
@@ -83,7 +83,8 @@ _HOMES = {
     "collision.lineup": "line_up",
     "collision.margin": "Margin margins",
     "collision.repeated": "Repeated repeated",
-    "collision.result": "Result load_result",
+    "collision.result": "Result",
+    "collision.saved": "load_result",
     "collision.simulation": "run",
     "collision.status": "Status",
     "collision.summary": "Summary summarise",

@@ -91,7 +91,7 @@ def run(
         raise InputError("--responses: needs --converge, which settles them")
     if slip is not None and not with_margin:
         raise InputError("--slip: needs --margin, which looks for it")
-    from trainmj.collision.result import FILE, find_result
+    from trainmj.collision.saved import FILE, find_result
 
     saved = find_result(scenario)
     before = None if saved is None else _load_saved(saved, changes, out)

@@ -78,7 +78,7 @@ def compare(
         if name in chosen:
             raise InputError(f"--channel {text}: {name} is named twice")
         chosen[name] = column
-    from trainmj.collision.result import find_result
+    from trainmj.collision.saved import find_result
     from trainmj.comparison import folder
     from trainmj.comparison.screen import print_comparison
     from trainmj.files.folder import filling

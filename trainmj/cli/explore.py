@@ -30,7 +30,7 @@ def explore(scenario: str, changes: dict[str, Any], port: int, no_browser: bool)
     computes it. The page is served to this machine only, at an address that nobody can guess, until Ctrl-C. It needs
     the extra: pip install 'trainmj[explore]'.
     """
-    from trainmj.collision.result import find_result
+    from trainmj.collision.saved import find_result
     from trainmj.explore.server import needed, serve
     from trainmj.explore.session import Session
 

@@ -145,7 +145,7 @@ def export(
     marks = {"separator": _SEPARATORS[separator or ","], "decimal": decimal or "."}
     if marks["separator"] == marks["decimal"]:
         raise InputError("--decimal ,: needs another separator between columns: --separator ';'")
-    from trainmj.collision.result import find_result
+    from trainmj.collision.saved import find_result
 
     saved = find_result(scenario)
     if kind in _MODELS:

@@ -87,7 +87,7 @@ def kind_of_input(file: str) -> Kind:
     Raises:
         InputError: if it is a saved result, or cannot be read.
     """
-    from trainmj.collision.result import find_result
+    from trainmj.collision.saved import find_result
     from trainmj.files.resources import kind_at
 
     if find_result(file) is not None:

@@ -85,7 +85,7 @@ def view(scenario: str, changes: dict[str, Any], slow: float) -> None:
 
 def _result(scenario: str, changes: dict[str, Any]) -> Result:
     """A saved result, or that of a scenario, computed now."""
-    from trainmj.collision.result import find_result, load_result
+    from trainmj.collision.saved import find_result, load_result
 
     file = find_result(scenario)
     if file is None:

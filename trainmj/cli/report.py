@@ -103,7 +103,7 @@ def kinds() -> tuple[Kind, ...]:
     """All kinds of results."""
     from trainmj.assessment import folder as assessment
     from trainmj.cases import store
-    from trainmj.collision import result
+    from trainmj.collision import saved
     from trainmj.comparison import folder as comparison
     from trainmj.identification import run as identification
     from trainmj.paper import BEYOND, PAGE
@@ -111,7 +111,7 @@ def kinds() -> tuple[Kind, ...]:
     from trainmj.study import folder as study
 
     return (
-        Kind("a run", result.FILE, _page_of_run),
+        Kind("a run", saved.FILE, _page_of_run),
         Kind("a sweep", store.FILE, _page_of_sweep),
         Kind("a study", study.STATE, _page_of_study),
         Kind(

@@ -12,7 +12,8 @@ import numpy as np
 from trainmj.collision.chain import Chain, order_of_vehicles
 from trainmj.collision.deceleration import FILTER_INTERVAL, cfc60
 from trainmj.collision.envelope import Array
-from trainmj.collision.result import Result, result_given
+from trainmj.collision.result import Result
+from trainmj.collision.saved import result_given
 from trainmj.units import KM_H, MS, G, head
 
 if TYPE_CHECKING:

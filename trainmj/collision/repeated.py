@@ -18,7 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from trainmj.collision.identity import changes
-from trainmj.collision.result import Result, result_given
+from trainmj.collision.result import Result
+from trainmj.collision.saved import result_given
 
 
 @dataclass(frozen=True)

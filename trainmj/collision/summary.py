@@ -43,7 +43,8 @@ from trainmj.collision.records import (
     VehicleMetrics,
 )
 from trainmj.collision.remarks import remarks, remarks_of
-from trainmj.collision.result import Result, result_given
+from trainmj.collision.result import Result
+from trainmj.collision.saved import result_given
 from trainmj.collision.status import Status, not_valid
 from trainmj.collision.verdict import verdict
 from trainmj.files.arguments import chosen_of

@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.cases.origin import differing
-from trainmj.collision.result import Result, find_result, load_result, result_given
+from trainmj.collision.result import Result
+from trainmj.collision.saved import find_result, load_result, result_given
 from trainmj.collision.simulation import run
 from trainmj.comparison.differences import Difference, best_offset, differences
 from trainmj.comparison.recorded import TABLES, Asked, of_test

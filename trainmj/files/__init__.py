@@ -13,6 +13,7 @@ Nothing here knows what is in them.
     spreadsheet workbooks: which cells are a table, and what is in them
     keyword     curves of LS-DYNA keyword files
     sealed      JSON files with a digest of what they say
+    signed      the checksum of a NetCDF file
     written     files replaced whole, folders that one process holds, values as JSON holds them
     arguments   what a public function takes for what it needs
     folder      folders that a command fills: its own files there, its inputs, what an earlier one left

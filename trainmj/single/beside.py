@@ -12,7 +12,8 @@ from typing import Any
 from trainmj.collision.chain import Chain
 from trainmj.collision.identity import identity
 from trainmj.collision.margin import Margin
-from trainmj.collision.result import FILE, Result
+from trainmj.collision.result import Result
+from trainmj.collision.saved import FILE
 from trainmj.collision.status import PAST_LIMITS, UNUSABLE, Kind
 from trainmj.collision.summary import Summary
 from trainmj.files.sealed import unsealed

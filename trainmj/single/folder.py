@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trainmj.collision.chain import Chain, order_of_vehicles
-from trainmj.collision.result import FILE, Result
+from trainmj.collision.result import Result
+from trainmj.collision.saved import FILE
 from trainmj.collision.summary import Summary
 from trainmj.files.commas import Columns, as_csv, columns_of
 from trainmj.files.folder import staged

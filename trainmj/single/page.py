@@ -8,7 +8,8 @@ from shlex import quote
 
 from trainmj.collision.chain import Chain
 from trainmj.collision.quantities import TRAIN
-from trainmj.collision.result import Result, load_result
+from trainmj.collision.result import Result
+from trainmj.collision.saved import load_result
 from trainmj.collision.status import MEANING
 from trainmj.collision.summary import Summary, summarise
 from trainmj.collision.verdict import verdict

@@ -21,7 +21,7 @@ from trainmj.cases.store import FILE, Store
 from trainmj.collision.identity import identity
 from trainmj.collision.lineup import line_up
 from trainmj.collision.quantities import Column, columns_of, fitting, matching, no_number
-from trainmj.collision.result import load_result
+from trainmj.collision.saved import load_result
 from trainmj.collision.simulation import run
 from trainmj.collision.status import COARSE, FAILED, NOT_VALID, PAST_LIMITS, UNUSABLE, Kind
 from trainmj.errors import InputError
