@@ -275,10 +275,17 @@ def test_a_run_that_is_killed_goes_on_to_the_same_files(folder):
     run("whole", runs=500)
 
     Path("my.reliability.yaml").write_text(json.dumps(FILE | {"runs": 500}))
-    process = Forked(folder, "reliability", "my.reliability.yaml", "--out", "killed", "--figures", "none")
+
+    def prepare():
+        trainmj.cases.runner.COMMIT_EVERY = 0.0
+        trainmj.cases.engine.SIZE = 16  # few in a lot, which end one after the other
+        trainmj.collision.batch.steps_within = lambda chain: 0  # slower, with the same bits
+
+    words = ("reliability", "my.reliability.yaml", "--out", "killed", "--figures", "none")
+    process = Forked(folder, *words, prepare=prepare)
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
-        time.sleep(0.05)
+        time.sleep(0.02)
         with suppress(sqlite3.Error), closing(sqlite3.connect("file:killed/draws.sqlite?mode=ro", uri=True)) as db:
             if db.execute("SELECT count(*) FROM results").fetchone()[0] > 50:
                 break

@@ -518,7 +518,7 @@ def test_further_interruptions_do_not_disturb_the_end_of_a_sweep(place: Path, ti
                 os.kill(os.getpid(), signal.SIGINT)
                 time.sleep(0.01)
 
-        at(trainmj.cases.engine, "_rows", lambda: threading.Thread(target=again, daemon=True).start())()
+        at(trainmj.cases.engine.Local, "_rows", lambda: threading.Thread(target=again, daemon=True).start())()
 
     ended = done(place, command, "--vary", "collision.gap_mm=20:50:60", "--threads", "2", prepare=prepare)
     assert ended.returncode == 130, ended.stderr

@@ -259,7 +259,7 @@ class Store:
         """Put a file in place that has the same in one order, and so the same bytes however it came about; close it."""
         names = in_order(self._names, self._known)
         with replacing(self.file) as part, self._troubles():
-            self._db.execute("ATTACH ? AS new", (str(part),))
+            self._db.execute("ATTACH ? AS new", (_uri(part, "rw"),))
             self._db.execute("PRAGMA new.journal_mode = OFF")  # nobody knows this file before it is finished
             self._db.execute("PRAGMA new.synchronous = OFF")
             with self._transaction() as db:
@@ -337,8 +337,7 @@ def connected(file: Path, mode: str) -> sqlite3.Connection:
     for beside in (file.with_name(file.name + end) for end in _BESIDE):
         if what := "is a link to another file" if beside.is_symlink() else special(beside):
             raise OutputError(f"{beside}: {what}: remove it, or take another folder")
-    uri = f"{Path(os.path.abspath(file)).as_uri()}?mode={mode}"
-    db = sqlite3.connect(uri, timeout=PATIENCE, isolation_level=None, uri=True)
+    db = sqlite3.connect(_uri(file, mode), timeout=PATIENCE, isolation_level=None, uri=True)
     try:
         db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _MOST_BYTES)
         db.execute("PRAGMA trusted_schema = OFF")
@@ -409,6 +408,11 @@ def selected(names: Iterable[str], key: str, where: str = "") -> str:
 def _merged(known: Mapping[str, Column], more: Mapping[str, Column]) -> dict[str, Column]:
     """What responses are; one that two chains have at two places has the first of these, whichever chain came first."""
     return {**known, **{name: min(column, known.get(name, column)) for name, column in more.items()}}
+
+
+def _uri(file: Path, mode: str) -> str:
+    """A path as SQLite takes it, of whatever bytes its name is."""
+    return f"{Path(os.path.abspath(file)).as_uri()}?mode={mode}"
 
 
 def _quoted(name: str) -> str:
