@@ -178,6 +178,7 @@ def test_windows_of_shipped_scenarios_are_those_of_the_definition(name):
     compared(load(name))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("changes", MIXED.values(), ids=MIXED)
 def test_windows_of_changed_scenarios_are_those_of_the_definition(changes):
     """Breaks where the forces within bodies count as contact, a pull as a push, or a cut window is closed."""

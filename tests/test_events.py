@@ -57,7 +57,8 @@ def spring_of(law: Alone, curve: Envelope, stroke: float) -> float:
     return 0.5 * curve.stiffness * max(0.0, stroke - law.of(ELEMENT.STATE_0)) ** 2
 
 
-@settings(max_examples=8)
+@pytest.mark.thorough
+@settings(max_examples=15)
 @given(envelopes(), st.lists(st.floats(-12.0, 20.0), min_size=1, max_size=4))
 @example(envelope([(0, 300), (40, 300), (40, 800), (90, 200)], 60), [19.0, 3.5, 10.0, -4.0])  # ends as it climbs
 @example(envelope([(0, 0), (1, 11), (1, 10), (101, 10)], 20), [1.0])  # ends at a jump

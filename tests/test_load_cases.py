@@ -214,6 +214,7 @@ def test_the_words_of_a_title_are_no_input(swept, tmp_path):
     assert result.outcome.endings[0].title == "Standard"
 
 
+@pytest.mark.thorough
 def test_the_best_design_of_one_load_case_that_passes_a_limit_in_another_is_seen(tmp_path):
     """Breaks if a design is praised for its least TS and nobody sees that it fails elsewhere."""
     text = (

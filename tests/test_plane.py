@@ -37,9 +37,12 @@ def collided(*changes: dict) -> list[Summary]:
     return [found[k] for k in range(len(changes))]
 
 
+_LONG = (plane.by_scipy, plane.locked, plane.batch_and_single)
+
+
 @pytest.mark.parametrize(
     "case",
-    [pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c is plane.by_scipy)) for c in plane.CASES],
+    [pytest.param(c, id=c.__name__, marks=[pytest.mark.thorough] * (c in _LONG)) for c in plane.CASES],
 )
 def test_verification(case):
     """Statics, kinematics, forces or books of the plane would be wrong."""

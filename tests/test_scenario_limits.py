@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from builders import changed, scenario
+from builders import changed, few, scenario
 from click.testing import CliRunner
 
 from trainmj.cli import main
@@ -98,7 +98,7 @@ def test_stage_limits_are_judged_where_the_stage_is_used_most():
     assert len(summary.limits) == 5
 
 
-@pytest.mark.parametrize("by", [-1e-3, 1e-3])
+@pytest.mark.parametrize("by", few([-1e-3, 1e-3], 1))
 def test_what_is_shown_does_not_contradict_the_verdict(by):
     """A stroke of 105.4 of 105.4 mm that fails, at 100 % of the limit: digits are added until the two differ."""
     stroke = found_with({}).interfaces[1].stroke_mm

@@ -104,6 +104,7 @@ def test_a_limit_out_of_reach_does_not_rest_on_its_surrogate(good):
     assert ("fail", "S_anti") in found(good, far, **near)
 
 
+@pytest.mark.thorough
 def test_a_response_that_hardly_varies_is_no_false_alarm(tmp_path):
     """R² of a response within round-off or noise means nothing: its error against its value counts."""
     values = changed(SMALL, "responses.F", "force_S1_M1_kN")
