@@ -19,7 +19,7 @@ from trainmj.files.source import Path, dotted
 from trainmj.scenario import Scenario
 from trainmj.scenario.scenario import WORDS
 
-Columns = Mapping[str, Sequence[Any]]
+Block = Mapping[str, Sequence[Any]]
 """Values by name that change together: a case has those of one row."""
 
 OF_MANY = ("parameters", "tolerances", "bracket")
@@ -41,7 +41,7 @@ class _Compared(NamedTuple):
 
 def idle(
     scenarios: Iterable[Scenario],
-    blocks: Sequence[Columns],
+    blocks: Sequence[Block],
     together: Sequence[Sequence[str]] = (),
     beside: Collection[str] = (),
 ) -> Iterator[tuple[Sequence[str], str]]:
@@ -95,7 +95,7 @@ def why_idle(
     return _rule(names, found.same, different) if found.same is not None else ""
 
 
-def idle_held(scenarios: Iterable[Scenario], held: Case, blocks: Sequence[Columns] = ()) -> Iterator[tuple[str, str]]:
+def idle_held(scenarios: Iterable[Scenario], held: Case, blocks: Sequence[Block] = ()) -> Iterator[tuple[str, str]]:
     """Names of values that are held in all cases and have no effect beside each other and what is varied."""
     if held:
         stated = [{name: [value]} for name, value in held.items()]
@@ -131,7 +131,7 @@ def _compared(scenarios: Iterable[Scenario], contexts: Iterable[Case], changes: 
     return _Compared(False, same if every else None)
 
 
-def _different(columns: Columns) -> list[Case]:
+def _different(columns: Block) -> list[Case]:
     """Rows of columns that differ: of numbers the smallest, the largest and one between, of others all but for many.
 
     Of a single number there are others beside it: it may be what holds anyway.
@@ -155,7 +155,7 @@ def _beside(row: Case) -> list[Case]:
     return by_one + [{name: value * factor for name, value in row.items()} for factor in factors]
 
 
-def _representatives(columns: Columns) -> list[Case]:
+def _representatives(columns: Block) -> list[Case]:
     """Rows that stand for all: with each that is no number, and the smallest and the largest of each number."""
     numbers = {name: values for name, values in columns.items() if _are_numbers({name: values})}
     others = {name: values for name, values in columns.items() if name not in numbers}
@@ -168,12 +168,12 @@ def _representatives(columns: Columns) -> list[Case]:
     return [_row(columns, n) for n in rows] or [{}]
 
 
-def _are_numbers(columns: Columns) -> bool:
+def _are_numbers(columns: Block) -> bool:
     """Whether all values are numbers."""
     return all(set(map(type, values)) <= {int, float} for values in columns.values())
 
 
-def _row(columns: Columns, n: int) -> dict[str, Any]:
+def _row(columns: Block, n: int) -> dict[str, Any]:
     return {name: values[n] for name, values in columns.items()}
 
 

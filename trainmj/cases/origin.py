@@ -37,10 +37,14 @@ class Origin:
     inputs: Mapping[str, Any] = field(default_factory=dict)
     identity: Mapping[str, str] = field(default_factory=identity.identity)
 
+    @property
+    def _format(self) -> str:
+        return f"trainmj {self.task} 2"
+
     def about(self) -> dict[str, str]:
         """As a store keeps it."""
         return {
-            _FORMAT: f"trainmj {self.task} 2",
+            _FORMAT: self._format,
             **{name: to_yaml(scenario) for name, scenario in self._scenarios().items()},
             **{name: json.dumps(value, default=str) for name, value in self.inputs.items()},
             **{f"{_VERSION}{name}": text for name, text in self.identity.items()},
@@ -53,7 +57,7 @@ class Origin:
 
     def new_identity(self, about: Mapping[str, str]) -> list[str]:
         """What has changed in the identity: ``numba 0.60.0 then, 0.61.2 now``; or in what the store is made for."""
-        formats = _differences(about.get(_FORMAT), self.about()[_FORMAT], _FORMAT)
+        formats = _differences(about.get(_FORMAT), self._format, _FORMAT)
         return [*formats, *identity.changes(versions_in(about), self.identity)]
 
     def new_input(self, about: Mapping[str, str]) -> list[str]:
